@@ -1,0 +1,425 @@
+//! What every scene file becomes: plain data, linear colours in one working space, angles in radians.
+//!
+//! Readers (Mitsuba XML, glTF, Yugen's own TOML) fill a [`Scene`]; the reference renderer and the stage
+//! read it. Indices (`TextureId`, …) point into the vectors of the same scene.
+
+use glam::{Affine2, Mat4, Vec2, Vec3};
+use std::sync::Arc;
+use yugen_optics::{ColourSpace, Image};
+use yugen_reflectance::Kind;
+
+/// Index into [`Scene::textures`].
+pub type TextureId = usize;
+/// Index into [`Scene::materials`].
+pub type MaterialId = usize;
+/// Index into [`Scene::groups`].
+pub type GroupId = usize;
+
+/// A scene, complete.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The space of every colour below.
+    pub working_space: ColourSpace,
+    /// At least one; the first is the default.
+    pub cameras: Vec<Camera>,
+    /// Textures.
+    pub textures: Vec<Texture>,
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Shapes placed in the world.
+    pub shapes: Vec<Shape>,
+    /// Groups of shapes that instances place.
+    pub groups: Vec<Vec<Shape>>,
+    /// Lights that are not shapes.
+    pub lights: Vec<Light>,
+    /// How the file wants to be rendered.
+    pub integrator: Integrator,
+}
+
+/// A number, a colour, or either of them varying over the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number; where a colour is wanted, grey.
+    Number(f32),
+    /// A colour; where a number is wanted, its luminance.
+    Rgb(Vec3),
+    /// Looked up per hit.
+    Texture(TextureId),
+}
+
+/// Something that varies over a surface.
+#[derive(Clone, Debug)]
+pub enum Texture {
+    /// A picture, already linear and in the working space (or raw numbers).
+    Image {
+        /// Channels: one (grey) or at least R, G, B.
+        image: Arc<Image>,
+        /// How to look between texels.
+        filter: TextureFilter,
+        /// What lies outside [0, 1).
+        wrap: Wrap,
+        /// Applied to the mesh's (u, v) first. v runs up: v = 0 is the bottom row of the picture.
+        to_uv: Affine2,
+        /// Use this channel as a number instead of the colour.
+        channel: Option<usize>,
+    },
+    /// Squares of two values, each half a unit of (u, v) wide as in Mitsuba.
+    Checkerboard {
+        /// Where floor(2u) + floor(2v) is even.
+        even: Value,
+        /// Elsewhere.
+        odd: Value,
+        /// Applied to (u, v) first.
+        to_uv: Affine2,
+    },
+    /// A per-vertex attribute of the mesh, interpolated.
+    MeshAttribute {
+        /// For example `vertex_color`.
+        name: String,
+    },
+    /// A texture times a constant (glTF's factors).
+    Scaled {
+        /// The texture.
+        texture: TextureId,
+        /// Channel-wise factor.
+        factor: Vec3,
+    },
+}
+
+/// How an image is looked up between its texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum TextureFilter {
+    /// The nearest texel.
+    Nearest,
+    /// Bilinear.
+    #[default]
+    Bilinear,
+    /// Trilinear in a mip pyramid by the ray's footprint.
+    Mip,
+}
+
+/// What an image shows outside [0, 1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Wrap {
+    /// Tiles.
+    #[default]
+    Repeat,
+    /// Every second tile mirrored.
+    Mirror,
+    /// The border texel goes on.
+    Clamp,
+}
+
+/// What a surface is made of.
+#[derive(Clone, Debug)]
+pub enum Material {
+    /// A reflectance model on the upper side; a model that does not transmit is black from below.
+    Model {
+        /// Which.
+        kind: Kind,
+        /// One value per entry of `kind.params()`, in that order.
+        params: Vec<Value>,
+        /// `kind.bake(…)`, made once by whoever filled the scene.
+        table: Arc<[f32]>,
+    },
+    /// `front` seen from above the normal, `back` from below, each as if its side were up.
+    TwoSided {
+        /// Above.
+        front: MaterialId,
+        /// Below.
+        back: MaterialId,
+    },
+    /// `base` where `opacity` is one; nothing (light goes straight through) where it is zero.
+    Mask {
+        /// In [0, 1].
+        opacity: Value,
+        /// The rest.
+        base: MaterialId,
+    },
+    /// (1 − weight) · first + weight · second.
+    Blend {
+        /// In [0, 1].
+        weight: Value,
+        /// At weight 0.
+        first: MaterialId,
+        /// At weight 1.
+        second: MaterialId,
+    },
+    /// The sum of several.
+    Sum(Vec<MaterialId>),
+    /// Turns the shading frame by a tangent-space normal map, n = 2c − 1.
+    NormalMap {
+        /// Raw (not colour-managed) texture.
+        texture: TextureId,
+        /// Factor on x and y, glTF's `normalTexture.scale`.
+        scale: f32,
+        /// What is turned.
+        base: MaterialId,
+    },
+    /// Turns the shading frame by the slope of a height field.
+    BumpMap {
+        /// Heights, raw.
+        texture: TextureId,
+        /// Factor on the heights, in scene units.
+        scale: f32,
+        /// What is turned.
+        base: MaterialId,
+    },
+    /// Light passes as if nothing were there.
+    Null,
+}
+
+/// A triangle mesh in its own coordinates.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// For messages.
+    pub name: String,
+    /// Vertices.
+    pub positions: Vec<Vec3>,
+    /// Empty, or one unit normal per vertex.
+    pub normals: Vec<Vec3>,
+    /// Empty, or one (u, v) per vertex; v up.
+    pub uvs: Vec<Vec2>,
+    /// Empty, or one tangent per vertex with the bitangent's sign in w (glTF's convention).
+    pub tangents: Vec<glam::Vec4>,
+    /// Extra per-vertex values: name, width (1 or 3), values.
+    pub attributes: Vec<(String, usize, Vec<f32>)>,
+    /// Counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// What a shape is, in its own coordinates.
+#[derive(Clone, Debug)]
+pub enum Geometry {
+    /// Triangles.
+    Mesh(Arc<Mesh>),
+    /// Radius 1 about the origin; u along azimuth, v along polar angle from +z, as in Mitsuba.
+    Sphere,
+    /// [−1, 1]² in z = 0, normal +z, (u, v) = (x + 1, y + 1)/2.
+    Rectangle,
+    /// Radius 1 in z = 0, normal +z; u radius, v azimuth/2π.
+    Disc,
+    /// Radius 1 about the z axis from z = 0 to 1, open ends, normal outwards.
+    Cylinder,
+    /// A group placed again.
+    Instance(GroupId),
+}
+
+/// Geometry in its place, with its material.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    /// For messages and the id AOV.
+    pub name: String,
+    /// What.
+    pub geometry: Geometry,
+    /// Own coordinates to world (or to group).
+    pub to_world: Mat4,
+    /// Normals point the other way.
+    pub flip_normals: bool,
+    /// Triangles are flat even where the mesh has normals.
+    pub face_normals: bool,
+    /// Of what. Ignored for an instance.
+    pub material: MaterialId,
+    /// Radiance emitted on the side of the normal, in the working space; `None` for a shape that is no light.
+    pub emission: Option<Value>,
+    /// Emits on both sides.
+    pub two_sided_emission: bool,
+}
+
+/// A light that is not a shape.
+#[derive(Clone, Debug)]
+pub enum Light {
+    /// Radiant intensity from a point.
+    Point {
+        /// Where.
+        position: Vec3,
+        /// W/sr per channel.
+        intensity: Vec3,
+    },
+    /// A cone along +z of its frame: full inside `beam`, falling linearly in angle to zero at `cutoff`.
+    Spot {
+        /// Its frame.
+        to_world: Mat4,
+        /// On the axis.
+        intensity: Vec3,
+        /// Half angle, radians.
+        beam: f32,
+        /// Half angle, radians.
+        cutoff: f32,
+        /// Multiplies the intensity; (u, v) spans the cutoff cone, 2·cutoff being the field of view.
+        texture: Option<TextureId>,
+    },
+    /// From infinitely far away, travelling along `direction`.
+    Directional {
+        /// Unit, the way light travels.
+        direction: Vec3,
+        /// On a surface that faces it.
+        irradiance: Vec3,
+    },
+    /// The same radiance from everywhere.
+    Constant {
+        /// Radiance.
+        radiance: Vec3,
+    },
+    /// A latitude-longitude picture at infinity, Mitsuba's orientation: +y up; local direction
+    /// (sin φ sin θ, cos θ, −cos φ sin θ) for φ = 2πu, θ = πv, v = 0 the top row.
+    Environment {
+        /// Radiance, linear, working space, channels R, G, B.
+        image: Arc<Image>,
+        /// Factor.
+        scale: f32,
+        /// Its frame.
+        to_world: Mat4,
+    },
+    /// A slide projector: the inverse of a perspective camera.
+    Projector {
+        /// Its frame; throws along +z.
+        to_world: Mat4,
+        /// Intensity picture.
+        texture: TextureId,
+        /// Factor.
+        scale: f32,
+        /// Field of view across the picture's width, radians.
+        fov_x: f32,
+    },
+}
+
+/// How the camera maps directions to the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Pinhole or, with an aperture, thin lens.
+    Perspective {
+        /// Across the full width, radians.
+        fov_x: f32,
+        /// 0 for a pinhole; scene units.
+        aperture_radius: f32,
+        /// Where a thin lens is sharp; distance along the axis.
+        focus_distance: f32,
+        /// Shift of the picture's centre, in picture widths and heights.
+        principal_point: Vec2,
+    },
+    /// Parallel rays over [−1, 1] of the camera's x (y in proportion).
+    Orthographic,
+}
+
+/// A camera looks along +z of its frame with +y up and +x to the **left** (Mitsuba's frame, right-handed).
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// For `--camera`.
+    pub name: String,
+    /// Its frame; may scale (orthographic).
+    pub to_world: Mat4,
+    /// How it maps.
+    pub projection: Projection,
+    /// Rays start and end at these distances along the axis.
+    pub near_far: [f32; 2],
+    /// The picture.
+    pub film: Film,
+    /// What the file asks for.
+    pub samples_per_pixel: u32,
+}
+
+/// The picture a camera makes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// x, y, width, height of the part that is rendered, pixels.
+    pub crop: Option<[u32; 4]>,
+    /// Reconstruction.
+    pub filter: Filter,
+}
+
+impl Default for Film {
+    fn default() -> Self {
+        // Mitsuba's hdrfilm.
+        Self { width: 768, height: 576, crop: None, filter: Filter::default() }
+    }
+}
+
+/// Reconstruction filters; radii in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Filter {
+    /// Each sample counts for its own pixel.
+    Box,
+    /// Linear fall-off.
+    Tent {
+        /// Half width.
+        radius: f32,
+    },
+    /// Cut off at four standard deviations and shifted to end at zero, as in Mitsuba.
+    Gaussian {
+        /// Standard deviation.
+        stddev: f32,
+    },
+    /// Mitchell and Netravali 1988.
+    Mitchell {
+        /// B.
+        b: f32,
+        /// C.
+        c: f32,
+    },
+    /// Catmull-Rom: Mitchell with B = 0, C = 1/2.
+    CatmullRom,
+    /// Windowed sinc.
+    Lanczos {
+        /// Lobes on each side.
+        lobes: f32,
+    },
+}
+
+impl Default for Filter {
+    fn default() -> Self {
+        Self::Gaussian { stddev: 0.5 }
+    }
+}
+
+/// How light is followed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum IntegratorKind {
+    /// Path tracing with multiple importance sampling.
+    Path,
+    /// Direct light only.
+    Direct {
+        /// Draws from the lights at each hit.
+        light_samples: u32,
+        /// Draws from the material at each hit.
+        bsdf_samples: u32,
+    },
+    /// Distance along the ray.
+    Depth,
+    /// Only the AOVs.
+    Aov,
+}
+
+/// An integrator and its settings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Integrator {
+    /// How.
+    pub kind: IntegratorKind,
+    /// Longest path in edges, `None` unlimited: 1 shows lights only, 2 direct light, as in Mitsuba.
+    pub max_depth: Option<u32>,
+    /// Edges before Russian roulette may end a path.
+    pub rr_depth: u32,
+    /// The camera does not see lights.
+    pub hide_emitters: bool,
+    /// Also record the second moment (Mitsuba's `moment`).
+    pub moment: bool,
+    /// AOVs asked for: `albedo`, `normal`, `shading_normal`, `depth`, `position`, `uv`, `id`, `variance`.
+    pub aovs: Vec<String>,
+}
+
+impl Default for Integrator {
+    fn default() -> Self {
+        Self {
+            kind: IntegratorKind::Path,
+            max_depth: None,
+            rr_depth: 5,
+            hide_emitters: false,
+            moment: false,
+            aovs: Vec::new(),
+        }
+    }
+}

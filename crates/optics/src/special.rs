@@ -1,0 +1,1 @@
+//! Special functions used by normalisers and samplers.

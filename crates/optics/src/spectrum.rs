@@ -1,0 +1,1 @@
+//! Spectra: tables over wavelength, colour-matching functions, illuminants.

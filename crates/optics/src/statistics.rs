@@ -1,0 +1,1 @@
+//! Tests of hypotheses: chi-square, z and Šidák.

@@ -1,0 +1,53 @@
+// Conventions of every model, the same as in lib.rs.
+//
+// Directions are unit vectors in the local frame: normal +z, tangent +x. `wo` points to the eye, `wi` to the
+// light, both away from the surface. `x_eval` returns f in 1/sr without the cosine; pdfs are per solid angle;
+// colours are linear.
+//
+// A twin is three functions; `m` holds the parameters, `t` is where its table starts (read it with
+// `table_at(t + i)`):
+//   fn x_eval(m: X, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32>
+//   fn x_pdf(m: X, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32
+//   fn x_sample(m: X, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample
+// `X` and `x_load` are made from the parameter table in x.rs. Same names, same order of operations as there.
+
+const PI: f32 = 3.14159265358979;
+const FRAC_1_PI: f32 = 0.318309886183791;
+const TAU: f32 = 6.28318530717959;
+
+// A drawn direction. `pdf` is 0 where the draw carries no light; `is_delta` is 1 for a Dirac peak.
+struct BsdfSample {
+    wi: vec3<f32>,
+    pdf: f32,
+    weight: vec3<f32>,
+    is_delta: u32,
+}
+
+fn bsdf_no_sample() -> BsdfSample {
+    return BsdfSample(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), 0u);
+}
+
+fn concentric_disc(u: vec2<f32>) -> vec2<f32> {
+    let p = 2.0 * u - 1.0;
+    if (p.x == 0.0 && p.y == 0.0) {
+        return vec2<f32>(0.0);
+    }
+    var r = p.x;
+    var phi = 0.0;
+    if (abs(p.x) > abs(p.y)) {
+        phi = 0.25 * PI * (p.y / p.x);
+    } else {
+        r = p.y;
+        phi = 0.5 * PI - 0.25 * PI * (p.x / p.y);
+    }
+    return r * vec2<f32>(cos(phi), sin(phi));
+}
+
+fn cosine_hemisphere(u: vec2<f32>) -> vec3<f32> {
+    let d = concentric_disc(u);
+    return vec3<f32>(d, sqrt(max(1.0 - dot(d, d), 0.0)));
+}
+
+fn cosine_hemisphere_pdf(w: vec3<f32>) -> f32 {
+    return max(w.z, 0.0) * FRAC_1_PI;
+}
