@@ -270,7 +270,7 @@ pub trait Model: Params + Send + Sync + 'static {
     const SOURCE: &'static str;
     /// A short description for the manual: what it is for and where it ends.
     const DOC: &'static str;
-    /// What it promises.
+    /// What it promises with its default parameters.
     const LAWS: Laws;
     /// Its twin: `<name>_eval`, `<name>_pdf`, `<name>_sample` (see `frame.wgsl`).
     const WGSL: Option<&'static str> = None;
@@ -292,6 +292,13 @@ pub trait Model: Params + Send + Sync + 'static {
     /// material with its constant parameters.
     fn bake(&self, data: &[f32]) -> Result<Vec<f32>, ModelError> {
         Ok(data.to_vec())
+    }
+
+    /// What it promises with these parameters. A model with literal and corrected forms answers per form;
+    /// whoever tests or documents a model in one configuration asks this, through [`crate::Bsdf::laws`].
+    /// A law said to be broken is broken for some parameters and directions of that form, not for all.
+    fn laws(&self) -> Laws {
+        Self::LAWS
     }
 
     /// f(wo, wi) in 1/sr, without the cosine; zero below the horizon unless the model transmits.
@@ -350,7 +357,7 @@ macro_rules! models {
             pub fn source(self) -> &'static str { match self { $( Kind::$model => <$module::$model as Model>::SOURCE ),* } }
             /// Description for the manual.
             pub fn doc(self) -> &'static str { match self { $( Kind::$model => <$module::$model as Model>::DOC ),* } }
-            /// What it promises.
+            /// What it promises with its default parameters; [`Bsdf::laws`] for others.
             pub fn laws(self) -> Laws { match self { $( Kind::$model => <$module::$model as Model>::LAWS ),* } }
             /// Its twin.
             pub fn wgsl(self) -> Option<&'static str> { match self { $( Kind::$model => <$module::$model as Model>::WGSL ),* } }
@@ -399,6 +406,10 @@ macro_rules! models {
             #[inline]
             pub fn sample(&self, wo: glam::Vec3, u: glam::Vec3) -> Option<Sample> {
                 match self.kind { $( Kind::$model => self.params::<$module::$model>().sample(self.table, wo, u) ),* }
+            }
+            /// What the model promises with these parameters (its form may break a law the default keeps).
+            pub fn laws(&self) -> Laws {
+                match self.kind { $( Kind::$model => self.params::<$module::$model>().laws() ),* }
             }
             /// Albedo guess for AOVs.
             pub fn albedo(&self) -> glam::Vec3 {
