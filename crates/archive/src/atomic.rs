@@ -1,0 +1,56 @@
+//! Files that are either whole or not there.
+
+use crate::Error;
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Writes `path` so that at every moment it holds either what it held before or everything new: to a
+/// temporary name in the same folder first, which is renamed when it is complete and on the disk.
+pub fn atomic_write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    static COUNTER: AtomicU32 = AtomicU32::new(0);
+    let name = path.file_name().ok_or_else(|| {
+        Error::io(
+            path,
+            std::io::Error::new(std::io::ErrorKind::InvalidInput, "this is not the name of a file"),
+        )
+    })?;
+    let mut temporary = name.to_os_string();
+    temporary.push(format!(".{}.{}.part", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed)));
+    let temporary = path.with_file_name(temporary);
+    let written = File::create(&temporary).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        std::fs::rename(&temporary, path)
+    });
+    written.map_err(|e| {
+        // Best effort: the error that matters is the first one.
+        let _ = std::fs::remove_file(&temporary);
+        Error::io(path, e)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn replaces_whole_files_and_leaves_nothing_behind() {
+        let folder = std::env::temp_dir().join(format!("yugen-atomic-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("a.bin");
+        atomic_write(&path, b"first").unwrap();
+        atomic_write(&path, b"2nd").unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"2nd");
+        // A folder of that name cannot be replaced by a file: the error says which, and nothing is left.
+        std::fs::create_dir(folder.join("b")).unwrap();
+        std::fs::write(folder.join("b/inside"), b"x").unwrap();
+        let error = atomic_write(&folder.join("b"), b"x").unwrap_err();
+        assert!(error.to_string().contains("/b"), "{error}");
+        assert!(atomic_write(&folder.join("missing/c"), b"x").is_err());
+        assert!(atomic_write(Path::new("/"), b"x").is_err());
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

@@ -1,0 +1,218 @@
+//! What can go wrong with a file, as one clear sentence that says where.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use yugen_reflectance::ModelError;
+
+/// Where in a file.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub struct Place {
+    /// The file as it was named.
+    pub file: PathBuf,
+    /// Where in it.
+    pub position: Position,
+}
+
+/// Position in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Position {
+    /// The file as a whole.
+    #[default]
+    Whole,
+    /// Text; both count from one, columns in characters.
+    Line {
+        /// Line.
+        line: usize,
+        /// Column.
+        column: usize,
+    },
+    /// Binary: offset from the start.
+    Byte(u64),
+}
+
+impl Place {
+    /// The file as a whole.
+    pub fn file(file: impl Into<PathBuf>) -> Self {
+        Self { file: file.into(), position: Position::Whole }
+    }
+
+    /// A line and a column, both from one.
+    pub fn line(file: impl Into<PathBuf>, line: usize, column: usize) -> Self {
+        Self { file: file.into(), position: Position::Line { line, column } }
+    }
+
+    /// A byte offset of a binary file.
+    pub fn byte(file: impl Into<PathBuf>, offset: u64) -> Self {
+        Self { file: file.into(), position: Position::Byte(offset) }
+    }
+
+    /// The line and column of byte `offset` of `text`.
+    pub fn in_text(file: impl Into<PathBuf>, text: &str, offset: usize) -> Self {
+        let offset = (0..=offset.min(text.len())).rev().find(|&o| text.is_char_boundary(o)).unwrap_or(0);
+        let before = &text[..offset];
+        let start = before.rfind('\n').map_or(0, |n| n + 1);
+        Self::line(file, before.matches('\n').count() + 1, before[start..].chars().count() + 1)
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.file.display();
+        match self.position {
+            Position::Whole => write!(f, "{file}"),
+            Position::Line { line, column } => write!(f, "{file}:{line}:{column}"),
+            Position::Byte(offset) => write!(f, "{file}, byte {offset}"),
+        }
+    }
+}
+
+/// Why a file could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The operating system says no.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Its words.
+        source: std::io::Error,
+    },
+    /// The content is wrong: the problem says what was expected and what to do.
+    #[error("{at}: {problem}")]
+    Invalid {
+        /// Where.
+        at: Place,
+        /// What was found and what was expected.
+        problem: String,
+    },
+    /// A word that means nothing there.
+    #[error("{at}: unknown {what} '{name}'{}", hint(suggestion, known))]
+    Unknown {
+        /// Where.
+        at: Place,
+        /// What kind of word, for example `key` or `plugin`.
+        what: &'static str,
+        /// The word.
+        name: String,
+        /// The nearest known one.
+        suggestion: Option<String>,
+        /// All that would do, for a list that is short enough to read.
+        known: Vec<String>,
+    },
+    /// The file asks for more than the limit.
+    #[error("{at}: {what} is {asked}, more than the limit of {limit}; raise the limit if that is right")]
+    TooLarge {
+        /// Where.
+        at: Place,
+        /// What is counted.
+        what: String,
+        /// How many.
+        asked: u64,
+        /// How many are allowed.
+        limit: u64,
+    },
+    /// A reflectance model refuses.
+    #[error("{at}: {source}")]
+    Model {
+        /// Where.
+        at: Place,
+        /// Why.
+        source: ModelError,
+    },
+}
+
+impl Error {
+    /// The operating system says no.
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io { path: path.to_path_buf(), source }
+    }
+
+    /// Wrong content.
+    pub fn invalid(at: Place, problem: impl Into<String>) -> Self {
+        Self::Invalid { at, problem: problem.into() }
+    }
+
+    /// An unknown word among `known`, with the nearest as suggestion.
+    pub fn unknown<'a>(
+        at: Place,
+        what: &'static str,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+    ) -> Self {
+        let mut known: Vec<String> = known.into_iter().map(String::from).collect();
+        let suggestion = nearest(name, known.iter().map(String::as_str)).map(String::from);
+        // A list longer than a line helps nobody.
+        if known.len() > 24 {
+            known.clear();
+        }
+        Self::Unknown { at, what, name: name.to_string(), suggestion, known }
+    }
+}
+
+fn hint(suggestion: &Option<String>, known: &[String]) -> String {
+    match (suggestion, known) {
+        (Some(s), _) => format!("; did you mean '{s}'?"),
+        (None, []) => String::new(),
+        (None, known) => format!("; expected one of {}", known.join(", ")),
+    }
+}
+
+/// The known word nearest to `word`, if one is near enough to be what was meant: edit distance with
+/// transpositions at most a third of the longer word.
+pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let fold = |w: &str| w.to_lowercase().replace('-', "_");
+    let word = fold(word);
+    // A word this long is no slip of the pen, and the distance costs the product of the lengths.
+    if word.len() > 64 {
+        return None;
+    }
+    known
+        .into_iter()
+        .map(|k| (edit_distance(&word, &fold(k)), k))
+        .filter(|(d, k)| 3 * d <= k.chars().count().max(word.chars().count()))
+        .min_by_key(|(d, _)| *d)
+        .map(|(_, k)| k)
+}
+
+/// Damerau-Levenshtein distance, optimal string alignment: insert, delete, replace, swap neighbours.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
+    let mut rows = vec![vec![0usize; b.len() + 1]; a.len() + 1];
+    rows[0] = (0..=b.len()).collect();
+    for i in 1..=a.len() {
+        rows[i][0] = i;
+        for j in 1..=b.len() {
+            let replace = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            let mut best = replace.min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                best = best.min(rows[i - 2][j - 2] + 1);
+            }
+            rows[i][j] = best;
+        }
+    }
+    rows[a.len()][b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_word_is_found_and_a_far_one_is_not() {
+        let known = ["roughness", "reflectance", "alpha", "sigma_x"];
+        assert_eq!(nearest("rougness", known), Some("roughness"));
+        assert_eq!(nearest("relfectance", known), Some("reflectance"));
+        assert_eq!(nearest("Sigma-X", known), Some("sigma_x"));
+        assert_eq!(nearest("temperature", known), None);
+        let e = Error::unknown(Place::line("a.toml", 3, 7), "key", "aplha", known);
+        assert_eq!(e.to_string(), "a.toml:3:7: unknown key 'aplha'; did you mean 'alpha'?");
+    }
+
+    #[test]
+    fn offsets_become_lines_and_columns() {
+        let text = "a\nñb\n";
+        assert_eq!(Place::in_text("f", text, 4).to_string(), "f:2:2");
+        assert_eq!(Place::in_text("f", text, 3).to_string(), "f:2:1", "inside a character");
+        assert_eq!(Place::in_text("f", text, 99).to_string(), "f:3:1");
+    }
+}
