@@ -58,7 +58,8 @@ pub enum Texture {
         filter: TextureFilter,
         /// What lies outside [0, 1).
         wrap: Wrap,
-        /// Applied to the mesh's (u, v) first. v runs up: v = 0 is the bottom row of the picture.
+        /// Applied to the surface's (u, v) first. v runs **down**: v = 0 is the top row of the picture, as in
+        /// glTF and inside Mitsuba. Readers of formats where v runs up (OBJ) store 1 − v in the mesh.
         to_uv: Affine2,
         /// Use this channel as a number instead of the colour.
         channel: Option<usize>,
@@ -178,7 +179,7 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Empty, or one unit normal per vertex.
     pub normals: Vec<Vec3>,
-    /// Empty, or one (u, v) per vertex; v up.
+    /// Empty, or one (u, v) per vertex; v down, so that v = 0 is the top row of a picture.
     pub uvs: Vec<Vec2>,
     /// Empty, or one tangent per vertex with the bitangent's sign in w (glTF's convention).
     pub tangents: Vec<glam::Vec4>,
