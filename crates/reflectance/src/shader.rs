@@ -17,7 +17,11 @@ pub fn wgsl_params(kind: Kind) -> String {
             ParamType::Number => ("f32", format!("param_at(p + {at}u)")),
             ParamType::Rgb => (
                 "vec3<f32>",
-                format!("vec3<f32>(param_at(p + {at}u), param_at(p + {}u), param_at(p + {}u))", at + 1, at + 2),
+                format!(
+                    "vec3<f32>(param_at(p + {at}u), param_at(p + {}u), param_at(p + {}u))",
+                    at + 1,
+                    at + 2
+                ),
             ),
             ParamType::Choice(_) => ("u32", format!("u32(param_at(p + {at}u))")),
         };
@@ -38,11 +42,12 @@ fn wgsl_type_name(name: &str) -> String {
         .collect()
 }
 
-/// Everything a shader needs to evaluate `kinds`: frame, parameter structs, twins, dispatch
+/// Everything a shader needs to evaluate `kinds`: frame, microfacet terms, parameter structs, twins, dispatch
 /// (`bsdf_eval`, `bsdf_pdf`, `bsdf_sample`). The shader that includes it supplies
 /// `fn param_at(i: u32) -> f32` and `fn table_at(i: u32) -> f32`. Models without a twin are left out.
 pub fn wgsl_library(kinds: &[Kind]) -> String {
     let mut out = String::from(FRAME_WGSL);
+    out.push_str(crate::microfacet::MICROFACET_WGSL);
     let kinds: Vec<Kind> = kinds.iter().copied().filter(|k| k.wgsl().is_some()).collect();
     for kind in &kinds {
         out.push_str(&wgsl_params(*kind));
@@ -55,7 +60,10 @@ pub fn wgsl_library(kinds: &[Kind]) -> String {
         ("sample", "wo: vec3<f32>, u: vec3<f32>", "BsdfSample", "bsdf_no_sample()"),
     ] {
         let pass = if function == "sample" { "wo, u" } else { "wo, wi" };
-        let _ = writeln!(out, "fn bsdf_{function}(kind: u32, p: u32, t: u32, {args}) -> {result} {{\n    switch kind {{");
+        let _ = writeln!(
+            out,
+            "fn bsdf_{function}(kind: u32, p: u32, t: u32, {args}) -> {result} {{\n    switch kind {{"
+        );
         for kind in &kinds {
             let name = kind.name();
             let _ = writeln!(
