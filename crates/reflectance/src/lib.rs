@@ -15,6 +15,7 @@
 mod model;
 mod shader;
 
+pub mod metals;
 pub mod microfacet;
 
 pub use model::{Choice, Data, Laws, Model, ModelError, Param, ParamType, Params, Preset, Sample, Spec};
