@@ -12,9 +12,12 @@
 //! The list at the end of this file yields the [`Kind`] enum, the dispatch in Rust and in WGSL, the
 //! parameter tables, and every test.
 
+#[cfg(test)]
+mod furnace;
 mod model;
 mod shader;
 
+pub mod halfway;
 pub mod metals;
 pub mod microfacet;
 
@@ -23,4 +26,8 @@ pub use shader::{FRAME_WGSL, wgsl_library, wgsl_params};
 
 model::models! {
     lambert::Lambert,
+    oren_nayar::OrenNayar,
+    phong::Phong,
+    blinn_phong::BlinnPhong,
+    ward::Ward,
 }

@@ -38,7 +38,13 @@ impl Spec {
     }
 
     /// A colour whose default has a hue.
-    pub const fn colour(default: [f32; 3], min: f32, max: f32, unit: &'static str, doc: &'static str) -> Self {
+    pub const fn colour(
+        default: [f32; 3],
+        min: f32,
+        max: f32,
+        unit: &'static str,
+        doc: &'static str,
+    ) -> Self {
         Self { kind: ParamType::Rgb, default, min, max, unit, doc }
     }
 
@@ -319,7 +325,8 @@ pub trait Model: Params + Send + Sync + 'static {
     fn albedo(&self, table: &[f32]) -> Vec3 {
         // f·π at a typical pair: exact for Lambert, a fair hue for the rest.
         let w = Vec3::new(0.0, 0.0, 1.0);
-        (self.eval(table, w, Vec3::new(0.5, 0.0, 0.75f32.sqrt())) * std::f32::consts::PI).clamp(Vec3::ZERO, Vec3::ONE)
+        (self.eval(table, w, Vec3::new(0.5, 0.0, 0.75f32.sqrt())) * std::f32::consts::PI)
+            .clamp(Vec3::ZERO, Vec3::ONE)
     }
 }
 

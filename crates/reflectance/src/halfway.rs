@@ -1,0 +1,121 @@
+//! Half vectors and the Gaussian of slopes that Ward, Ashikhmin and the Noh costume share.
+
+use crate::model::{Model, Sample};
+use glam::{Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, TAU};
+
+/// The same in WGSL, spliced in after `frame.wgsl`.
+pub const HALFWAY_WGSL: &str = include_str!("halfway.wgsl");
+
+/// The unit vector between two directions of the upper hemisphere.
+#[inline]
+pub fn half_vector(wo: Vec3, wi: Vec3) -> Vec3 {
+    (wo + wi).normalize()
+}
+
+/// Where a facet with normal `h` sends `wo`.
+#[inline]
+pub fn reflect(wo: Vec3, h: Vec3) -> Vec3 {
+    2.0 * wo.dot(h) * h - wo
+}
+
+/// Density of `wi` whose half vector with `wo` has the density `pdf_h`: dω_h = dω_i / (4 h·wo).
+#[inline]
+pub fn pdf_reflected(pdf_h: f32, h_dot_wo: f32) -> f32 {
+    pdf_h / (4.0 * h_dot_wo)
+}
+
+/// tan² θ_h (cos² φ_h / σx² + sin² φ_h / σy²), the squared slope in units of its width. `h` need not be unit.
+#[inline]
+pub fn squared_slope(h: Vec3, sx: f32, sy: f32) -> f32 {
+    // A half vector on the horizon would make 0/0.
+    let z = h.z.max(1e-12);
+    let (x, y) = (h.x / (sx * z), h.y / (sy * z));
+    x * x + y * y
+}
+
+/// Draws a half vector with Gaussian slopes. Walter 2005, "Notes on the Ward BRDF".
+#[inline]
+pub fn sample_gaussian_slopes(u: Vec2, sx: f32, sy: f32) -> Vec3 {
+    let r = (-(1.0 - u.x).ln()).sqrt();
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    Vec3::new(r * sx * cos, r * sy * sin, 1.0).normalize()
+}
+
+/// Density of [`sample_gaussian_slopes`] per solid angle of the unit vector `h`.
+#[inline]
+pub fn pdf_gaussian_slopes(h: Vec3, sx: f32, sy: f32) -> f32 {
+    let e = (-squared_slope(h, sx, sy)).exp();
+    if e > 0.0 { FRAC_1_PI * e / (sx * sy * h.z * h.z * h.z) } else { 0.0 }
+}
+
+/// Draws a half vector with density (n + 1)/2π · cosⁿ θ_h. Blinn 1977's lobe; works for Phong's about any axis.
+#[inline]
+pub fn sample_cosine_power(u: Vec2, n: f32) -> Vec3 {
+    let z = (1.0 - u.x).powf(1.0 / (n + 1.0));
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// Density of [`sample_cosine_power`] at an angle whose cosine is `c`.
+#[inline]
+pub fn pdf_cosine_power(c: f32, n: f32) -> f32 {
+    if c <= 0.0 { 0.0 } else { (n + 1.0) / TAU * c.powf(n) }
+}
+
+/// The share of draws that go to a lobe of albedo about `specular` beside one of about `diffuse`.
+#[inline]
+pub fn lobe_share(specular: Vec3, diffuse: Vec3) -> f32 {
+    let (s, d) = (specular.max_element(), diffuse.max_element());
+    if s + d > 0.0 { s / (s + d) } else { 0.0 }
+}
+
+/// The draw `wi` with weight and density of the whole model; `None` where it carries no light.
+#[inline]
+pub fn drawn<M: Model>(model: &M, table: &[f32], wo: Vec3, wi: Vec3) -> Option<Sample> {
+    if !(wo.z > 0.0 && wi.z > 0.0) {
+        return None;
+    }
+    let (f, pdf) = model.eval_pdf(table, wo, wi);
+    // An underflown density would make the weight 0/0.
+    if !(pdf > f32::MIN_POSITIVE && pdf.is_finite()) {
+        return None;
+    }
+    Some(Sample { wi, weight: f * (wi.z / pdf), pdf, delta: false, eta: 1.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use yugen_optics::random::Pcg32;
+
+    #[test]
+    fn densities_of_half_vectors_integrate_to_one_and_match_their_draws() {
+        // E[g] under the draws against ∫ g pdf, g a lopsided polynomial.
+        let g = |h: Vec3| f64::from(h.x * h.x + 0.5 * h.z * h.z + 0.3 * h.y * h.y * h.z);
+        let mut rng = Pcg32::new(7, 1);
+        for (sx, sy) in [(0.1, 0.5), (0.8, 0.3)] {
+            let (mut draws, mut integral, mut total) = (0.0, 0.0, 0.0);
+            let (n, m) = (100_000, 1600);
+            for _ in 0..n {
+                let u = rng.next_vec3();
+                draws += g(sample_gaussian_slopes(u.truncate(), sx, sy)) / f64::from(n);
+            }
+            for i in 0..m {
+                for k in 0..50 {
+                    let z = (i as f32 + 0.5) / m as f32;
+                    let (sin, cos) = (TAU * (k as f32 + 0.5) / 50.0).sin_cos();
+                    let r = (1.0 - z * z).sqrt();
+                    let h = Vec3::new(r * cos, r * sin, z);
+                    let p = f64::from(pdf_gaussian_slopes(h, sx, sy) * TAU) / f64::from(m * 50);
+                    integral += g(h) * p;
+                    total += p;
+                }
+            }
+            assert!((total - 1.0).abs() < 1e-3, "{total}");
+            // Four standard errors of 1e5 draws.
+            assert!((draws - integral).abs() < 4e-3, "{draws} {integral}");
+        }
+    }
+}

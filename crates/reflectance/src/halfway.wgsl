@@ -1,0 +1,83 @@
+// Twin of halfway.rs.
+
+fn half_vector(wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
+    return normalize(wo + wi);
+}
+
+fn reflect_about(wo: vec3<f32>, h: vec3<f32>) -> vec3<f32> {
+    return 2.0 * dot(wo, h) * h - wo;
+}
+
+fn pdf_reflected(pdf_h: f32, h_dot_wo: f32) -> f32 {
+    return pdf_h / (4.0 * h_dot_wo);
+}
+
+fn squared_slope(h: vec3<f32>, sx: f32, sy: f32) -> f32 {
+    let z = max(h.z, 1e-12);
+    let x = h.x / (sx * z);
+    let y = h.y / (sy * z);
+    return x * x + y * y;
+}
+
+fn sample_gaussian_slopes(u: vec2<f32>, sx: f32, sy: f32) -> vec3<f32> {
+    let r = sqrt(-log(1.0 - u.x));
+    let a = TAU * u.y;
+    return normalize(vec3<f32>(r * sx * cos(a), r * sy * sin(a), 1.0));
+}
+
+fn pdf_gaussian_slopes(h: vec3<f32>, sx: f32, sy: f32) -> f32 {
+    let e = exp(-squared_slope(h, sx, sy));
+    if (e > 0.0) {
+        return FRAC_1_PI * e / (sx * sy * h.z * h.z * h.z);
+    }
+    return 0.0;
+}
+
+fn sample_cosine_power(u: vec2<f32>, n: f32) -> vec3<f32> {
+    let z = pow(1.0 - u.x, 1.0 / (n + 1.0));
+    let r = sqrt(max(1.0 - z * z, 0.0));
+    let a = TAU * u.y;
+    return vec3<f32>(r * cos(a), r * sin(a), z);
+}
+
+fn pdf_cosine_power(c: f32, n: f32) -> f32 {
+    if (c <= 0.0) {
+        return 0.0;
+    }
+    return (n + 1.0) / TAU * pow(c, n);
+}
+
+fn max_element(v: vec3<f32>) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+fn lobe_share(specular: vec3<f32>, diffuse: vec3<f32>) -> f32 {
+    let s = max_element(specular);
+    let d = max_element(diffuse);
+    if (s + d > 0.0) {
+        return s / (s + d);
+    }
+    return 0.0;
+}
+
+// The draw `wi` with f and pdf of the whole model.
+fn drawn(wo: vec3<f32>, wi: vec3<f32>, f: vec3<f32>, pdf: f32) -> BsdfSample {
+    if (!(wo.z > 0.0 && wi.z > 0.0 && pdf > 1.17549435e-38 && pdf < 3.0e38)) {
+        return bsdf_no_sample();
+    }
+    return BsdfSample(wi, pdf, f * (wi.z / pdf), 0u);
+}
+
+fn f_ward1992(wo: vec3<f32>, wi: vec3<f32>, ax: f32, ay: f32) -> f32 {
+    return exp(-squared_slope(wo + wi, ax, ay)) / (4.0 * PI * ax * ay * sqrt(max(wo.z * wi.z, 1e-18)));
+}
+
+fn f_duer(wo: vec3<f32>, wi: vec3<f32>, ax: f32, ay: f32) -> f32 {
+    return exp(-squared_slope(wo + wi, ax, ay)) / (4.0 * PI * ax * ay * max(wo.z * wi.z, 1e-18));
+}
+
+fn f_gmd(wo: vec3<f32>, wi: vec3<f32>, ax: f32, ay: f32) -> f32 {
+    let h = wo + wi;
+    let z2 = max(h.z * h.z, 1e-18);
+    return FRAC_1_PI / (ax * ay) * exp(-squared_slope(h, ax, ay)) * (dot(h, h) / z2) / z2;
+}

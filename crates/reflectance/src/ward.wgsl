@@ -1,0 +1,36 @@
+// Twin of ward.rs. The lobes themselves are in halfway.wgsl, shared with the Noh costume.
+
+fn ward_eval(m: Ward, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
+    if (wo.z <= 0.0 || wi.z <= 0.0) {
+        return vec3<f32>(0.0);
+    }
+    var lobe = 0.0;
+    switch m.form {
+        case 0u: { lobe = f_gmd(wo, wi, m.alpha_x, m.alpha_y); }
+        case 1u: { lobe = f_duer(wo, wi, m.alpha_x, m.alpha_y); }
+        default: { lobe = f_ward1992(wo, wi, m.alpha_x, m.alpha_y); }
+    }
+    return m.diffuse * FRAC_1_PI + m.specular * lobe;
+}
+
+fn ward_pdf(m: Ward, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
+    if (wo.z <= 0.0 || wi.z <= 0.0) {
+        return 0.0;
+    }
+    let share = lobe_share(m.specular, m.diffuse);
+    let h = half_vector(wo, wi);
+    return share * pdf_reflected(pdf_gaussian_slopes(h, m.alpha_x, m.alpha_y), dot(h, wo))
+        + (1.0 - share) * cosine_hemisphere_pdf(wi);
+}
+
+fn ward_sample(m: Ward, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
+    var wi = cosine_hemisphere(u.xy);
+    if (u.z < lobe_share(m.specular, m.diffuse)) {
+        let h = sample_gaussian_slopes(u.xy, m.alpha_x, m.alpha_y);
+        if (dot(h, wo) <= 0.0) {
+            return bsdf_no_sample();
+        }
+        wi = reflect_about(wo, h);
+    }
+    return drawn(wo, wi, ward_eval(m, t, wo, wi), ward_pdf(m, t, wo, wi));
+}
