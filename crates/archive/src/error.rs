@@ -86,7 +86,7 @@ pub enum Error {
         problem: String,
     },
     /// A word that means nothing there.
-    #[error("{at}: unknown {what} '{name}'{}", hint(suggestion, known))]
+    #[error("{at}: unknown {what} '{name}'{hint}")]
     Unknown {
         /// Where.
         at: Place,
@@ -94,10 +94,8 @@ pub enum Error {
         what: &'static str,
         /// The word.
         name: String,
-        /// The nearest known one.
-        suggestion: Option<String>,
-        /// All that would do, for a list that is short enough to read.
-        known: Vec<String>,
+        /// What was probably meant or what would do, as the end of the sentence.
+        hint: String,
     },
     /// The file asks for more than the limit.
     #[error("{at}: {what} is {asked}, more than the limit of {limit}; raise the limit if that is right")]
@@ -117,7 +115,7 @@ pub enum Error {
         /// Where.
         at: Place,
         /// Why.
-        source: ModelError,
+        source: Box<ModelError>,
     },
 }
 
@@ -139,21 +137,19 @@ impl Error {
         name: &str,
         known: impl IntoIterator<Item = &'a str>,
     ) -> Self {
-        let mut known: Vec<String> = known.into_iter().map(String::from).collect();
-        let suggestion = nearest(name, known.iter().map(String::as_str)).map(String::from);
-        // A list longer than a line helps nobody.
-        if known.len() > 24 {
-            known.clear();
-        }
-        Self::Unknown { at, what, name: name.to_string(), suggestion, known }
+        let known: Vec<&str> = known.into_iter().collect();
+        let hint = match nearest(name, known.iter().copied()) {
+            Some(word) => format!("; did you mean '{word}'?"),
+            // A list longer than this helps nobody.
+            None if known.is_empty() || known.len() > 24 => String::new(),
+            None => format!("; expected one of {}", known.join(", ")),
+        };
+        Self::Unknown { at, what, name: name.to_string(), hint }
     }
-}
 
-fn hint(suggestion: &Option<String>, known: &[String]) -> String {
-    match (suggestion, known) {
-        (Some(s), _) => format!("; did you mean '{s}'?"),
-        (None, []) => String::new(),
-        (None, known) => format!("; expected one of {}", known.join(", ")),
+    /// A reflectance model refuses.
+    pub fn model(at: Place, source: ModelError) -> Self {
+        Self::Model { at, source: Box::new(source) }
     }
 }
 

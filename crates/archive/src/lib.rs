@@ -2,11 +2,11 @@
 //!
 //! Colours are converted to the scene's working space here, at the border, and nowhere else.
 
-mod atomic;
+mod disk;
 mod error;
 pub mod formats;
 pub mod scene;
 
-pub use atomic::atomic_write;
+pub use disk::{atomic_write, read_bounded};
 pub use error::{Error, Place, Position, nearest};
 pub use scene::Scene;

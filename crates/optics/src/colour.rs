@@ -47,11 +47,7 @@ impl ColourSpace {
 
     /// RGB to CIE XYZ (1931, 2°), white at Y = 1.
     pub fn to_xyz(self) -> DMat3 {
-        let xyz = |[x, y]: [f64; 2]| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
-        let [r, g, b, white] = self.chromaticities().map(xyz);
-        let primaries = DMat3::from_cols(r, g, b);
-        let scale = primaries.inverse() * white;
-        DMat3::from_cols(r * scale.x, g * scale.y, b * scale.z)
+        rgb_to_xyz(self.chromaticities())
     }
 
     /// The matrix from this space to `to`; Bradford adaptation where the white points differ.
@@ -59,8 +55,7 @@ impl ColourSpace {
         if self == to {
             return Mat3::IDENTITY;
         }
-        let adapt = bradford(self.to_xyz() * DVec3::ONE, to.to_xyz() * DVec3::ONE);
-        (to.to_xyz().inverse() * adapt * self.to_xyz()).as_mat3()
+        rgb_to_rgb(self.chromaticities(), to.chromaticities())
     }
 
     /// Weights of relative luminance Y for a colour of this space.
@@ -72,6 +67,21 @@ impl ColourSpace {
     pub fn luminance(self, rgb: Vec3) -> f32 {
         self.luminance_weights().dot(rgb)
     }
+}
+
+/// RGB to CIE XYZ, white at Y = 1, for the xy chromaticities of red, green, blue and white.
+pub fn rgb_to_xyz(chromaticities: [[f64; 2]; 4]) -> DMat3 {
+    let xyz = |[x, y]: [f64; 2]| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
+    let [r, g, b, white] = chromaticities.map(xyz);
+    let scale = DMat3::from_cols(r, g, b).inverse() * white;
+    DMat3::from_cols(r * scale.x, g * scale.y, b * scale.z)
+}
+
+/// The matrix between RGB spaces given by xy chromaticities (red, green, blue, white); Bradford adaptation
+/// where the white points differ.
+pub fn rgb_to_rgb(from: [[f64; 2]; 4], to: [[f64; 2]; 4]) -> Mat3 {
+    let (from, to) = (rgb_to_xyz(from), rgb_to_xyz(to));
+    (to.inverse() * bradford(from * DVec3::ONE, to * DVec3::ONE) * from).as_mat3()
 }
 
 /// Linear Bradford chromatic adaptation from white point `from` to `to`, both XYZ with Y = 1.

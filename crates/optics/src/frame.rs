@@ -74,7 +74,11 @@ mod tests {
     #[test]
     fn frames_are_orthonormal_and_right_handed() {
         for n in [Vec3::Z, -Vec3::Z, Vec3::X, Vec3::new(0.3, -0.5, -0.9).normalize()] {
-            for f in [Frame::from_normal(n), Frame::from_normal_tangent(n, Vec3::new(0.2, 0.9, 0.1)), Frame::from_normal_tangent(n, n)] {
+            for f in [
+                Frame::from_normal(n),
+                Frame::from_normal_tangent(n, Vec3::new(0.2, 0.9, 0.1)),
+                Frame::from_normal_tangent(n, n),
+            ] {
                 assert!((f.s.cross(f.t) - f.n).length() < 1e-6);
                 assert!(f.s.dot(f.n).abs() < 1e-6 && (f.s.length() - 1.0).abs() < 1e-6);
                 let v = Vec3::new(0.1, 0.7, -0.4);

@@ -54,7 +54,16 @@ impl Image {
     /// The image made of the named channels only, in that order; `None` where one is missing.
     pub fn select(&self, names: &[&str]) -> Option<Self> {
         let at: Vec<usize> = names.iter().map(|n| self.channel(n)).collect::<Option<_>>()?;
-        let data = self.data.chunks_exact(self.channels.len().max(1)).flat_map(|p| at.iter().map(|&c| p[c])).collect();
-        Some(Self { width: self.width, height: self.height, channels: names.iter().map(|n| n.to_string()).collect(), data })
+        let data = self
+            .data
+            .chunks_exact(self.channels.len().max(1))
+            .flat_map(|p| at.iter().map(|&c| p[c]))
+            .collect();
+        Some(Self {
+            width: self.width,
+            height: self.height,
+            channels: names.iter().map(|n| n.to_string()).collect(),
+            data,
+        })
     }
 }

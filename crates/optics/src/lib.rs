@@ -12,6 +12,7 @@ pub mod random;
 pub mod special;
 pub mod spectrum;
 pub mod statistics;
+pub mod tonemap;
 pub mod warp;
 
 pub use colour::ColourSpace;

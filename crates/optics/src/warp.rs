@@ -9,8 +9,11 @@ pub fn concentric_disc(u: Vec2) -> Vec2 {
     if p == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    let (r, phi) =
-        if p.x.abs() > p.y.abs() { (p.x, FRAC_PI_4 * (p.y / p.x)) } else { (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y)) };
+    let (r, phi) = if p.x.abs() > p.y.abs() {
+        (p.x, FRAC_PI_4 * (p.y / p.x))
+    } else {
+        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
+    };
     let (sin, cos) = phi.sin_cos();
     r * Vec2::new(cos, sin)
 }

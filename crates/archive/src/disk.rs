@@ -1,8 +1,8 @@
-//! Files that are either whole or not there.
+//! Files on the disk: written whole or not at all, read up to a limit.
 
-use crate::Error;
+use crate::{Error, Place};
 use std::fs::File;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -31,6 +31,24 @@ pub fn atomic_write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     })
 }
 
+/// All of `path`, or an error where it holds more than `limit` bytes.
+pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
+    let file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let mut bytes = Vec::new();
+    // One byte more than allowed tells a file of just the limit from a longer one, pipes included.
+    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
+    if bytes.len() as u64 > limit {
+        let asked = std::fs::metadata(path).map_or(0, |m| m.len()).max(limit.saturating_add(1));
+        return Err(Error::TooLarge {
+            at: Place::file(path),
+            what: "the size in bytes".into(),
+            asked,
+            limit,
+        });
+    }
+    Ok(bytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -43,6 +61,8 @@ mod tests {
         atomic_write(&path, b"first").unwrap();
         atomic_write(&path, b"2nd").unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"2nd");
+        assert_eq!(read_bounded(&path, 3).unwrap(), b"2nd");
+        assert!(matches!(read_bounded(&path, 2), Err(Error::TooLarge { asked: 3, limit: 2, .. })));
         // A folder of that name cannot be replaced by a file: the error says which, and nothing is left.
         std::fs::create_dir(folder.join("b")).unwrap();
         std::fs::write(folder.join("b/inside"), b"x").unwrap();

@@ -1,0 +1,149 @@
+//! From scene light to what a display shows: exposure, gamut, curve.
+
+use crate::colour::{ColourSpace, linear_to_srgb};
+use glam::{Mat3, Vec3};
+
+/// A named curve from linear scene light to linear display light in [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Curve {
+    /// No curve: what is brighter than the display is cut off. The one to compare renderers with.
+    #[default]
+    Clip,
+    /// Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction for Digital Images",
+    /// equation 4, on luminance, with the white point at [`REINHARD_WHITE`].
+    Reinhard,
+    /// Narkowicz 2016, "ACES Filmic Tone Mapping Curve", channel by channel: contrast and a soft shoulder.
+    Aces,
+}
+
+/// The smallest luminance that [`Curve::Reinhard`] shows as white: four stops over a grey card's white.
+pub const REINHARD_WHITE: f32 = 16.0;
+
+impl Curve {
+    /// Every curve.
+    pub const ALL: [Self; 3] = [Self::Clip, Self::Reinhard, Self::Aces];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clip => "clip",
+            Self::Reinhard => "reinhard",
+            Self::Aces => "aces",
+        }
+    }
+
+    /// The curve called `name`, if there is one.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|c| c.name() == name)
+    }
+
+    /// Linear sRGB scene light, no channel negative, to linear display light in [0, 1].
+    pub fn apply(self, rgb: Vec3) -> Vec3 {
+        let mapped = match self {
+            Self::Clip => rgb,
+            Self::Reinhard => {
+                let y = ColourSpace::LinearSrgb.luminance(rgb);
+                rgb * ((1.0 + y / (REINHARD_WHITE * REINHARD_WHITE)) / (1.0 + y))
+            }
+            Self::Aces => {
+                // The curve is level at 1.03 from about 60 on; beyond 1e15 its squares would overflow.
+                let x = rgb.min(Vec3::splat(1e6));
+                (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
+            }
+        };
+        mapped.clamp(Vec3::ZERO, Vec3::ONE)
+    }
+}
+
+/// Brings a linear colour with negative channels into the gamut by mixing it with the grey of its luminance
+/// just as far as needed: hue and luminance stay, saturation goes. Without light there is black.
+pub fn into_gamut(rgb: Vec3, space: ColourSpace) -> Vec3 {
+    let least = rgb.min_element();
+    if least >= 0.0 {
+        return rgb;
+    }
+    let y = space.luminance(rgb);
+    if y <= 0.0 {
+        return Vec3::ZERO;
+    }
+    let grey = Vec3::splat(y);
+    (grey + (rgb - grey) * (y / (y - least))).max(Vec3::ZERO)
+}
+
+/// The way of a picture to an sRGB display.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Display {
+    to_srgb: Mat3,
+    curve: Curve,
+}
+
+impl Display {
+    /// For colours of `space`, brightened by `exposure` stops and mapped by `curve`.
+    pub fn new(space: ColourSpace, exposure: f32, curve: Curve) -> Self {
+        Self { to_srgb: space.matrix_to(ColourSpace::LinearSrgb) * exposure.exp2(), curve }
+    }
+
+    /// Scene light to sRGB display values in [0, 1]; what is not a number becomes black.
+    pub fn show(&self, rgb: Vec3) -> Vec3 {
+        if rgb.is_nan() {
+            return Vec3::ZERO;
+        }
+        let rgb = self.to_srgb * rgb.clamp(Vec3::splat(-f32::MAX / 64.0), Vec3::splat(f32::MAX / 64.0));
+        self.curve.apply(into_gamut(rgb, ColourSpace::LinearSrgb)).map(linear_to_srgb)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_rise_from_black_to_white_and_hit_their_published_points() {
+        for curve in Curve::ALL {
+            assert_eq!(Curve::from_name(curve.name()), Some(curve));
+            assert_eq!(curve.apply(Vec3::ZERO), Vec3::ZERO);
+            let mut last = 0.0;
+            for i in 0..200 {
+                let v = curve.apply(Vec3::splat(1.1f32.powi(i - 100))).x;
+                assert!(v >= last && v <= 1.0, "{curve:?} {i}");
+                last = v;
+            }
+            assert!((last - 1.0).abs() < 1e-3, "{curve:?} ends at {last}");
+        }
+        // White maps to one exactly there, and small values stay as they are (Reinhard et al. 2002, figure 4).
+        assert!((Curve::Reinhard.apply(Vec3::splat(REINHARD_WHITE)).x - 1.0).abs() < 1e-6);
+        assert!((Curve::Reinhard.apply(Vec3::splat(1e-3)).x / 1e-3 - 1.0).abs() < 2e-3);
+        // Narkowicz's rational function at 1: 2.54 / 3.16.
+        assert!((Curve::Aces.apply(Vec3::ONE).x - 2.54 / 3.16).abs() < 1e-6);
+    }
+
+    #[test]
+    fn gamut_mapping_keeps_luminance_and_leaves_what_fits() {
+        let space = ColourSpace::LinearSrgb;
+        let inside = Vec3::new(0.1, 2.0, 0.3);
+        assert_eq!(into_gamut(inside, space), inside);
+        // The green primary of Rec. 2020 lies far outside.
+        let outside = ColourSpace::LinearRec2020.matrix_to(space) * Vec3::Y;
+        assert!(outside.min_element() < -0.1);
+        let mapped = into_gamut(outside, space);
+        assert!(mapped.min_element().abs() < 1e-6, "{mapped}");
+        assert!((space.luminance(mapped) - space.luminance(outside)).abs() < 1e-6);
+        assert_eq!(into_gamut(Vec3::new(-1.0, 0.0, 0.0), space), Vec3::ZERO);
+    }
+
+    #[test]
+    fn display_values_are_sane_for_anything() {
+        let d = Display::new(ColourSpace::LinearRec2020, 1.0, Curve::Clip);
+        // One stop brighter, grey stays grey: 0.25 becomes 0.5, sRGB 0.735357 (IEC 61966-2-1).
+        assert!((d.show(Vec3::splat(0.25)) - Vec3::splat(0.735357)).abs().max_element() < 1e-5);
+        for x in [f32::NAN, f32::INFINITY, -f32::INFINITY, f32::MAX, -f32::MAX, 0.0, 1e-40] {
+            for curve in Curve::ALL {
+                let v = Display::new(ColourSpace::AcesCg, 3.0, curve).show(Vec3::new(x, 0.5, -x));
+                assert!(
+                    v.is_finite() && v.min_element() >= 0.0 && v.max_element() <= 1.0,
+                    "{curve:?} {x} {v}"
+                );
+            }
+        }
+    }
+}
