@@ -30,4 +30,11 @@ model::models! {
     phong::Phong,
     blinn_phong::BlinnPhong,
     ward::Ward,
+    conductor::Conductor,
+    rough_conductor::RoughConductor,
+    dielectric::Dielectric,
+    thin_dielectric::ThinDielectric,
+    rough_dielectric::RoughDielectric,
+    plastic::Plastic,
+    rough_plastic::RoughPlastic,
 }
