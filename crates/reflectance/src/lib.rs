@@ -18,6 +18,7 @@ mod model;
 mod shader;
 
 pub mod halfway;
+pub mod half_vector;
 pub mod metals;
 pub mod microfacet;
 
@@ -37,4 +38,5 @@ model::models! {
     rough_dielectric::RoughDielectric,
     plastic::Plastic,
     rough_plastic::RoughPlastic,
+    merl::Merl,
 }

@@ -1,0 +1,161 @@
+// Twin of half_vector.rs: importance sampling from a table over the half vector.
+
+const HALF_PI: f32 = 1.5707963267949;
+const COSINE_SHARE: f32 = 0.1;
+
+struct HalfVectorTable {
+    start: u32,
+    n_theta: u32,
+    n_phi: u32,
+    n_u: u32,
+    n_v: u32,
+}
+
+// Four grid directions around the eye and their shares.
+struct HalfVectorNodes {
+    at: vec4<u32>,
+    share: vec4<f32>,
+}
+
+fn half_vector_edge(h: HalfVectorTable, a: u32) -> f32 {
+    let u = f32(a) / f32(h.n_u);
+    return u * u * HALF_PI;
+}
+
+fn half_vector_theta_squares(h: HalfVectorTable, a: u32) -> f32 {
+    let low = half_vector_edge(h, a);
+    let high = half_vector_edge(h, a + 1u);
+    return (high - low) * (high + low);
+}
+
+fn half_vector_azimuth(w: vec3<f32>) -> f32 {
+    if (w.x == 0.0 && w.y == 0.0) {
+        return 0.0;
+    }
+    return atan2(w.y, w.x);
+}
+
+fn half_vector_nodes(h: HalfVectorTable, wo: vec3<f32>) -> HalfVectorNodes {
+    var x = atan2(length(wo.xy), wo.z) / HALF_PI * f32(h.n_theta - 1u);
+    let i = min(u32(x), h.n_theta - 2u);
+    x = min(x - f32(i), 1.0);
+    var j = 0u;
+    var k = 0u;
+    var y = 0.0;
+    if (h.n_phi > 1u) {
+        let phi = half_vector_azimuth(wo) / TAU;
+        y = (phi - floor(phi)) * f32(h.n_phi);
+        j = min(u32(y), h.n_phi - 1u);
+        y = y - f32(j);
+        k = (j + 1u) % h.n_phi;
+    }
+    let stride = h.n_u + 1u + h.n_u * (h.n_v + 1u);
+    let at = vec4<u32>(j * h.n_theta + i, j * h.n_theta + i + 1u, k * h.n_theta + i, k * h.n_theta + i + 1u);
+    return HalfVectorNodes(
+        vec4<u32>(h.start) + at * stride,
+        vec4<f32>((1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y),
+    );
+}
+
+fn half_vector_pdf(h: HalfVectorTable, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
+    if (wo.z <= 0.0 || wi.z <= 0.0) {
+        return 0.0;
+    }
+    let sum = wo + wi;
+    let cosine = 0.5 * length(sum);
+    let theta = atan2(length(sum.xy), sum.z);
+    let a = min(u32(sqrt(theta / HALF_PI) * f32(h.n_u)), h.n_u - 1u);
+    let v = (half_vector_azimuth(sum) - half_vector_azimuth(wo)) / TAU;
+    let b = min(u32((v - floor(v)) * f32(h.n_v)), h.n_v - 1u);
+    let nodes = half_vector_nodes(h, wo);
+    var p = 0.0;
+    for (var n = 0u; n < 4u; n++) {
+        if (nodes.share[n] > 0.0) {
+            let node = t + nodes.at[n];
+            let row = node + h.n_u + 1u + a * (h.n_v + 1u) + b;
+            p += nodes.share[n] * (table_at(node + a + 1u) - table_at(node + a)) * (table_at(row + 1u) - table_at(row));
+        }
+    }
+    var spread = 1.0;
+    if (theta > 1e-4) {
+        spread = theta / sin(theta);
+    }
+    let per_h = 2.0 * spread / half_vector_theta_squares(h, a) * (f32(h.n_v) / TAU);
+    return COSINE_SHARE * cosine_hemisphere_pdf(wi) + (1.0 - COSINE_SHARE) * p * per_h / (4.0 * cosine);
+}
+
+// The cell of the cumulative distribution of n cells at `at` that u falls into, and where in it.
+fn half_vector_find(at: u32, n: u32, u: f32) -> vec2<f32> {
+    var low = 0u;
+    var high = n + 1u;
+    while (low < high) {
+        let middle = (low + high) / 2u;
+        if (table_at(at + middle) <= u) {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    let i = clamp(low, 1u, n) - 1u;
+    let first = table_at(at + i);
+    let width = table_at(at + i + 1u) - first;
+    if (width > 0.0) {
+        return vec2<f32>(f32(i), clamp((u - first) / width, 0.0, 0.99999994));
+    }
+    return vec2<f32>(f32(i), 0.5);
+}
+
+// Zero where the draw lies below the surface.
+fn half_vector_sample(h: HalfVectorTable, t: u32, wo: vec3<f32>, u: vec3<f32>) -> vec3<f32> {
+    if (wo.z <= 0.0) {
+        return vec3<f32>(0.0);
+    }
+    if (u.z < COSINE_SHARE) {
+        return cosine_hemisphere(u.xy);
+    }
+    var choice = (u.z - COSINE_SHARE) / (1.0 - COSINE_SHARE);
+    let nodes = half_vector_nodes(h, wo);
+    var node = nodes.at[0];
+    for (var n = 0u; n < 4u; n++) {
+        if (nodes.share[n] > 0.0) {
+            node = nodes.at[n];
+        }
+        choice -= nodes.share[n];
+        if (choice < 0.0) {
+            break;
+        }
+    }
+    let first = half_vector_find(t + node, h.n_u, u.x);
+    let a = u32(first.x);
+    let second = half_vector_find(t + node + h.n_u + 1u + a * (h.n_v + 1u), h.n_v, u.y);
+    let low = half_vector_edge(h, a);
+    let theta = sqrt(low * low + first.y * half_vector_theta_squares(h, a));
+    let phi = half_vector_azimuth(wo) + TAU * (second.x + second.y) / f32(h.n_v);
+    let m = vec3<f32>(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta));
+    let cosine = dot(wo, m);
+    let wi = 2.0 * cosine * m - wo;
+    if (cosine <= 0.0 || wi.z <= 0.0) {
+        return vec3<f32>(0.0);
+    }
+    return normalize(wi);
+}
+
+// Rusinkiewicz 1998: theta_h, theta_d, phi_d.
+fn rusinkiewicz(wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
+    let h = wo + wi;
+    let d = wi - wo;
+    let sin_h = length(h.xy);
+    let theta_h = atan2(sin_h, h.z);
+    let theta_d = atan2(length(d), length(h));
+    var t = vec2<f32>(1.0, 0.0);
+    if (sin_h > 0.0) {
+        t = h.xy / sin_h;
+    }
+    let x = cos(theta_h) * dot(d.xy, t) - sin(theta_h) * d.z;
+    let y = t.x * d.y - t.y * d.x;
+    var phi_d = 0.0;
+    if (x != 0.0 || y != 0.0) {
+        phi_d = atan2(y, x);
+    }
+    return vec3<f32>(theta_h, min(theta_d, HALF_PI), phi_d);
+}
