@@ -18,7 +18,7 @@ mod model;
 mod shader;
 
 pub mod halfway;
-pub mod half_vector;
+pub mod importance;
 pub mod metals;
 pub mod microfacet;
 

@@ -1,6 +1,6 @@
 //! Matusik, Pfister, Brand and McMillan 2003, "A Data-Driven Reflectance Model": the MERL tables.
 
-use crate::half_vector::{HalfVectorTable, from_rusinkiewicz, rusinkiewicz};
+use crate::importance::{HalfVectorTable, from_rusinkiewicz, rusinkiewicz};
 use crate::microfacet::{d_ggx, v_smith_ggx_correlated};
 use crate::model::{Data, Laws, Model, ModelError, Preset, Sample, Spec, params};
 use glam::Vec3;
@@ -200,8 +200,9 @@ mod tests {
         // Along a smooth scan, the second difference of a banded lookup is as large as the first.
         let (table, m) = (baked(), Merl::default());
         let wo = spherical(0.8, 3.0);
-        let scan: Vec<f32> =
-            (0..4000).map(|i| m.eval(table, wo, spherical(0.5 + i as f32 * 1e-4, 3.0 + std::f32::consts::PI)).x).collect();
+        let scan: Vec<f32> = (0..4000)
+            .map(|i| m.eval(table, wo, spherical(0.5 + i as f32 * 1e-4, 3.0 + std::f32::consts::PI)).x)
+            .collect();
         let range = scan.iter().fold(0.0f32, |a, &b| a.max(b)) - scan.iter().fold(f32::MAX, |a, &b| a.min(b));
         let step = scan.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
         // Nearest-bin lookup jumps by a bin's worth, about range/20; a smooth one by the slope, range/2000.

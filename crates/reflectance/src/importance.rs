@@ -14,7 +14,7 @@ use yugen_optics::frame::spherical;
 use yugen_optics::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 /// The functions in WGSL, spliced in after `frame.wgsl`.
-pub const HALF_VECTOR_WGSL: &str = include_str!("half_vector.wgsl");
+pub const IMPORTANCE_WGSL: &str = include_str!("importance.wgsl");
 
 /// The part of the draws that goes to the cosine lobe.
 pub const COSINE_SHARE: f32 = 0.1;
@@ -73,7 +73,8 @@ impl HalfVectorTable {
                         let wi = 2.0 * cos * h - wo;
                         if cos > 0.0 && wi.z > 0.0 {
                             let density = f(wo, wi).element_sum() * wi.z * 4.0 * cos * (theta.sin() / theta);
-                            *cell += if density > 0.0 && density.is_finite() { f64::from(density) } else { 0.0 };
+                            *cell +=
+                                if density > 0.0 && density.is_finite() { f64::from(density) } else { 0.0 };
                         }
                     }
                     *cell *= f64::from(self.theta_squares(a));
@@ -186,7 +187,13 @@ impl HalfVectorTable {
     }
 
     /// A whole [`Sample`] of the model whose reflection is `f`.
-    pub fn sample_with(&self, table: &[f32], wo: Vec3, u: Vec3, f: impl Fn(Vec3, Vec3) -> Vec3) -> Option<Sample> {
+    pub fn sample_with(
+        &self,
+        table: &[f32],
+        wo: Vec3,
+        u: Vec3,
+        f: impl Fn(Vec3, Vec3) -> Vec3,
+    ) -> Option<Sample> {
         let wi = self.sample(table, wo, u)?;
         let pdf = self.pdf(table, wo, wi);
         let weight = f(wo, wi) * (wi.z / pdf);
@@ -207,7 +214,13 @@ fn push_cdf(cells: &[f64], table: &mut Vec<f32>) {
     for (i, c) in cells.iter().enumerate() {
         sum += c;
         let even = (i + 1) as f64 / cells.len() as f64;
-        table.push(if i + 1 == cells.len() { 1.0 } else if total > 0.0 { (sum / total) as f32 } else { even as f32 });
+        table.push(if i + 1 == cells.len() {
+            1.0
+        } else if total > 0.0 {
+            (sum / total) as f32
+        } else {
+            even as f32
+        });
     }
 }
 

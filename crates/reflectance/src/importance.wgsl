@@ -1,4 +1,4 @@
-// Twin of half_vector.rs: importance sampling from a table over the half vector.
+// Twin of importance.rs: importance sampling from a table over the half vector.
 
 const HALF_PI: f32 = 1.5707963267949;
 const COSINE_SHARE: f32 = 0.1;
