@@ -1,1 +1,4 @@
 //! x
+
+pub mod accel;
+pub mod geometry;

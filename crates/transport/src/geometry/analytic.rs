@@ -1,0 +1,167 @@
+//! Sphere, rectangle, disc and cylinder, met exactly in their own coordinates. Double precision: these
+//! shapes are few, and a sphere seen from afar loses all digits of single precision.
+
+use crate::accel::{Aabb, Ray};
+use glam::{DAffine3, DVec2, DVec3};
+use std::f64::consts::{PI, TAU};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    Sphere,
+    Rectangle,
+    Disc,
+    Cylinder,
+}
+
+/// A form in its place.
+#[derive(Clone, Debug)]
+pub(super) struct Analytic {
+    pub(super) form: Form,
+    pub(super) to_world: DAffine3,
+    pub(super) to_object: DAffine3,
+}
+
+/// Geometry at a point, in the form's coordinates.
+pub(super) struct Local {
+    pub(super) normal: DVec3,
+    pub(super) uv: DVec2,
+    pub(super) dp_du: DVec3,
+    pub(super) dp_dv: DVec3,
+}
+
+/// Azimuth in [0, 2π).
+fn azimuth(p: DVec3) -> f64 {
+    let phi = p.y.atan2(p.x);
+    if phi < 0.0 { phi + TAU } else { phi }
+}
+
+impl Form {
+    /// Up to two distances, ascending, each with its point on the form. NaN: none.
+    fn roots(self, o: DVec3, d: DVec3) -> [(f64, DVec3); 2] {
+        const NONE: (f64, DVec3) = (f64::NAN, DVec3::ZERO);
+        let flat = |inside: fn(DVec3) -> bool| {
+            let t = -o.z / d.z;
+            let p = (o + d * t).with_z(0.0);
+            [if inside(p) { (t, p) } else { NONE }, NONE]
+        };
+        match self {
+            Self::Rectangle => flat(|p| p.x.abs() <= 1.0 && p.y.abs() <= 1.0),
+            Self::Disc => flat(|p| p.x * p.x + p.y * p.y <= 1.0),
+            Self::Sphere => {
+                let a = d.length_squared();
+                let middle = -o.dot(d) / a;
+                // Distance from the centre squared, taken at the nearest point: no cancellation from afar.
+                let half = ((1.0 - (o + d * middle).length_squared()) / a).sqrt();
+                [middle - half, middle + half].map(|t| (t, (o + d * t).normalize_or_zero()))
+            }
+            Self::Cylinder => {
+                let (o2, d2) = (o.with_z(0.0), d.with_z(0.0));
+                let a = d2.length_squared();
+                let middle = -o2.dot(d2) / a;
+                let half = ((1.0 - (o2 + d2 * middle).length_squared()) / a).sqrt();
+                [middle - half, middle + half].map(|t| {
+                    let p = o + d * t;
+                    if (0.0..=1.0).contains(&p.z) {
+                        (t, p.with_z(0.0).normalize_or_zero().with_z(p.z))
+                    } else {
+                        NONE
+                    }
+                })
+            }
+        }
+    }
+
+    /// Mitsuba's parameters and their derivatives.
+    pub(super) fn local(self, p: DVec3) -> Local {
+        let r = p.x.hypot(p.y);
+        let phi = azimuth(p);
+        // On the axis any azimuth is right.
+        let (sin, cos) = if r > 0.0 { (p.y / r, p.x / r) } else { (0.0, 1.0) };
+        match self {
+            Self::Sphere => Local {
+                normal: p,
+                uv: DVec2::new(phi / TAU, r.atan2(p.z) / PI),
+                dp_du: DVec3::new(-p.y, p.x, 0.0) * TAU,
+                dp_dv: DVec3::new(p.z * cos, p.z * sin, -r) * PI,
+            },
+            Self::Rectangle => Local {
+                normal: DVec3::Z,
+                uv: DVec2::new(0.5 * (p.x + 1.0), 0.5 * (p.y + 1.0)),
+                dp_du: DVec3::X * 2.0,
+                dp_dv: DVec3::Y * 2.0,
+            },
+            Self::Disc => Local {
+                normal: DVec3::Z,
+                uv: DVec2::new(r, phi / TAU),
+                dp_du: DVec3::new(cos, sin, 0.0),
+                dp_dv: DVec3::new(-sin, cos, 0.0) * (TAU * r),
+            },
+            Self::Cylinder => Local {
+                normal: DVec3::new(p.x, p.y, 0.0),
+                uv: DVec2::new(phi / TAU, p.z),
+                dp_du: DVec3::new(-p.y, p.x, 0.0) * TAU,
+                dp_dv: DVec3::Z,
+            },
+        }
+    }
+}
+
+impl Analytic {
+    /// The nearest distance in (t_min, t_max] and the point, in the form's coordinates.
+    pub(super) fn intersect(&self, ray: &Ray, t_min: f32, t_max: f32) -> Option<(f32, DVec3)> {
+        let o = self.to_object.transform_point3(ray.origin.as_dvec3());
+        let d = self.to_object.transform_vector3(ray.dir.as_dvec3());
+        let near =
+            |&(t, _): &(f64, DVec3)| (t as f32) > t_min && (t as f32) <= t_max && (t as f32) < f32::INFINITY;
+        self.form.roots(o, d).into_iter().find(near).map(|(t, p)| (t as f32, p))
+    }
+
+    /// The point of the form that the ray meets near distance `t`.
+    pub(super) fn point_near(&self, ray: &Ray, t: f32) -> DVec3 {
+        let o = self.to_object.transform_point3(ray.origin.as_dvec3());
+        let d = self.to_object.transform_vector3(ray.dir.as_dvec3());
+        let t = f64::from(t);
+        let [a, b] = self.form.roots(o, d);
+        if (b.0 - t).abs() < (a.0 - t).abs() || a.0.is_nan() { b.1 } else { a.1 }
+    }
+
+    pub(super) fn bounds(&self) -> Aabb {
+        let m = self.to_world.matrix3;
+        let c = self.to_world.translation;
+        let (centre, half) = match self.form {
+            Form::Rectangle => (c, m.x_axis.abs() + m.y_axis.abs()),
+            // A linear image of the unit ball (or disc) reaches as far as its rows are long.
+            Form::Sphere => {
+                (c, (m.x_axis.powf(2.0) + m.y_axis.powf(2.0) + m.z_axis.powf(2.0)).map(f64::sqrt))
+            }
+            Form::Disc => (c, (m.x_axis.powf(2.0) + m.y_axis.powf(2.0)).map(f64::sqrt)),
+            Form::Cylinder => (
+                c + 0.5 * m.z_axis,
+                (m.x_axis.powf(2.0) + m.y_axis.powf(2.0)).map(f64::sqrt) + 0.5 * m.z_axis.abs(),
+            ),
+        };
+        rounded_out(centre - half, centre + half)
+    }
+}
+
+/// The box in single precision, a little larger.
+fn rounded_out(lo: DVec3, hi: DVec3) -> Aabb {
+    let pad = (lo.abs().max(hi.abs())) * f64::from(f32::EPSILON) * 2.0;
+    Aabb { lo: (lo - pad).as_vec3(), hi: (hi + pad).as_vec3() }
+}
+
+/// The box of a transformed box.
+pub(super) fn transformed(b: Aabb, m: &DAffine3) -> Aabb {
+    let (lo, hi) = (b.lo.as_dvec3(), b.hi.as_dvec3());
+    let centre = m.transform_point3(0.5 * (lo + hi));
+    let half = 0.5 * (hi - lo);
+    let a = m.matrix3;
+    let half = a.x_axis.abs() * half.x + a.y_axis.abs() * half.y + a.z_axis.abs() * half.z;
+    rounded_out(centre - half, centre + half)
+}
+
+/// How far the unit cube reaches under `m`, roughly.
+pub(super) fn extent(m: &DAffine3) -> f32 {
+    let a = m.matrix3;
+    (a.x_axis.abs() + a.y_axis.abs() + a.z_axis.abs()).max_element() as f32
+}
