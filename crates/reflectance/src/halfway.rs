@@ -64,6 +64,33 @@ pub fn pdf_cosine_power(c: f32, n: f32) -> f32 {
     if c <= 0.0 { 0.0 } else { (n + 1.0) / TAU * c.powf(n) }
 }
 
+/// G of V-shaped grooves, Torrance and Sparrow 1967, over 4 cos θ_o cos θ_i: the smallest of 1, 2 (n·h)(n·o)/(o·h)
+/// and 2 (n·h)(n·i)/(o·h), divided before the cosines can vanish. `h` is the unit half vector.
+#[inline]
+pub fn v_grooves(wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
+    let open = 0.25 / (wo.z * wi.z).max(1e-37);
+    let masked = 0.5 * h.z / (wo.dot(h).max(1e-12) * wo.z.max(wi.z));
+    open.min(masked)
+}
+
+/// The wall of the groove of `h` (itself or its mirror image about the normal) that `wo` sees, each in proportion
+/// to the area seen. Heitz and d'Eon 2014, "Importance Sampling Microfacet-Based BSDFs using the Distribution of
+/// Visible Normals".
+#[inline]
+pub fn seen_wall(wo: Vec3, h: Vec3, u: f32) -> Vec3 {
+    let other = Vec3::new(-h.x, -h.y, h.z);
+    let (a, b) = (wo.dot(h).max(0.0), wo.dot(other).max(0.0));
+    if u * (a + b) < a { h } else { other }
+}
+
+/// Density of [`seen_wall`] at `h` where both walls of a groove have the density `pdf_h`.
+#[inline]
+pub fn pdf_seen_wall(wo: Vec3, h: Vec3, pdf_h: f32) -> f32 {
+    let a = wo.dot(h).max(0.0);
+    let b = (wo.z * h.z - wo.x * h.x - wo.y * h.y).max(0.0);
+    if a > 0.0 { 2.0 * pdf_h * a / (a + b) } else { 0.0 }
+}
+
 /// The share of draws that go to a lobe of albedo about `specular` beside one of about `diffuse`.
 #[inline]
 pub fn lobe_share(specular: Vec3, diffuse: Vec3) -> f32 {

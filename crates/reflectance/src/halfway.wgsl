@@ -81,3 +81,25 @@ fn f_gmd(wo: vec3<f32>, wi: vec3<f32>, ax: f32, ay: f32) -> f32 {
     let z2 = max(h.z * h.z, 1e-18);
     return FRAC_1_PI / (ax * ay) * exp(-squared_slope(h, ax, ay)) * (dot(h, h) / z2) / z2;
 }
+
+fn v_grooves(wo: vec3<f32>, wi: vec3<f32>, h: vec3<f32>) -> f32 {
+    let open = 0.25 / max(wo.z * wi.z, 1e-37);
+    let masked = 0.5 * h.z / (max(dot(wo, h), 1e-12) * max(wo.z, wi.z));
+    return min(open, masked);
+}
+
+fn seen_wall(wo: vec3<f32>, h: vec3<f32>, u: f32) -> vec3<f32> {
+    let other = vec3<f32>(-h.xy, h.z);
+    let a = max(dot(wo, h), 0.0);
+    let b = max(dot(wo, other), 0.0);
+    return select(other, h, u * (a + b) < a);
+}
+
+fn pdf_seen_wall(wo: vec3<f32>, h: vec3<f32>, pdf_h: f32) -> f32 {
+    let a = max(dot(wo, h), 0.0);
+    let b = max(wo.z * h.z - wo.x * h.x - wo.y * h.y, 0.0);
+    if (a > 0.0) {
+        return 2.0 * pdf_h * a / (a + b);
+    }
+    return 0.0;
+}
