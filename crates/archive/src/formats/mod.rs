@@ -1,3 +1,4 @@
 //! One file per format.
 
 pub mod image;
+pub mod merl;
