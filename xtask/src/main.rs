@@ -1,1 +1,176 @@
-fn main(){}
+//! `cargo xtask demo | test | bench | setup`: each does its own set-up.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+const HELP: &str = "\
+cargo xtask <what>
+
+  demo    build Yugen and make the contact sheet: out/demo/
+  test    everything a change must pass: format, lints, tests (software GPU)
+  bench   build Yugen and measure it; with --peer, beside Mitsuba 3
+  setup   install the system packages that tests and demo need
+";
+
+/// System packages and what they are for. The software Vulkan driver runs the GPU twins.
+const DEBIAN_PACKAGES: &[(&str, &str)] = &[
+    ("libvulkan1", "/usr/lib/x86_64-linux-gnu/libvulkan.so.1"),
+    ("mesa-vulkan-drivers", "/usr/share/vulkan/icd.d"),
+];
+
+type Outcome = Result<(), String>;
+
+fn main() -> ExitCode {
+    let mut args = std::env::args().skip(1);
+    let verb = args.next().unwrap_or_default();
+    let rest: Vec<String> = args.collect();
+    let outcome = match verb.as_str() {
+        "demo" => demo(&rest),
+        "test" => test(&rest),
+        "bench" => bench(&rest),
+        "setup" => setup(),
+        "" | "help" | "--help" | "-h" => {
+            print!("{HELP}");
+            Ok(())
+        }
+        other => Err(format!("there is no '{other}'\n\n{HELP}")),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            eprintln!("xtask: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Installs what is missing where that is possible, else says what to type.
+fn setup() -> Outcome {
+    let missing: Vec<&str> =
+        DEBIAN_PACKAGES.iter().filter(|(_, file)| !Path::new(file).exists()).map(|(name, _)| *name).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let line = format!("apt-get install -y {}", missing.join(" "));
+    let root = Command::new("id").arg("-u").output().is_ok_and(|o| o.stdout.trim_ascii() == b"0");
+    let apt =
+        Command::new("apt-get").arg("--version").stdout(Stdio::null()).status().is_ok_and(|s| s.success());
+    if !(root && apt) {
+        eprintln!("xtask: the software GPU is missing; on Debian or Ubuntu type: sudo {line}");
+        return Ok(());
+    }
+    step(&line);
+    let quiet = |args: &[&str]| {
+        Command::new("apt-get")
+            .args(args)
+            .env("DEBIAN_FRONTEND", "noninteractive")
+            .stdout(Stdio::null())
+            .status()
+    };
+    let _ = quiet(&["update", "-qq"]);
+    let mut args = vec!["install", "-y", "-qq", "--no-install-recommends"];
+    args.extend(missing);
+    match quiet(&args) {
+        Ok(s) if s.success() => Ok(()),
+        _ => Err(format!("could not install the software GPU; try: {line}")),
+    }
+}
+
+fn test(rest: &[String]) -> Outcome {
+    setup()?;
+    cargo(&["fmt", "--all", "--check"])?;
+    cargo(&[
+        "clippy",
+        "--workspace",
+        "--all-targets",
+        "--features",
+        "yugen-proof/gpu",
+        "--",
+        "-D",
+        "warnings",
+    ])?;
+    let mut args =
+        vec!["test", "--release", "--workspace", "--no-fail-fast", "--features", "yugen-proof/gpu"];
+    args.extend(rest.iter().map(String::as_str));
+    counted(&args)
+}
+
+/// Runs the tests, adds up what each program of them reports, and closes with one line.
+fn counted(args: &[&str]) -> Outcome {
+    step(&format!("cargo {}", args.join(" ")));
+    let mut child = Command::new(env!("CARGO"))
+        .args(args)
+        .current_dir(root())
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|e| format!("cannot start cargo: {e}"))?;
+    let (mut passed, mut failed, mut ignored) = (0u64, 0u64, 0u64);
+    if let Some(out) = child.stdout.take() {
+        for line in BufReader::new(out).lines().map_while(Result::ok) {
+            println!("{line}");
+            if let Some(numbers) = line.strip_prefix("test result:") {
+                for part in numbers.split(';') {
+                    let words: Vec<&str> = part.split_whitespace().collect();
+                    for pair in words.windows(2) {
+                        let Ok(n) = pair[0].parse::<u64>() else { continue };
+                        match pair[1] {
+                            "passed" => passed += n,
+                            "failed" => failed += n,
+                            "ignored" => ignored += n,
+                            _ => {}
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let status = child.wait().map_err(|e| format!("cargo was lost: {e}"))?;
+    if passed == 0 {
+        return Err("no test ran".into());
+    }
+    let outcome = if status.success() {
+        Ok(())
+    } else {
+        Err("some tests failed, or could not be compiled".to_string())
+    };
+    println!("{passed} passed, {failed} failed, {ignored} skipped");
+    outcome
+}
+
+fn demo(rest: &[String]) -> Outcome {
+    setup()?;
+    cargo(&["build", "--release", "--package", "yugen-cli", "--package", "yugen-examples", "--bins"])?;
+    let mut args =
+        vec!["run", "--release", "--quiet", "--package", "yugen-examples", "--bin", "contact_sheet", "--"];
+    args.extend(rest.iter().map(String::as_str));
+    cargo(&args)
+}
+
+fn bench(rest: &[String]) -> Outcome {
+    cargo(&["build", "--release", "--package", "yugen-cli"])?;
+    let script = root().join("benches/bench.py");
+    step(&format!("python3 {} {}", script.display(), rest.join(" ")));
+    run(Command::new("python3").arg(script).args(rest))
+}
+
+fn cargo(args: &[&str]) -> Outcome {
+    step(&format!("cargo {}", args.join(" ")));
+    run(Command::new(env!("CARGO")).args(args).current_dir(root()))
+}
+
+fn run(command: &mut Command) -> Outcome {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{} ended with {status}", command.get_program().to_string_lossy())),
+        Err(e) => Err(format!("cannot start {}: {e}", command.get_program().to_string_lossy())),
+    }
+}
+
+fn step(what: &str) {
+    eprintln!("\x1b[1m── {what}\x1b[0m");
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_path_buf).unwrap_or_default()
+}

@@ -1,4 +1,16 @@
-//! x
+//! The reference renderer: an offline path tracer whose pictures others are checked against.
+//!
+//! [`render::Job`] takes a scene to a picture. Everything below it is a chapter of its own: [`accel`] and
+//! [`geometry`] find what a ray meets, [`texture`] and [`material`] say what it is made of, [`lights`] where
+//! light comes from, [`integrator`] follows it, [`sampler`] supplies the numbers and [`film`] gathers them.
 
 pub mod accel;
+pub mod camera;
+pub mod film;
 pub mod geometry;
+pub mod integrator;
+pub mod lights;
+pub mod material;
+pub mod render;
+pub mod sampler;
+pub mod texture;

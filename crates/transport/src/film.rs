@@ -1,0 +1,330 @@
+//! The picture while it is being made: tiles of weighted sums, developed into an image.
+//!
+//! Every tile owns the sums of all its samples, the border its filter reaches into included, so that no two
+//! threads ever write to the same place and the picture is the same for any number of them: a pixel is
+//! the sum over the tiles that reach it, in tile order.
+
+use yugen_archive::scene::{Film, Filter};
+use yugen_optics::Image;
+
+/// Half width of a filter's support in pixels.
+pub fn filter_radius(filter: Filter) -> f32 {
+    match filter {
+        Filter::Box => 0.5,
+        Filter::Tent { radius } => radius,
+        Filter::Gaussian { stddev } => 4.0 * stddev,
+        Filter::Mitchell { .. } | Filter::CatmullRom => 2.0,
+        Filter::Lanczos { lobes } => lobes,
+    }
+}
+
+/// The one-dimensional filter at distance `x` in pixels; filters are separable.
+pub fn filter_value(filter: Filter, x: f32) -> f32 {
+    let x = x.abs();
+    if x > filter_radius(filter) {
+        return 0.0;
+    }
+    match filter {
+        Filter::Box => 1.0,
+        Filter::Tent { radius } => (1.0 - x / radius).max(0.0),
+        Filter::Gaussian { stddev } => {
+            let g = |x: f32| (-0.5 * (x / stddev) * (x / stddev)).exp();
+            (g(x) - g(4.0 * stddev)).max(0.0)
+        }
+        Filter::Mitchell { b, c } => mitchell(x, b, c),
+        Filter::CatmullRom => mitchell(x, 0.0, 0.5),
+        Filter::Lanczos { lobes } => {
+            let sinc = |x: f32| {
+                let x = x * std::f32::consts::PI;
+                if x < 1e-4 { 1.0 } else { x.sin() / x }
+            };
+            sinc(x) * sinc(x / lobes)
+        }
+    }
+}
+
+/// Mitchell and Netravali 1988, "Reconstruction Filters in Computer Graphics", equation 8.
+fn mitchell(x: f32, b: f32, c: f32) -> f32 {
+    let (x2, x3) = (x * x, x * x * x);
+    if x < 1.0 {
+        ((12.0 - 9.0 * b - 6.0 * c) * x3 + (-18.0 + 12.0 * b + 6.0 * c) * x2 + (6.0 - 2.0 * b)) / 6.0
+    } else {
+        ((-b - 6.0 * c) * x3 + (6.0 * b + 30.0 * c) * x2 + (-12.0 * b - 48.0 * c) * x + (8.0 * b + 24.0 * c))
+            / 6.0
+    }
+}
+
+/// A filter as a table over [0, radius], fine enough that the step is below 1/1000 of the peak.
+#[derive(Clone, Debug)]
+pub struct FilterTable {
+    values: Vec<f32>,
+    scale: f32,
+    radius: f32,
+    is_box: bool,
+}
+
+impl FilterTable {
+    const RESOLUTION: usize = 1024;
+
+    /// Tabulates `filter`.
+    pub fn new(filter: Filter) -> Self {
+        let radius = filter_radius(filter);
+        let n = Self::RESOLUTION;
+        let values = (0..=n).map(|i| filter_value(filter, radius * (i as f32 + 0.5) / n as f32)).collect();
+        Self { values, scale: n as f32 / radius, radius, is_box: filter == Filter::Box }
+    }
+
+    fn at(&self, x: f32) -> f32 {
+        self.values[((x.abs() * self.scale) as usize).min(Self::RESOLUTION)]
+    }
+
+    /// Pixels beyond its own that a sample can reach.
+    pub fn border(&self) -> u32 {
+        (self.radius - 0.5).ceil().max(0.0) as u32
+    }
+}
+
+/// Pixels across and down of a tile; small enough that its sums stay in the second-level cache.
+pub const TILE: u32 = 32;
+
+/// One tile's sums.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tile {
+    /// Top left pixel of the tile itself.
+    pub origin: [u32; 2],
+    /// Its width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel taken so far.
+    pub samples: u32,
+    /// Whether it has reached its target.
+    pub done: bool,
+    /// Samples thrown away because they were not finite or negative beyond rounding.
+    pub rejected: u64,
+    /// (size + 2·border)² pixels of `channels` sums, then the sum of weights.
+    pub sums: Vec<f64>,
+    /// Per pixel of the tile itself: mean and sum of squared deviations of luminance-like RGB (Welford), and
+    /// the number of samples that went in.
+    pub moments: Vec<[f32; 7]>,
+}
+
+/// The layout all tiles share.
+#[derive(Clone, Debug)]
+pub struct FilmLayout {
+    /// Size, crop and filter.
+    pub film: Film,
+    /// x, y, width, height of what is rendered.
+    pub window: [u32; 4],
+    /// Names of the accumulated channels: R, G, B, A and the AOVs.
+    pub channels: Vec<String>,
+    filter: FilterTable,
+}
+
+impl FilmLayout {
+    /// For `film`, accumulating `channels`.
+    pub fn new(film: &Film, channels: Vec<String>) -> Self {
+        let window = film.crop.unwrap_or([0, 0, film.width, film.height]);
+        Self { film: film.clone(), window, channels, filter: FilterTable::new(film.filter) }
+    }
+
+    /// Tiles in rows, all empty.
+    pub fn tiles(&self) -> Vec<Tile> {
+        let [x0, y0, w, h] = self.window;
+        let border = self.filter.border();
+        let mut tiles = Vec::new();
+        for y in (0..h).step_by(TILE as usize) {
+            for x in (0..w).step_by(TILE as usize) {
+                let size = [TILE.min(w - x), TILE.min(h - y)];
+                let padded = ((size[0] + 2 * border) * (size[1] + 2 * border)) as usize;
+                tiles.push(Tile {
+                    origin: [x0 + x, y0 + y],
+                    size,
+                    samples: 0,
+                    done: false,
+                    rejected: 0,
+                    sums: vec![0.0; padded * (self.channels.len() + 1)],
+                    moments: vec![[0.0; 7]; (size[0] * size[1]) as usize],
+                });
+            }
+        }
+        tiles
+    }
+
+    /// Adds a sample taken at `position` (pixel coordinates, pixel (x, y) covering [x, x+1)) inside pixel
+    /// `pixel` of `tile`. `values` are the channels. A value that is not finite is counted and dropped.
+    pub fn add(&self, tile: &mut Tile, pixel: [u32; 2], position: [f32; 2], values: &[f32]) {
+        if values.iter().any(|v| !v.is_finite()) {
+            tile.rejected += 1;
+            return;
+        }
+        let local = ((pixel[1] - tile.origin[1]) * tile.size[0] + (pixel[0] - tile.origin[0])) as usize;
+        let m = &mut tile.moments[local];
+        m[6] += 1.0;
+        for c in 0..3 {
+            let delta = values[c] - m[c];
+            m[c] += delta / m[6];
+            m[3 + c] += delta * (values[c] - m[c]);
+        }
+
+        let border = self.filter.border();
+        let n = values.len() + 1;
+        let stride = (tile.size[0] + 2 * border) as usize;
+        // Pixel (0, 0) of the padded tile.
+        let (left, top) =
+            (tile.origin[0] as i64 - i64::from(border), tile.origin[1] as i64 - i64::from(border));
+        if self.filter.is_box {
+            let o =
+                ((i64::from(pixel[1]) - top) as usize * stride + (i64::from(pixel[0]) - left) as usize) * n;
+            let sums = &mut tile.sums[o..o + n];
+            for (sum, v) in sums.iter_mut().zip(values) {
+                *sum += f64::from(*v);
+            }
+            sums[n - 1] += 1.0;
+            return;
+        }
+        let [x, y] = position;
+        let r = self.filter.radius;
+        // Pixel centres within the radius, inside the padded tile.
+        let (x0, x1) = ((x - r - 0.5).ceil() as i64 - left, (x + r - 0.5).floor() as i64 - left);
+        let (y0, y1) = ((y - r - 0.5).ceil() as i64 - top, (y + r - 0.5).floor() as i64 - top);
+        let rows = i64::from(tile.size[1] + 2 * border);
+        for py in y0.max(0)..=y1.min(rows - 1) {
+            let wy = self.filter.at((py + top) as f32 + 0.5 - y);
+            for px in x0.max(0)..=x1.min(stride as i64 - 1) {
+                let w = f64::from(wy * self.filter.at((px + left) as f32 + 0.5 - x));
+                let o = (py as usize * stride + px as usize) * n;
+                let sums = &mut tile.sums[o..o + n];
+                for (sum, v) in sums.iter_mut().zip(values) {
+                    *sum += w * f64::from(*v);
+                }
+                sums[n - 1] += w;
+            }
+        }
+    }
+
+    /// The picture: weighted means of the window, plus `variance.R/G/B` (of the mean of a pixel's own samples,
+    /// before filtering) and `samples.Y` where `variance` is set.
+    pub fn develop(&self, tiles: &[Tile], variance: bool) -> Image {
+        let [wx, wy, w, h] = self.window;
+        let mut names: Vec<&str> = self.channels.iter().map(String::as_str).collect();
+        if variance {
+            names.extend(["variance.R", "variance.G", "variance.B", "samples.Y"]);
+        }
+        let mut image = Image::new(w as usize, h as usize, &names);
+        let n = self.channels.len() + 1;
+        let border = self.filter.border() as i64;
+        let mut sums = vec![0.0f64; (w * h) as usize * n];
+        for tile in tiles {
+            let stride = tile.size[0] as usize + 2 * border as usize;
+            let rows = tile.size[1] as usize + 2 * border as usize;
+            for py in 0..rows {
+                let y = i64::from(tile.origin[1] - wy) + py as i64 - border;
+                if y < 0 || y >= i64::from(h) {
+                    continue;
+                }
+                for px in 0..stride {
+                    let x = i64::from(tile.origin[0] - wx) + px as i64 - border;
+                    if x < 0 || x >= i64::from(w) {
+                        continue;
+                    }
+                    let from = (py * stride + px) * n;
+                    let to = (y as usize * w as usize + x as usize) * n;
+                    for c in 0..n {
+                        sums[to + c] += tile.sums[from + c];
+                    }
+                }
+            }
+        }
+        let width = names.len();
+        for (pixel, sum) in image.data.chunks_exact_mut(width).zip(sums.chunks_exact(n)) {
+            let weight = sum[n - 1];
+            if weight.abs() > 1e-12 {
+                for c in 0..n - 1 {
+                    pixel[c] = (sum[c] / weight) as f32;
+                }
+            }
+        }
+        if variance {
+            for tile in tiles {
+                for y in 0..tile.size[1] {
+                    for x in 0..tile.size[0] {
+                        let m = tile.moments[(y * tile.size[0] + x) as usize];
+                        let o = image
+                            .offset((tile.origin[0] - wx + x) as usize, (tile.origin[1] - wy + y) as usize);
+                        for c in 0..3 {
+                            image.data[o + n - 1 + c] =
+                                if m[6] > 1.0 { m[3 + c] / (m[6] - 1.0) / m[6] } else { 0.0 };
+                        }
+                        image.data[o + n + 2] = m[6];
+                    }
+                }
+            }
+        }
+        image
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILTERS: [Filter; 6] = [
+        Filter::Box,
+        Filter::Tent { radius: 1.0 },
+        Filter::Gaussian { stddev: 0.5 },
+        Filter::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 },
+        Filter::CatmullRom,
+        Filter::Lanczos { lobes: 3.0 },
+    ];
+
+    #[test]
+    fn a_constant_picture_stays_constant_under_every_filter() {
+        for filter in FILTERS {
+            let film = Film { width: 70, height: 40, crop: Some([3, 5, 45, 33]), filter };
+            let layout = FilmLayout::new(&film, vec!["R".into(), "G".into(), "B".into()]);
+            let mut tiles = layout.tiles();
+            assert_eq!(tiles.len(), 4);
+            for tile in &mut tiles {
+                for y in 0..tile.size[1] {
+                    for x in 0..tile.size[0] {
+                        for k in 0..16 {
+                            let p = [tile.origin[0] + x, tile.origin[1] + y];
+                            let at = [
+                                p[0] as f32 + (k % 4) as f32 / 4.0 + 0.1,
+                                p[1] as f32 + (k / 4) as f32 / 4.0 + 0.1,
+                            ];
+                            layout.add(tile, p, at, &[2.0, 3.0, 4.0]);
+                        }
+                    }
+                }
+            }
+            let image = layout.develop(&tiles, true);
+            assert_eq!((image.width, image.height), (45, 33));
+            for p in image.data.chunks_exact(7) {
+                assert!((p[0] - 2.0).abs() < 1e-5 && (p[2] - 4.0).abs() < 1e-5, "{filter:?} {p:?}");
+                assert!(p[3] < 1e-10 && p[6] == 16.0);
+            }
+        }
+    }
+
+    #[test]
+    fn unusable_values_are_counted_and_never_written() {
+        let layout = FilmLayout::new(
+            &Film { width: 4, height: 4, ..Film::default() },
+            vec!["R".into(), "G".into(), "B".into()],
+        );
+        let mut tiles = layout.tiles();
+        layout.add(&mut tiles[0], [1, 1], [1.5, 1.5], &[1.0, f32::NAN, 1.0]);
+        layout.add(&mut tiles[0], [1, 1], [1.5, 1.5], &[f32::INFINITY, 0.0, 1.0]);
+        layout.add(&mut tiles[0], [1, 1], [1.5, 1.5], &[1.0, 1.0, 1.0]);
+        assert_eq!(tiles[0].rejected, 2);
+        assert!(layout.develop(&tiles, true).data.iter().all(|v| v.is_finite()));
+    }
+
+    #[test]
+    fn interpolating_filters_are_one_at_zero_and_zero_at_whole_pixels() {
+        for filter in [Filter::CatmullRom, Filter::Lanczos { lobes: 3.0 }] {
+            assert!((filter_value(filter, 0.0) - 1.0).abs() < 1e-6);
+            assert!(filter_value(filter, 1.0).abs() < 1e-6 && filter_value(filter, 2.0).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,338 @@
+//! Scenes whose radiance is known without a picture.
+
+use glam::{Mat4, Vec2, Vec3};
+use std::f32::consts::PI;
+use std::sync::Arc;
+use yugen_archive::scene::{
+    Camera, Film, Filter, Geometry, Integrator, Light, Material, Mesh, Projection, Scene, Shape, Value,
+};
+use yugen_reflectance::Kind;
+use yugen_transport::render::{Action, Aov, Budget, Job, Options, ResumeError};
+
+fn camera(width: u32, height: u32, from: Vec3, to: Vec3) -> Camera {
+    let z = (to - from).normalize();
+    let x = Vec3::Y.cross(z).normalize_or(Vec3::X);
+    let y = z.cross(x);
+    Camera {
+        name: "main".into(),
+        to_world: Mat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), from.extend(1.0)),
+        projection: Projection::Perspective {
+            fov_x: 0.6,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            principal_point: Vec2::ZERO,
+        },
+        near_far: [1e-3, 1e5],
+        film: Film { width, height, crop: None, filter: Filter::Box },
+        samples_per_pixel: 64,
+    }
+}
+
+fn lambert(albedo: f32) -> Material {
+    model("lambert", &[("reflectance", albedo)])
+}
+
+fn model(name: &str, set: &[(&str, f32)]) -> Material {
+    let kind = Kind::from_name(name).expect("a model");
+    let mut slots = kind.defaults();
+    let mut params: Vec<Value> = kind.params().iter().map(|p| default(p.default_slots())).collect();
+    for (name, value) in set {
+        let (at, p) = kind.param(name).expect("a parameter");
+        slots[at..at + p.width()].fill(*value);
+        let index = kind.params().iter().position(|q| q.name == *name).expect("its index");
+        params[index] = Value::Number(*value);
+    }
+    let table: Arc<[f32]> = kind.bake(&slots, &[]).expect("a table").into();
+    Material::Model { kind, params, table }
+}
+
+fn default(slots: &[f32]) -> Value {
+    match slots {
+        [r, g, b] => Value::Rgb(Vec3::new(*r, *g, *b)),
+        _ => Value::Number(slots[0]),
+    }
+}
+
+fn shape(geometry: Geometry, to_world: Mat4, material: usize) -> Shape {
+    Shape {
+        name: "shape".into(),
+        geometry,
+        to_world,
+        flip_normals: false,
+        face_normals: false,
+        material,
+        emission: None,
+        two_sided_emission: false,
+    }
+}
+
+fn render(scene: &Scene, spp: u32) -> yugen_optics::Image {
+    let job = Job::new(scene, &Options { budget: Some(Budget::Samples(spp)), ..Options::default() }, 0)
+        .expect("a job");
+    assert!(job.run(|_, _| Action::Continue));
+    assert_eq!(job.status().rejected, 0);
+    job.image()
+}
+
+fn mean(image: &yugen_optics::Image, channel: usize) -> f64 {
+    let n = image.channels.len();
+    image.data.chunks_exact(n).map(|p| f64::from(p[channel])).sum::<f64>()
+        / (image.width * image.height) as f64
+}
+
+/// Inside a closed sphere whose wall emits 1 and reflects ρ, radiance is 1/(1 − ρ) everywhere.
+#[test]
+fn a_closed_sphere_that_glows() {
+    for (albedo, depth) in [(0.0, None), (0.5, None), (0.8, None), (0.5, Some(3))] {
+        let mut wall = shape(Geometry::Sphere, Mat4::from_scale(Vec3::splat(5.0)), 0);
+        wall.flip_normals = true;
+        wall.emission = Some(Value::Number(1.0));
+        let scene = Scene {
+            cameras: vec![camera(16, 16, Vec3::ZERO, Vec3::Z)],
+            materials: vec![lambert(albedo)],
+            shapes: vec![wall],
+            integrator: Integrator { max_depth: depth, ..Integrator::default() },
+            ..Scene::default()
+        };
+        let expected = match depth {
+            None => 1.0 / (1.0 - f64::from(albedo)),
+            // Three edges: emitted, once and twice reflected.
+            Some(_) => 1.0 + 0.5 + 0.25,
+        };
+        let got = mean(&render(&scene, 256), 0);
+        assert!((got / expected - 1.0).abs() < 4e-3, "albedo {albedo}: {got}, expected {expected}");
+    }
+}
+
+/// A white object in a white world is invisible, whatever it is made of, where the model loses nothing.
+#[test]
+fn a_white_furnace_hides_white_things() {
+    for (material, tolerance) in [(lambert(1.0), 2e-3), (model("dielectric", &[]), 2e-3)] {
+        let scene = Scene {
+            cameras: vec![camera(24, 24, Vec3::new(0.0, 0.0, -6.0), Vec3::ZERO)],
+            materials: vec![material],
+            shapes: vec![shape(Geometry::Sphere, Mat4::IDENTITY, 0)],
+            lights: vec![Light::Constant { radiance: Vec3::ONE }],
+            integrator: Integrator { max_depth: Some(64), rr_depth: 1000, ..Integrator::default() },
+            ..Scene::default()
+        };
+        let got = mean(&render(&scene, 64), 1);
+        assert!((got - 1.0).abs() < tolerance, "{got}");
+    }
+}
+
+/// A point light, a spot and a directional light on a facing wall: E·ρ/π.
+#[test]
+fn dirac_lights_obey_the_inverse_square() {
+    let wall =
+        shape(Geometry::Rectangle, Mat4::from_rotation_x(PI) * Mat4::from_scale(Vec3::splat(0.001)), 0);
+    let axis = Mat4::from_translation(Vec3::new(0.0, 0.0, -2.0));
+    let cases = [
+        (Light::Point { position: Vec3::new(0.0, 0.0, -2.0), intensity: Vec3::splat(8.0) }, 2.0),
+        (Light::Directional { direction: Vec3::Z, irradiance: Vec3::splat(3.0) }, 3.0),
+        (
+            Light::Spot {
+                to_world: axis,
+                intensity: Vec3::splat(8.0),
+                beam: 0.2,
+                cutoff: 0.4,
+                texture: None,
+            },
+            2.0,
+        ),
+    ];
+    for (light, irradiance) in cases {
+        let mut eye = camera(1, 1, Vec3::new(0.0, 0.0, -5.0), Vec3::ZERO);
+        if let Projection::Perspective { fov_x, .. } = &mut eye.projection {
+            *fov_x = 1e-4;
+        }
+        let scene = Scene {
+            cameras: vec![eye],
+            materials: vec![lambert(0.5)],
+            shapes: vec![wall.clone()],
+            lights: vec![light],
+            ..Scene::default()
+        };
+        let got = mean(&render(&scene, 16), 0);
+        let expected = irradiance * 0.5 / std::f64::consts::PI;
+        assert!((got / expected - 1.0).abs() < 1e-4, "{got} {expected}");
+    }
+}
+
+/// Form factor of a disc seen from a point on its axis: E = π L r²/(r² + d²). Every shape of light agrees.
+#[test]
+fn area_lights_of_every_shape() {
+    let (r, d) = (0.7f32, 1.3f32);
+    let facing = Mat4::from_translation(Vec3::new(0.0, 0.0, -d));
+    let disc = (Geometry::Disc, facing * Mat4::from_scale(Vec3::splat(r)), PI * r * r / (r * r + d * d));
+    // Half-angle of the cone a sphere subtends: sin² = r²/d².
+    let sphere = (Geometry::Sphere, facing * Mat4::from_scale(Vec3::splat(r)), PI * r * r / (d * d));
+    // A square on the axis: four quadrants of the corner form factor (Howell, catalogue B-3).
+    let (x, y) = (r / d, r / d);
+    let corner = (x / (1.0 + x * x).sqrt() * (y / (1.0 + x * x).sqrt()).atan()
+        + y / (1.0 + y * y).sqrt() * (x / (1.0 + y * y).sqrt()).atan())
+        / (2.0 * PI);
+    let square = (Geometry::Rectangle, facing * Mat4::from_scale(Vec3::splat(r)), 4.0 * corner * PI);
+    let mesh = Mesh {
+        name: "quad".into(),
+        positions: vec![
+            Vec3::new(-1.0, -1.0, 0.0),
+            Vec3::new(1.0, -1.0, 0.0),
+            Vec3::new(1.0, 1.0, 0.0),
+            Vec3::new(-1.0, 1.0, 0.0),
+        ],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    };
+    let quad = (Geometry::Mesh(Arc::new(mesh)), square.1, square.2);
+    for (geometry, to_world, irradiance) in [disc, sphere, square, quad] {
+        let what = format!("{geometry:?}");
+        let mut light = shape(geometry, to_world, 1);
+        light.emission = Some(Value::Number(1.0));
+        let wall =
+            shape(Geometry::Rectangle, Mat4::from_rotation_x(PI) * Mat4::from_scale(Vec3::splat(1e-4)), 0);
+        let mut eye = camera(1, 1, Vec3::new(3.0, 0.0, -3.0), Vec3::ZERO);
+        if let Projection::Perspective { fov_x, .. } = &mut eye.projection {
+            *fov_x = 1e-6;
+        }
+        let scene = Scene {
+            cameras: vec![eye],
+            materials: vec![lambert(1.0), lambert(0.0)],
+            shapes: vec![wall, light],
+            ..Scene::default()
+        };
+        let got = mean(&render(&scene, 4096), 0) * std::f64::consts::PI;
+        assert!((got / f64::from(irradiance) - 1.0).abs() < 2e-3, "{what}: {got} {irradiance}");
+    }
+}
+
+/// Light through n half-open layers: opacity by mask, for light sampling and for drawn directions alike.
+#[test]
+fn masks_let_light_through() {
+    let mut layers = Vec::new();
+    for i in 0..3 {
+        let at = Mat4::from_translation(Vec3::new(0.0, 0.0, -1.0 - i as f32))
+            * Mat4::from_scale(Vec3::splat(100.0));
+        layers.push(shape(Geometry::Rectangle, at, 1));
+    }
+    layers.push(shape(Geometry::Rectangle, Mat4::from_rotation_x(PI), 0));
+    let mut eye = camera(1, 1, Vec3::new(0.0, 0.3, -0.5), Vec3::ZERO);
+    if let Projection::Perspective { fov_x, .. } = &mut eye.projection {
+        *fov_x = 1e-3;
+    }
+    let scene = Scene {
+        cameras: vec![eye],
+        materials: vec![lambert(1.0), Material::Mask { opacity: Value::Number(0.25), base: 2 }, lambert(0.0)],
+        shapes: layers,
+        lights: vec![Light::Constant { radiance: Vec3::ONE }],
+        ..Scene::default()
+    };
+    let got = mean(&render(&scene, 4096), 0);
+    let expected = 0.75f64.powi(3);
+    assert!((got / expected - 1.0).abs() < 0.02, "{got} {expected}");
+}
+
+fn busy_scene() -> Scene {
+    let mut lamp = shape(
+        Geometry::Sphere,
+        Mat4::from_translation(Vec3::new(1.5, 2.0, -1.0)) * Mat4::from_scale(Vec3::splat(0.3)),
+        0,
+    );
+    lamp.emission = Some(Value::Rgb(Vec3::new(9.0, 6.0, 3.0)));
+    Scene {
+        cameras: vec![camera(70, 45, Vec3::new(0.0, 1.0, -6.0), Vec3::ZERO)],
+        materials: vec![lambert(0.7), model("rough_conductor", &[])],
+        shapes: vec![
+            shape(Geometry::Sphere, Mat4::IDENTITY, 1),
+            shape(
+                Geometry::Disc,
+                Mat4::from_translation(Vec3::NEG_Y)
+                    * Mat4::from_rotation_x(-PI / 2.0)
+                    * Mat4::from_scale(Vec3::splat(4.0)),
+                0,
+            ),
+            lamp,
+        ],
+        lights: vec![Light::Constant { radiance: Vec3::new(0.1, 0.2, 0.3) }],
+        ..Scene::default()
+    }
+}
+
+fn options(threads: usize, spp: u32) -> Options {
+    Options {
+        threads: Some(threads),
+        budget: Some(Budget::Samples(spp)),
+        aovs: Aov::ALL.to_vec(),
+        ..Options::default()
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let scene = busy_scene();
+    let run = |threads| {
+        let job = Job::new(&scene, &options(threads, 40), 1).expect("a job");
+        job.run(|_, _| Action::Continue);
+        job.image()
+    };
+    let one = run(1);
+    for threads in [2, 5] {
+        let more = run(threads);
+        assert_eq!(one.channels, more.channels);
+        assert!(
+            one.data.iter().zip(&more.data).all(|(a, b)| a.to_bits() == b.to_bits()),
+            "{threads} threads"
+        );
+    }
+}
+
+#[test]
+fn a_resumed_render_gives_the_same_bits_and_refuses_what_is_not_its_own() {
+    let scene = busy_scene();
+    let whole = Job::new(&scene, &options(2, 64), 1).expect("a job");
+    whole.run(|_, _| Action::Continue);
+
+    // Cut off half-way through: an observer that has seen something stops it.
+    let first = Job::new(&scene, &options(2, 64), 1).expect("a job");
+    first.run(|_, p| if p.fraction > 0.2 { Action::Stop } else { Action::Continue });
+    let saved = first.checkpoint();
+    let second = Job::new(&scene, &options(1, 64), 1).expect("a job");
+    second.resume(&saved).expect("its own checkpoint");
+    second.run(|_, _| Action::Continue);
+    let (a, b) = (whole.image(), second.image());
+    assert!(a.data.iter().zip(&b.data).all(|(a, b)| a.to_bits() == b.to_bits()));
+
+    let other = Job::new(&scene, &options(1, 65), 1).expect("a job");
+    assert_eq!(other.resume(&saved), Err(ResumeError::Other));
+    for cut in [0, 10, saved.len() / 2, saved.len() - 1] {
+        assert!(matches!(second.resume(&saved[..cut]), Err(ResumeError::Damaged(_))));
+    }
+    let mut bent = saved.clone();
+    bent[saved.len() / 3] ^= 4;
+    assert!(matches!(second.resume(&bent), Err(ResumeError::Damaged(_))));
+}
+
+#[test]
+fn an_error_budget_spends_where_it_is_noisy_and_reaches_its_target() {
+    let scene = busy_scene();
+    let run = |seed, budget| {
+        let options = Options { seed, budget: Some(budget), ..options(2, 1) };
+        let job = Job::new(&scene, &options, 0).expect("a job");
+        job.run(|_, _| Action::Continue);
+        job.image()
+    };
+    let target = 0.02;
+    let image = run(1, Budget::Error(target));
+    let truth = run(2, Budget::Samples(2048));
+    let n = image.channels.len();
+    let samples = image.channel("samples.Y").expect("counts");
+    let counts: Vec<f32> = image.data.chunks_exact(n).map(|p| p[samples]).collect();
+    let (least, most) = counts.iter().fold((f32::MAX, 0.0f32), |(a, b), c| (a.min(*c), b.max(*c)));
+    assert!(most > 1.5 * least, "{least} {most}");
+    let mut sum = 0.0;
+    for (p, t) in image.data.chunks_exact(n).zip(truth.data.chunks_exact(n)) {
+        sum += f64::from((p[1] - t[1]) / t[1].max(0.01)).powi(2);
+    }
+    let rms = (sum / counts.len() as f64).sqrt();
+    assert!(rms < f64::from(target) * 1.2, "{rms}");
+}
