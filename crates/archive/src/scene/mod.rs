@@ -3,6 +3,11 @@
 //! Readers (Mitsuba XML, glTF, Yugen's own TOML) fill a [`Scene`]; the reference renderer and the stage
 //! read it. Indices (`TextureId`, …) point into the vectors of the same scene.
 
+mod material;
+pub mod primitives;
+
+pub use material::ModelBuilder;
+
 use glam::{Affine2, Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};

@@ -1,0 +1,152 @@
+//! From named values to a material, for every reader alike.
+
+use super::{Material, Value};
+use std::sync::Arc;
+use yugen_optics::{ColourSpace, Vec3};
+use yugen_reflectance::{Kind, ModelError, ParamType};
+
+/// Collects the parameters of a model by their names.
+#[derive(Clone, Debug)]
+pub struct ModelBuilder {
+    kind: Kind,
+    params: Vec<Value>,
+    /// The slots that the table is baked from: those of `params`, or what stands in for a texture.
+    slots: Vec<f32>,
+    data: Vec<f32>,
+}
+
+impl ModelBuilder {
+    /// The model's defaults.
+    pub fn new(kind: Kind) -> Self {
+        Self::from_slots(kind, kind.defaults(), Vec::new())
+    }
+
+    /// The model's preset `name`, colours in `space`.
+    pub fn preset(kind: Kind, name: &str, space: ColourSpace) -> Result<Self, ModelError> {
+        let (slots, data) = kind.preset(name, space)?;
+        Ok(Self::from_slots(kind, slots, data))
+    }
+
+    fn from_slots(kind: Kind, slots: Vec<f32>, data: Vec<f32>) -> Self {
+        let mut at = 0;
+        let params = kind.params().iter().map(|p| {
+            let s = &slots[at..at + p.width()];
+            at += p.width();
+            if s.len() == 3 { Value::Rgb(Vec3::from_slice(s)) } else { Value::Number(s[0]) }
+        });
+        Self { kind, params: params.collect(), slots, data }
+    }
+
+    /// The model called for.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// The table's source numbers, instead of the preset's.
+    pub fn data(&mut self, data: Vec<f32>) -> &mut Self {
+        self.data = data;
+        self
+    }
+
+    /// Sets a parameter. Numbers must lie in its range; the range of a texture is not looked at.
+    pub fn set(&mut self, name: &str, value: Value) -> Result<&mut Self, ModelError> {
+        let (slot, param) = self.kind.param(name)?;
+        let bad = |value: String, expected: String| ModelError::BadValue {
+            model: self.kind.name(),
+            param: param.name,
+            value,
+            expected,
+        };
+        let given: &[f32] = match &value {
+            Value::Number(v) => &[*v],
+            Value::Rgb(c) => c.as_ref(),
+            Value::Texture(_) => &[],
+        };
+        if let ParamType::Choice(names) = param.kind {
+            return Err(bad("no name".into(), format!("one of {}", names.join(", "))));
+        }
+        if given.iter().any(|v| !(param.min..=param.max).contains(v)) {
+            let shown = given.iter().map(f32::to_string).collect::<Vec<_>>().join(", ");
+            let unit = if param.unit.is_empty() { String::new() } else { format!(" {}", param.unit) };
+            return Err(bad(shown, format!("{} to {}{unit}", param.min, param.max)));
+        }
+        let at = self.kind.params().iter().position(|p| p.name == name).unwrap_or_default();
+        match (&value, param.width()) {
+            (Value::Number(v), width) => self.slots[slot..slot + width].fill(*v),
+            (Value::Rgb(c), 3) => self.slots[slot..slot + 3].copy_from_slice(c.as_ref()),
+            // The readers say which space; the mean is near enough for what a table is baked from.
+            (Value::Rgb(c), _) => self.slots[slot] = c.element_sum() / 3.0,
+            (Value::Texture(_), _) => {}
+        }
+        self.params[at] = value;
+        Ok(self)
+    }
+
+    /// Sets a named form.
+    pub fn choose(&mut self, name: &str, choice: &str) -> Result<&mut Self, ModelError> {
+        let (slot, param) = self.kind.param(name)?;
+        let index = match param.kind {
+            ParamType::Choice(names) => names.iter().position(|n| *n == choice),
+            _ => None,
+        };
+        let Some(index) = index else {
+            let expected = match param.kind {
+                ParamType::Choice(names) => format!("one of {}", names.join(", ")),
+                ParamType::Rgb => "a colour or a texture".into(),
+                ParamType::Number => "a number or a texture".into(),
+            };
+            let value = format!("'{choice}'");
+            return Err(ModelError::BadValue { model: self.kind.name(), param: param.name, value, expected });
+        };
+        let at = self.kind.params().iter().position(|p| p.name == name).unwrap_or_default();
+        self.slots[slot] = index as f32;
+        self.params[at] = Value::Number(index as f32);
+        Ok(self)
+    }
+
+    /// Bakes the table and is done.
+    pub fn build(self) -> Result<Material, ModelError> {
+        let table = self.kind.bake(&self.slots, &self.data)?;
+        Ok(Material::Model { kind: self.kind, params: self.params, table: Arc::from(table) })
+    }
+}
+
+impl Material {
+    /// Lambert's model with this reflectance.
+    pub fn lambert(reflectance: Value) -> Self {
+        let params = vec![reflectance];
+        debug_assert_eq!(Kind::Lambert.params().len(), 1);
+        Self::Model { kind: Kind::Lambert, params, table: Arc::from([]) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_ranges_and_forms_are_checked() {
+        let kind = Kind::from_name("oren_nayar").unwrap();
+        let mut b = ModelBuilder::new(kind);
+        let wrong = b.set("sigmo", Value::Number(0.1)).unwrap_err();
+        assert!(matches!(wrong, ModelError::UnknownParam { .. }));
+        let (_, rgb) = kind.param("reflectance").unwrap();
+        assert!(b.set("reflectance", Value::Number(rgb.max + 1.0)).is_err());
+        assert!(b.set("reflectance", Value::Number(f32::NAN)).is_err());
+        b.set("reflectance", Value::Rgb(Vec3::new(0.1, 0.2, 0.3))).unwrap();
+        let Material::Model { params, .. } = b.build().unwrap() else { panic!("a model") };
+        assert!(params.contains(&Value::Rgb(Vec3::new(0.1, 0.2, 0.3))));
+        let Some((form, names)) = kind.params().iter().find_map(|p| match p.kind {
+            ParamType::Choice(names) => Some((p.name, names)),
+            _ => None,
+        }) else {
+            panic!("oren_nayar has forms")
+        };
+        let mut b = ModelBuilder::new(kind);
+        assert!(b.choose(form, "no such form").is_err() && b.set(form, Value::Number(0.0)).is_err());
+        assert!(b.choose("reflectance", "red").is_err());
+        b.choose(form, names[names.len() - 1]).unwrap();
+        let Material::Model { params, .. } = b.build().unwrap() else { panic!("a model") };
+        assert!(params.contains(&Value::Number((names.len() - 1) as f32)));
+    }
+}
