@@ -66,8 +66,7 @@ impl Model for AshikhminShirley {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Vec3::ZERO;
         }
-        let h = half_vector(wo, wi);
-        let c = wo.dot(h).clamp(1e-12, 1.0);
+        let (h, c) = half_vector(wo, wi);
         // √(..)/8π = pdf/4
         let highlight = 0.25 * self.pdf_half(h) / (c * wo.z.max(wi.z));
         // 28/23π makes the ground white for white light head on.
@@ -79,8 +78,8 @@ impl Model for AshikhminShirley {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
         }
-        let (h, share) = (half_vector(wo, wi), self.share());
-        share * pdf_reflected(self.pdf_half(h), wo.dot(h).max(1e-12)) + (1.0 - share) * cosine_hemisphere_pdf(wi)
+        let ((h, c), share) = (half_vector(wo, wi), self.share());
+        share * pdf_reflected(self.pdf_half(h), c) + (1.0 - share) * cosine_hemisphere_pdf(wi)
     }
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {

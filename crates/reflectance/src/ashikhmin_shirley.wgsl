@@ -24,8 +24,8 @@ fn ashikhmin_shirley_eval(m: AshikhminShirley, t: u32, wo: vec3<f32>, wi: vec3<f
         return vec3<f32>(0.0);
     }
     let h = half_vector(wo, wi);
-    let c = clamp(dot(wo, h), 1e-12, 1.0);
-    let highlight = 0.25 * as_pdf_half(m, h) / (c * max(wo.z, wi.z));
+    let c = h.w;
+    let highlight = 0.25 * as_pdf_half(m, h.xyz) / (c * max(wo.z, wi.z));
     let ground = m.diffuse * (vec3<f32>(1.0) - m.specular) * (28.0 / (23.0 * PI) * as_let_in(wo.z) * as_let_in(wi.z));
     return f_schlick(m.specular, vec3<f32>(1.0), c) * highlight + ground;
 }
@@ -36,7 +36,7 @@ fn ashikhmin_shirley_pdf(m: AshikhminShirley, t: u32, wo: vec3<f32>, wi: vec3<f3
     }
     let h = half_vector(wo, wi);
     let share = as_share(m);
-    return share * pdf_reflected(as_pdf_half(m, h), max(dot(wo, h), 1e-12)) + (1.0 - share) * cosine_hemisphere_pdf(wi);
+    return share * pdf_reflected(as_pdf_half(m, h.xyz), h.w) + (1.0 - share) * cosine_hemisphere_pdf(wi);
 }
 
 fn ashikhmin_shirley_sample(m: AshikhminShirley, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {

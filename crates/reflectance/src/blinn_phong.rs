@@ -51,7 +51,7 @@ impl Model for BlinnPhong {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Vec3::ZERO;
         }
-        let lobe = half_vector(wo, wi).z.min(1.0).powf(self.exponent);
+        let lobe = half_vector(wo, wi).0.z.min(1.0).powf(self.exponent);
         self.specular
             * match self.form.index() {
                 0 => normaliser(self.exponent) * lobe,
@@ -64,8 +64,8 @@ impl Model for BlinnPhong {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
         }
-        let h = half_vector(wo, wi);
-        pdf_reflected(pdf_cosine_power(h.z.min(1.0), self.exponent), h.dot(wo))
+        let (h, cos) = half_vector(wo, wi);
+        pdf_reflected(pdf_cosine_power(h.z.min(1.0), self.exponent), cos)
     }
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {

@@ -20,7 +20,7 @@ fn blinn_phong_pdf(m: BlinnPhong, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
         return 0.0;
     }
     let h = half_vector(wo, wi);
-    return pdf_reflected(pdf_cosine_power(min(h.z, 1.0), m.exponent), dot(h, wo));
+    return pdf_reflected(pdf_cosine_power(min(h.z, 1.0), m.exponent), h.w);
 }
 
 fn blinn_phong_sample(m: BlinnPhong, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {

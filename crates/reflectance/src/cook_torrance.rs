@@ -81,23 +81,23 @@ impl Model for CookTorrance {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Vec3::ZERO;
         }
-        let h = half_vector(wo, wi);
+        let (h, cos) = half_vector(wo, wi);
         let scale = match self.form.index() {
             0 => 1.0,
             // v_grooves has the 1/4; the 1/π of the paper is the one that its D lacks.
             _ => 4.0,
         };
-        let highlight = scale * d_beckmann(h, self.m, self.m) * v_grooves(wo, wi, h);
-        self.f(wo.dot(h)) * (self.s * highlight) + self.diffuse * ((1.0 - self.s) * FRAC_1_PI)
+        let highlight = scale * d_beckmann(h, self.m, self.m) * v_grooves(wo, wi, h, cos);
+        self.f(cos) * (self.s * highlight) + self.diffuse * ((1.0 - self.s) * FRAC_1_PI)
     }
 
     fn pdf(&self, _: &[f32], wo: Vec3, wi: Vec3) -> f32 {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
         }
-        let (h, share) = (half_vector(wo, wi), self.share());
+        let ((h, cos), share) = (half_vector(wo, wi), self.share());
         let wall = pdf_seen_wall(wo, h, pdf_gaussian_slopes(h, self.m, self.m));
-        share * pdf_reflected(wall, wo.dot(h).max(1e-12)) + (1.0 - share) * cosine_hemisphere_pdf(wi)
+        share * pdf_reflected(wall, cos) + (1.0 - share) * cosine_hemisphere_pdf(wi)
     }
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {

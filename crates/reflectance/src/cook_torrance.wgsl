@@ -18,8 +18,8 @@ fn cook_torrance_eval(m: CookTorrance, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> 
     if (m.form == 0u) {
         scale = 1.0;
     }
-    let highlight = scale * d_beckmann(h, m.m, m.m) * v_grooves(wo, wi, h);
-    let c = dot(wo, h);
+    let highlight = scale * d_beckmann(h.xyz, m.m, m.m) * v_grooves(wo, wi, h);
+    let c = h.w;
     let f = vec3<f32>(ct_channel(c, m.f0.x), ct_channel(c, m.f0.y), ct_channel(c, m.f0.z));
     return f * (m.s * highlight) + m.diffuse * ((1.0 - m.s) * FRAC_1_PI);
 }
@@ -30,8 +30,8 @@ fn cook_torrance_pdf(m: CookTorrance, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f
     }
     let h = half_vector(wo, wi);
     let share = ct_share(m);
-    let wall = pdf_seen_wall(wo, h, pdf_gaussian_slopes(h, m.m, m.m));
-    return share * pdf_reflected(wall, max(dot(wo, h), 1e-12)) + (1.0 - share) * cosine_hemisphere_pdf(wi);
+    let wall = pdf_seen_wall(wo, h.xyz, pdf_gaussian_slopes(h.xyz, m.m, m.m));
+    return share * pdf_reflected(wall, h.w) + (1.0 - share) * cosine_hemisphere_pdf(wi);
 }
 
 fn cook_torrance_sample(m: CookTorrance, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {

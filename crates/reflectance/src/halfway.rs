@@ -7,10 +7,13 @@ use std::f32::consts::{FRAC_1_PI, TAU};
 /// The same in WGSL, spliced in after `frame.wgsl`.
 pub const HALFWAY_WGSL: &str = include_str!("halfway.wgsl");
 
-/// The unit vector between two directions of the upper hemisphere.
+/// The unit vector between two directions of the upper hemisphere, and the cosine between it and either:
+/// half the length of the sum, exact and the same from both sides where a dot product cancels.
 #[inline]
-pub fn half_vector(wo: Vec3, wi: Vec3) -> Vec3 {
-    (wo + wi).normalize()
+pub fn half_vector(wo: Vec3, wi: Vec3) -> (Vec3, f32) {
+    let sum = wo + wi;
+    let length = sum.length().max(1e-12);
+    (sum / length, 0.5 * length)
 }
 
 /// Where a facet with normal `h` sends `wo`.
@@ -65,11 +68,11 @@ pub fn pdf_cosine_power(c: f32, n: f32) -> f32 {
 }
 
 /// G of V-shaped grooves, Torrance and Sparrow 1967, over 4 cos θ_o cos θ_i: the smallest of 1, 2 (n·h)(n·o)/(o·h)
-/// and 2 (n·h)(n·i)/(o·h), divided before the cosines can vanish. `h` is the unit half vector.
+/// and 2 (n·h)(n·i)/(o·h), divided before the cosines can vanish. `h` and `h_dot_wo` are those of [`half_vector`].
 #[inline]
-pub fn v_grooves(wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
+pub fn v_grooves(wo: Vec3, wi: Vec3, h: Vec3, h_dot_wo: f32) -> f32 {
     let open = 0.25 / (wo.z * wi.z).max(1e-37);
-    let masked = 0.5 * h.z / (wo.dot(h).max(1e-12) * wo.z.max(wi.z));
+    let masked = 0.5 * h.z / (h_dot_wo * wo.z.max(wi.z));
     open.min(masked)
 }
 

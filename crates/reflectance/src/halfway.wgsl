@@ -1,7 +1,10 @@
 // Twin of halfway.rs.
 
-fn half_vector(wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
-    return normalize(wo + wi);
+// The half vector, and in w its cosine with either direction.
+fn half_vector(wo: vec3<f32>, wi: vec3<f32>) -> vec4<f32> {
+    let sum = wo + wi;
+    let l = max(length(sum), 1e-12);
+    return vec4<f32>(sum / l, 0.5 * l);
 }
 
 fn reflect_about(wo: vec3<f32>, h: vec3<f32>) -> vec3<f32> {
@@ -82,9 +85,9 @@ fn f_gmd(wo: vec3<f32>, wi: vec3<f32>, ax: f32, ay: f32) -> f32 {
     return FRAC_1_PI / (ax * ay) * exp(-squared_slope(h, ax, ay)) * (dot(h, h) / z2) / z2;
 }
 
-fn v_grooves(wo: vec3<f32>, wi: vec3<f32>, h: vec3<f32>) -> f32 {
+fn v_grooves(wo: vec3<f32>, wi: vec3<f32>, h: vec4<f32>) -> f32 {
     let open = 0.25 / max(wo.z * wi.z, 1e-37);
-    let masked = 0.5 * h.z / (max(dot(wo, h), 1e-12) * max(wo.z, wi.z));
+    let masked = 0.5 * h.z / (h.w * max(wo.z, wi.z));
     return min(open, masked);
 }
 

@@ -172,9 +172,9 @@ impl Model for TorranceSparrow {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return Vec3::ZERO;
         }
-        let h = half_vector(wo, wi);
+        let (h, cos) = half_vector(wo, wi);
         let v = match self.masking.index() {
-            0 => v_grooves(wo, wi, h),
+            0 => v_grooves(wo, wi, h, cos),
             // 1e-18: both directions in the horizon.
             _ => 0.25 / (wo.z * wi.z).max(1e-18),
         };
@@ -182,15 +182,15 @@ impl Model for TorranceSparrow {
             0 => 1.0 / self.normaliser(),
             _ => 4.0,
         };
-        self.specular * self.f(wo.dot(h)) * (scale * self.d(h) * v)
+        self.specular * self.f(cos) * (scale * self.d(h) * v)
     }
 
     fn pdf(&self, _: &[f32], wo: Vec3, wi: Vec3) -> f32 {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
         }
-        let h = half_vector(wo, wi);
-        pdf_reflected(pdf_seen_wall(wo, h, self.pdf_normal(h)), wo.dot(h).max(1e-12))
+        let (h, cos) = half_vector(wo, wi);
+        pdf_reflected(pdf_seen_wall(wo, h, self.pdf_normal(h)), cos)
     }
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {

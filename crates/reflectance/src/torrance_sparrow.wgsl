@@ -118,7 +118,7 @@ fn torrance_sparrow_eval(m: TorranceSparrow, t: u32, wo: vec3<f32>, wi: vec3<f32
     if (m.form == 0u) {
         scale = 1.0 / ts_normaliser(m);
     }
-    return m.specular * ts_f(m, dot(wo, h)) * (scale * ts_d(m, h) * v);
+    return m.specular * ts_f(m, h.w) * (scale * ts_d(m, h.xyz) * v);
 }
 
 fn torrance_sparrow_pdf(m: TorranceSparrow, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
@@ -126,7 +126,7 @@ fn torrance_sparrow_pdf(m: TorranceSparrow, t: u32, wo: vec3<f32>, wi: vec3<f32>
         return 0.0;
     }
     let h = half_vector(wo, wi);
-    return pdf_reflected(pdf_seen_wall(wo, h, ts_pdf_normal(m, h)), max(dot(wo, h), 1e-12));
+    return pdf_reflected(pdf_seen_wall(wo, h.xyz, ts_pdf_normal(m, h.xyz)), h.w);
 }
 
 fn torrance_sparrow_sample(m: TorranceSparrow, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {

@@ -91,8 +91,8 @@ impl Model for Ward {
             return 0.0;
         }
         let share = lobe_share(self.specular, self.diffuse);
-        let h = half_vector(wo, wi);
-        share * pdf_reflected(pdf_gaussian_slopes(h, self.alpha_x, self.alpha_y), h.dot(wo))
+        let (h, cos) = half_vector(wo, wi);
+        share * pdf_reflected(pdf_gaussian_slopes(h, self.alpha_x, self.alpha_y), cos)
             + (1.0 - share) * cosine_hemisphere_pdf(wi)
     }
 

@@ -19,7 +19,7 @@ fn ward_pdf(m: Ward, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
     }
     let share = lobe_share(m.specular, m.diffuse);
     let h = half_vector(wo, wi);
-    return share * pdf_reflected(pdf_gaussian_slopes(h, m.alpha_x, m.alpha_y), dot(h, wo))
+    return share * pdf_reflected(pdf_gaussian_slopes(h.xyz, m.alpha_x, m.alpha_y), h.w)
         + (1.0 - share) * cosine_hemisphere_pdf(wi);
 }
 

@@ -68,7 +68,10 @@ fn values_agree_with_mitsuba() {
     assert_eq!(worst.len(), EXPECTED.len());
     for (name, f, pdf, count) in EXPECTED {
         let got = worst[*name];
-        assert!(got.0 <= *f && got.1 <= *pdf && got.2 == *count, "{name}: {got:?}, expected below {f} and {pdf}");
+        assert!(
+            got.0 <= *f && got.1 <= *pdf && got.2 == *count,
+            "{name}: {got:?}, expected below {f} and {pdf}"
+        );
     }
 }
 
