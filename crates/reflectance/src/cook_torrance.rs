@@ -1,9 +1,6 @@
 //! Cook and Torrance 1982, "A Reflectance Model for Computer Graphics".
 
-use crate::halfway::{
-    drawn, half_vector, lobe_share, pdf_gaussian_slopes, pdf_reflected, pdf_seen_wall, reflect,
-    sample_gaussian_slopes, seen_wall, v_grooves,
-};
+use crate::halfway::{drawn, half_vector, lobe_share, pdf_gaussian_reflection, sample_gaussian_reflection, v_grooves};
 use crate::microfacet::{d_beckmann, f_dielectric};
 use crate::model::{Choice, Laws, Model, Preset, Sample, Spec, params};
 use glam::Vec3;
@@ -95,9 +92,8 @@ impl Model for CookTorrance {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
         }
-        let ((h, cos), share) = (half_vector(wo, wi), self.share());
-        let wall = pdf_seen_wall(wo, h, pdf_gaussian_slopes(h, self.m, self.m));
-        share * pdf_reflected(wall, cos) + (1.0 - share) * cosine_hemisphere_pdf(wi)
+        let share = self.share();
+        share * pdf_gaussian_reflection(wo, wi, self.m, self.m) + (1.0 - share) * cosine_hemisphere_pdf(wi)
     }
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
@@ -105,8 +101,7 @@ impl Model for CookTorrance {
         if u.z >= share {
             return drawn(self, table, wo, cosine_hemisphere(u.truncate()));
         }
-        let h = seen_wall(wo, sample_gaussian_slopes(u.truncate(), self.m, self.m), u.z / share);
-        drawn(self, table, wo, reflect(wo, h))
+        drawn(self, table, wo, sample_gaussian_reflection(wo, u.with_z(u.z / share), self.m, self.m))
     }
 }
 

@@ -28,17 +28,15 @@ fn cook_torrance_pdf(m: CookTorrance, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f
     if (wo.z <= 0.0 || wi.z <= 0.0) {
         return 0.0;
     }
-    let h = half_vector(wo, wi);
     let share = ct_share(m);
-    let wall = pdf_seen_wall(wo, h.xyz, pdf_gaussian_slopes(h.xyz, m.m, m.m));
-    return share * pdf_reflected(wall, h.w) + (1.0 - share) * cosine_hemisphere_pdf(wi);
+    return share * pdf_gaussian_reflection(wo, wi, m.m, m.m) + (1.0 - share) * cosine_hemisphere_pdf(wi);
 }
 
 fn cook_torrance_sample(m: CookTorrance, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     let share = ct_share(m);
     var wi = cosine_hemisphere(u.xy);
     if (u.z < share) {
-        wi = reflect_about(wo, seen_wall(wo, sample_gaussian_slopes(u.xy, m.m, m.m), u.z / share));
+        wi = sample_gaussian_reflection(wo, vec3<f32>(u.xy, u.z / share), m.m, m.m);
     }
     return drawn(wo, wi, cook_torrance_eval(m, t, wo, wi), cook_torrance_pdf(m, t, wo, wi));
 }

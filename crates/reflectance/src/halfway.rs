@@ -94,6 +94,19 @@ pub fn pdf_seen_wall(wo: Vec3, h: Vec3, pdf_h: f32) -> f32 {
     if a > 0.0 { 2.0 * pdf_h * a / (a + b) } else { 0.0 }
 }
 
+/// Draws `wi` by a half vector of Gaussian slopes, on the wall that `wo` sees. `u.z` chooses the wall.
+#[inline]
+pub fn sample_gaussian_reflection(wo: Vec3, u: Vec3, sx: f32, sy: f32) -> Vec3 {
+    reflect(wo, seen_wall(wo, sample_gaussian_slopes(u.truncate(), sx, sy), u.z))
+}
+
+/// Density of [`sample_gaussian_reflection`].
+#[inline]
+pub fn pdf_gaussian_reflection(wo: Vec3, wi: Vec3, sx: f32, sy: f32) -> f32 {
+    let (h, cos) = half_vector(wo, wi);
+    pdf_reflected(pdf_seen_wall(wo, h, pdf_gaussian_slopes(h, sx, sy)), cos)
+}
+
 /// The share of draws that go to a lobe of albedo about `specular` beside one of about `diffuse`.
 #[inline]
 pub fn lobe_share(specular: Vec3, diffuse: Vec3) -> f32 {

@@ -106,3 +106,12 @@ fn pdf_seen_wall(wo: vec3<f32>, h: vec3<f32>, pdf_h: f32) -> f32 {
     }
     return 0.0;
 }
+
+fn sample_gaussian_reflection(wo: vec3<f32>, u: vec3<f32>, sx: f32, sy: f32) -> vec3<f32> {
+    return reflect_about(wo, seen_wall(wo, sample_gaussian_slopes(u.xy, sx, sy), u.z));
+}
+
+fn pdf_gaussian_reflection(wo: vec3<f32>, wi: vec3<f32>, sx: f32, sy: f32) -> f32 {
+    let h = half_vector(wo, wi);
+    return pdf_reflected(pdf_seen_wall(wo, h.xyz, pdf_gaussian_slopes(h.xyz, sx, sy)), h.w);
+}

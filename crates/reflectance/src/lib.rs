@@ -17,6 +17,7 @@ mod furnace;
 mod model;
 mod shader;
 
+pub mod ashikhmin_g;
 pub mod halfway;
 pub mod importance;
 pub mod metals;
@@ -34,6 +35,7 @@ model::models! {
     torrance_sparrow::TorranceSparrow,
     cook_torrance::CookTorrance,
     ashikhmin_shirley::AshikhminShirley,
+    ashikhmin_premoze_shirley::AshikhminPremozeShirley,
     conductor::Conductor,
     rough_conductor::RoughConductor,
     dielectric::Dielectric,

@@ -18,19 +18,14 @@ fn ward_pdf(m: Ward, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
         return 0.0;
     }
     let share = lobe_share(m.specular, m.diffuse);
-    let h = half_vector(wo, wi);
-    return share * pdf_reflected(pdf_gaussian_slopes(h.xyz, m.alpha_x, m.alpha_y), h.w)
-        + (1.0 - share) * cosine_hemisphere_pdf(wi);
+    return share * pdf_gaussian_reflection(wo, wi, m.alpha_x, m.alpha_y) + (1.0 - share) * cosine_hemisphere_pdf(wi);
 }
 
 fn ward_sample(m: Ward, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
+    let share = lobe_share(m.specular, m.diffuse);
     var wi = cosine_hemisphere(u.xy);
-    if (u.z < lobe_share(m.specular, m.diffuse)) {
-        let h = sample_gaussian_slopes(u.xy, m.alpha_x, m.alpha_y);
-        if (dot(h, wo) <= 0.0) {
-            return bsdf_no_sample();
-        }
-        wi = reflect_about(wo, h);
+    if (u.z < share) {
+        wi = sample_gaussian_reflection(wo, vec3<f32>(u.xy, u.z / share), m.alpha_x, m.alpha_y);
     }
     return drawn(wo, wi, ward_eval(m, t, wo, wi), ward_pdf(m, t, wo, wi));
 }
