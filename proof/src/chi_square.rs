@@ -65,7 +65,7 @@ pub fn chi_square(subject: &dyn Subject, wo: Vec3, settings: &ChiSquare) -> ChiS
     // Enough guides for cells of 1/800 with a few guides each; the tolerance is the error of all cells
     // together, and what is left of it enters the denominator below.
     let found = guides(subject, wo, 4 * settings.cells, settings.seed);
-    let rule = Rule { tolerance: 5e-5, budget: 400_000 };
+    let rule = Rule { tolerance: 5e-5, budget: 1_000_000 };
     let partition = Partition::new(domain(subject), &found, rule, |wi| [f64::from(subject.pdf(wo, wi))]);
     let histogram = Histogram::new(&partition, 1.0 / settings.cells as f64);
 

@@ -91,6 +91,44 @@ pub fn parameter_sets(kind: Kind, data: &[f32], random: usize) -> Result<Vec<Par
     Ok(sets)
 }
 
+/// For every form of every choice (or the model itself where there is none): `count` sets with each other
+/// parameter at its default, its minimum, its maximum or anywhere between. Sets that `bake` refuses are left
+/// out.
+pub(crate) fn spare_sets(kind: Kind, data: &[f32], count: usize) -> Vec<Parameters> {
+    let mut forms = vec![None];
+    let mut at = 0;
+    for p in kind.params() {
+        if let ParamType::Choice(names) = p.kind {
+            forms.extend((0..names.len()).map(|i| Some((at, i as f32))));
+        }
+        at += p.width();
+    }
+    if forms.len() > 1 {
+        forms.remove(0);
+    }
+    let mut rng = Pcg32::new(0x2545f4914f6cdd1d, 0x7370);
+    let mut sets = Vec::new();
+    for (i, form) in forms.iter().cycle().take(forms.len() * count).enumerate() {
+        let mut slots = Vec::new();
+        for p in kind.params() {
+            let uniform = p.width() == 1 || rng.next_f32() < 0.5;
+            let ends = [Some(p.default[0]), Some(p.min), Some(p.max), None][(rng.next_u32() >> 30) as usize];
+            for _ in 0..p.width() {
+                let free = draw(p.kind, p.min, p.max, &mut rng);
+                slots.push(if uniform { ends.unwrap_or(free) } else { free });
+            }
+        }
+        if let Some((at, value)) = *form {
+            slots[at] = value;
+        }
+        if let Ok(table) = kind.bake(&slots, data) {
+            let label = format!("{slots:?}");
+            sets.push(Parameters { kind, label: format!("spare set {i} {label}"), slots, table });
+        }
+    }
+    sets
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -21,7 +21,7 @@ pub trait Subject: Sync {
 
 impl Subject for Bsdf<'_> {
     fn laws(&self) -> Laws {
-        self.kind.laws()
+        Bsdf::laws(self)
     }
     fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         Bsdf::eval(self, wo, wi)

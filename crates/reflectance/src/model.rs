@@ -157,9 +157,10 @@ pub(crate) use params;
 /// What a model promises. Where it breaks a law by design, the tests assert that it does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Laws {
-    /// f(wo, wi) = f(wi, wo). (Helmholtz.)
+    /// f(wo, wi) = f(wi, wo). (Helmholtz.) Across an interface: up to the square of the relative index.
     pub reciprocal: bool,
-    /// ∫ f cos ≤ 1 for every parameter in range and every direction.
+    /// ∫ f cos ≤ 1 for every parameter in range and every direction. Where light passes through, this is about
+    /// the flux that leaves: radiance may grow with the square of the index it enters.
     pub conserves_energy: bool,
     /// Light passes through: `wi` may lie below the surface and `wo` may come from below.
     pub transmits: bool,
