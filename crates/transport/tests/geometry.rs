@@ -316,7 +316,7 @@ fn rays_do_not_meet_where_they_start() {
                     let side = if rng.next_f32() < 0.5 { n } else { -n };
                     let flat = yugen_optics::Frame::from_normal(n).to_world(yugen_optics::frame::spherical(
                         std::f32::consts::FRAC_PI_2,
-                        rng.next_f32() * 6.28,
+                        rng.next_f32() * std::f32::consts::TAU,
                     ));
                     let up = 10f32.powf(-4.0 * rng.next_f32());
                     let out = (flat * (1.0 - up * up).sqrt() + side * up).normalize();
