@@ -18,6 +18,7 @@ mod model;
 mod shader;
 
 pub mod ashikhmin_g;
+pub mod films;
 pub mod halfway;
 pub mod importance;
 pub mod metals;
