@@ -14,6 +14,7 @@
 
 #[cfg(test)]
 mod furnace;
+mod energy;
 mod model;
 mod shader;
 
@@ -37,6 +38,7 @@ model::models! {
     cook_torrance::CookTorrance,
     ashikhmin_shirley::AshikhminShirley,
     ashikhmin_premoze_shirley::AshikhminPremozeShirley,
+    ggx::Ggx,
     conductor::Conductor,
     rough_conductor::RoughConductor,
     dielectric::Dielectric,

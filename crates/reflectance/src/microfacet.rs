@@ -8,6 +8,7 @@ use crate::model::Choice;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 use yugen_optics::frame::safe_sqrt;
+use yugen_optics::special::{erf_f32, erfinv_f32};
 
 /// The terms in WGSL, spliced in after `frame.wgsl`.
 pub const MICROFACET_WGSL: &str = include_str!("microfacet.wgsl");
@@ -259,18 +260,18 @@ pub fn sample_visible_beckmann(wo: Vec3, ax: f32, ay: f32, u: Vec2) -> Vec3 {
     let (cos_phi, sin_phi) = if sin_theta > 0.0 { (v.x / sin_theta, v.y / sin_theta) } else { (1.0, 0.0) };
     // erf saturates in single precision at slopes of 4.
     let cot = if cos_theta < 4.0 * sin_theta { cos_theta / sin_theta } else { 4.0 };
-    let x_max = erf(cot).min(1.0 - 1e-6);
+    let x_max = erf_f32(cot).min(1.0 - 1e-6);
     let u_x = u.x.max(1e-6);
     let target = u_x * (cos_theta * (1.0 + x_max) + sin_theta * FRAC_1_SQRT_PI * (-cot * cot).exp());
-    let mut x = x_max - (1.0 + x_max) * erf((-u_x.ln()).sqrt());
+    let mut x = x_max - (1.0 + x_max) * erf_f32((-u_x.ln()).sqrt());
     for _ in 0..4 {
         x = x.clamp(-1.0 + 1e-6, x_max);
-        let s = erf_inv(x);
+        let s = erfinv_f32(x);
         let value = cos_theta * (1.0 + x) + sin_theta * FRAC_1_SQRT_PI * (-s * s).exp() - target;
         x -= value / (cos_theta - s * sin_theta).max(1e-6);
     }
-    let s = erf_inv(x.clamp(-1.0 + 1e-6, x_max));
-    let t = erf_inv((2.0 * u.y - 1.0).clamp(-1.0 + 1e-6, 1.0 - 1e-6));
+    let s = erfinv_f32(x.clamp(-1.0 + 1e-6, x_max));
+    let t = erfinv_f32((2.0 * u.y - 1.0).clamp(-1.0 + 1e-6, 1.0 - 1e-6));
     Vec3::new(-ax * (cos_phi * s - sin_phi * t), -ay * (sin_phi * s + cos_phi * t), 1.0).normalize()
 }
 
@@ -280,52 +281,6 @@ fn erfc_factor(x: f32) -> f32 {
     let t = 1.0 / (1.0 + 0.327_591_1 * x);
     t * (0.254_829_592
         + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))))
-}
-
-/// The error function to 1.5e-7.
-#[inline]
-fn erf(x: f32) -> f32 {
-    let a = x.abs();
-    (1.0 - erfc_factor(a) * (-a * a).exp()).copysign(x)
-}
-
-/// The inverse of the error function in single precision. Giles 2010, "Approximating the erfinv Function".
-#[inline]
-fn erf_inv(x: f32) -> f32 {
-    let w = -((1.0 - x) * (1.0 + x)).ln();
-    let poly = |w: f32, c: [f32; 9]| c.iter().fold(0.0, |p, c| p * w + c);
-    let p = if w < 5.0 {
-        poly(
-            w - 2.5,
-            [
-                2.810_226_4e-8,
-                3.432_739_4e-7,
-                -3.523_387_7e-6,
-                -4.391_506_5e-6,
-                0.000_218_580_87,
-                -0.001_253_725,
-                -0.004_177_681_6,
-                0.246_640_73,
-                1.501_409_4,
-            ],
-        )
-    } else {
-        poly(
-            w.sqrt() - 3.0,
-            [
-                -0.000_200_214_26,
-                0.000_100_950_56,
-                0.001_349_343_2,
-                -0.003_673_428_4,
-                0.005_739_507_7,
-                -0.007_622_461_3,
-                0.009_438_870_5,
-                1.001_674_1,
-                2.832_976_8,
-            ],
-        )
-    };
-    p * x
 }
 
 // ---------------------------------------------------------------------------------------------------------
