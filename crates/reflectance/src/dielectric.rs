@@ -24,7 +24,6 @@ impl Model for Dielectric {
         the square of the index of refraction as it crosses.";
     const LAWS: Laws = Laws {
         reciprocal: false,
-        conserves_energy: false,
         transmits: true,
         delta: true,
         why: "radiance, unlike power, scales with the square of the index of refraction it travels in",

@@ -4,25 +4,26 @@
 //! E(w) is the albedo of a perfect mirror of facets, tabulated for the roughness of a material over azimuth and
 //! cosine.
 
-use crate::microfacet::{Masking, Microfacets};
+use crate::microfacet::{Distribution, Masking, Microfacets};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 use yugen_optics::quadrature::gauss_legendre;
 
 /// Azimuths, evenly in |x|/(|x| + |y|).
-const PHIS: usize = 9;
+const PHIS: usize = 13;
 /// Cosines, evenly in √cos θ: E bends most at grazing light.
-const COSINES: usize = 32;
+const COSINES: usize = 64;
 /// Where the cosine-weighted mean of 1 − E is kept.
 const MEAN: usize = PHIS * COSINES;
 
 /// 1 − E of a perfect mirror of facets for light from `w`: the mean of 1 − G2/G1 over visible normals.
-/// By Gauss-Legendre in t, u = 3t² − 2t³: the losses are in the tails, at the ends of u.
-fn loss(m: &Microfacets, w: Vec3, nodes: &[(f32, f32)]) -> f32 {
+/// By Gauss-Legendre in t, u = 3t² − 2t³: the losses are in the tails, at the ends of u. Few nodes go round GGX's
+/// spherical cap (`u.x`) and many across it (`u.y`), where the horizon makes an edge.
+fn loss(m: &Microfacets, w: Vec3, across: &[(f32, f32)], round: &[(f32, f32)]) -> f32 {
     let lambda_o = m.lambda(w);
     let mut sum = 0.0;
-    for &(x, wx) in nodes {
-        for &(y, wy) in nodes {
+    for &(x, wx) in round {
+        for &(y, wy) in across {
             let wi = m.sample_reflection(w, Vec2::new(x, y));
             let lost = if wi.z > 0.0 {
                 let lambda_i = m.lambda(wi);
@@ -42,10 +43,16 @@ fn loss(m: &Microfacets, w: Vec3, nodes: &[(f32, f32)]) -> f32 {
 /// The table of 1 − E for a surface, and its mean.
 pub(crate) fn bake(m: &Microfacets) -> Vec<f32> {
     let mut table = Vec::with_capacity(MEAN + 1);
-    let nodes: Vec<(f32, f32)> = gauss_legendre(40, 0.0, 1.0)
-        .into_iter()
-        .map(|(t, w)| ((t * t * (3.0 - 2.0 * t)) as f32, (w * 6.0 * t * (1.0 - t)) as f32))
-        .collect();
+    let nodes = |n| -> Vec<(f32, f32)> {
+        let t = gauss_legendre(n, 0.0, 1.0).into_iter();
+        t.map(|(t, w)| ((t * t * (3.0 - 2.0 * t)) as f32, (w * 6.0 * t * (1.0 - t)) as f32)).collect()
+    };
+    // Round the cap all is periodic: midpoints.
+    let midpoints = |n: usize| (0..n).map(|i| ((i as f32 + 0.5) / n as f32, 1.0 / n as f32)).collect();
+    let (across, round) = match m.distribution {
+        Distribution::Ggx => (nodes(160), midpoints(64)),
+        Distribution::Beckmann => (nodes(48), nodes(48)),
+    };
     for p in 0..PHIS {
         if m.ax == m.ay && p > 0 {
             table.extend_from_within(..COSINES);
@@ -57,7 +64,7 @@ pub(crate) fn bake(m: &Microfacets) -> Vec<f32> {
             let t = k as f32 / (COSINES - 1) as f32;
             let z = (t * t).max(1e-4);
             let r = (1.0 - z * z).sqrt();
-            table.push(loss(m, (r * axis).extend(z), &nodes));
+            table.push(loss(m, (r * axis).extend(z), &across, &round));
         }
     }
     // 2 ∫ (1 − E) μ dμ of the interpolant itself, so that what one direction loses all directions give back.
@@ -96,11 +103,11 @@ pub(crate) fn lost(table: &[f32], w: Vec3) -> f32 {
     a + (b - a) * tp
 }
 
-
 /// The lobe that gives back what was lost, for facets that reflect all light: a reciprocal function of the
 /// losses of both directions.
 pub(crate) fn f_multiple(table: &[f32], lost_o: f32, lost_i: f32) -> f32 {
-    lost_o * lost_i * FRAC_1_PI / table[MEAN].max(1e-7)
+    // A thousandth is kept back, more than the error of the table, so that no furnace gains.
+    lost_o * lost_i * (0.999 * FRAC_1_PI) / table[MEAN].max(1e-7)
 }
 
 /// Its colour, for facets whose mean reflectance is `f`: the sum over two and more facets.

@@ -198,7 +198,7 @@ mod tests {
                 worst = worst.max((got - 1.0).abs());
             }
         }
-        // Measured 1.3e-3, at 87 degrees on a brushed surface, from interpolating the table.
-        assert!(worst < 5e-3, "worst {worst}");
+        // Measured 8.5e-4, on a brushed surface: the thousandth kept back and the table's interpolation.
+        assert!(worst < 3.4e-3, "worst {worst}");
     }
 }

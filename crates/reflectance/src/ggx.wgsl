@@ -1,8 +1,8 @@
 // Twin of ggx.rs, with the table of energy.rs.
 
-const GGX_PHIS: u32 = 9u;
-const GGX_COSINES: u32 = 32u;
-const GGX_MEAN: u32 = 288u;
+const GGX_PHIS: u32 = 13u;
+const GGX_COSINES: u32 = 64u;
+const GGX_MEAN: u32 = 832u;
 
 fn ggx_lost(t: u32, w: vec3<f32>) -> f32 {
     var xp = 0.0;
@@ -44,7 +44,7 @@ fn ggx_eval(m: Ggx, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
         return single;
     }
     let lost = ggx_lost(t, wo) * ggx_lost(t, wi);
-    return single + lost * FRAC_1_PI / max(table_at(t + GGX_MEAN), 1e-7) * ggx_multiple_colour(m, t);
+    return single + lost * (0.999 * FRAC_1_PI) / max(table_at(t + GGX_MEAN), 1e-7) * ggx_multiple_colour(m, t);
 }
 
 fn ggx_pdf(m: Ggx, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {

@@ -12,9 +12,9 @@
 //! The list at the end of this file yields the [`Kind`] enum, the dispatch in Rust and in WGSL, the
 //! parameter tables, and every test.
 
+mod energy;
 #[cfg(test)]
 mod furnace;
-mod energy;
 mod model;
 mod shader;
 

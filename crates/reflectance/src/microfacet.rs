@@ -329,7 +329,8 @@ pub fn f_conductor(cos: f32, eta: Vec3, k: Vec3) -> Vec3 {
     let a = (0.5 * (a2b2 + t)).max(Vec3::ZERO).map(f32::sqrt);
     let (t1, t2) = (a2b2 + c2, 2.0 * c * a);
     let rs = (t1 - t2) / (t1 + t2);
-    let (t3, t4) = (c2 * a2b2 + s2 * s2, t2 * s2);
+    // The tiny number makes the index 0, where all is 0/0, the mirror it tends to.
+    let (t3, t4) = (c2 * a2b2 + s2 * s2 + 1e-20, t2 * s2);
     let rp = rs * ((t3 - t4) / (t3 + t4));
     0.5 * (rs + rp)
 }

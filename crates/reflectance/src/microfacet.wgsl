@@ -239,7 +239,7 @@ fn f_conductor(cos_theta: f32, eta: vec3<f32>, k: vec3<f32>) -> vec3<f32> {
     let t1 = a2b2 + c2;
     let t2 = 2.0 * c * a;
     let rs = (t1 - t2) / (t1 + t2);
-    let t3 = c2 * a2b2 + s2 * s2;
+    let t3 = c2 * a2b2 + s2 * s2 + 1e-20;
     let t4 = t2 * s2;
     let rp = rs * ((t3 - t4) / (t3 + t4));
     return 0.5 * (rs + rp);

@@ -9,8 +9,8 @@ params! {
     pub struct RoughDielectric {
         distribution: Choice = Spec::choice(0, DISTRIBUTIONS, "distribution of the facets' normals"),
         masking: Choice = Spec::choice(0, MASKINGS, "Smith's shadowing-masking, for reflection"),
-        alpha_x: f32 = Spec::num(0.1, 0.001, 1.0, "", "roughness along the tangent"),
-        alpha_y: f32 = Spec::num(0.1, 0.001, 1.0, "", "roughness across the tangent"),
+        alpha_x: f32 = Spec::num(0.1, 0.002, 1.0, "", "roughness along the tangent"),
+        alpha_y: f32 = Spec::num(0.1, 0.002, 1.0, "", "roughness across the tangent"),
         // BK7 glass in air.
         int_ior: f32 = Spec::num(1.5046, 1.0, 3.0, "", "index of refraction inside"),
         ext_ior: f32 = Spec::num(1.000277, 1.0, 3.0, "", "index of refraction outside"),
@@ -27,8 +27,8 @@ impl RoughDielectric {
     /// The index beyond the surface over that on the side of `wo`.
     fn eta(&self, wo: Vec3) -> f32 {
         let eta = if wo.z > 0.0 { self.int_ior / self.ext_ior } else { self.ext_ior / self.int_ior };
-        // Between equal indices light goes straight on, which is no density: a thousandth keeps it one.
-        if (eta - 1.0).abs() < 1e-3 { 1.001 } else { eta }
+        // Between equal indices light goes straight on, which is no density: a little of a difference keeps it one.
+        if (eta - 1.0).abs() < 5e-3 { 1.005 } else { eta }
     }
 }
 
@@ -44,7 +44,6 @@ impl Model for RoughDielectric {
         Mitsuba 3. Closed shapes only. Radiance changes by the square of the index of refraction as it crosses.";
     const LAWS: Laws = Laws {
         reciprocal: false,
-        conserves_energy: false,
         transmits: true,
         why: "radiance, unlike power, scales with the square of the index of refraction it travels in",
         ..Laws::PHYSICAL
