@@ -1,16 +1,12 @@
 // Twin of blinn_phong.rs.
 
-fn blinn_phong_normaliser(n: f32) -> f32 {
-    return (n + 2.0) * (n + 4.0) / (8.0 * PI * (exp2(-0.5 * n) + n));
-}
-
 fn blinn_phong_eval(m: BlinnPhong, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     if (wo.z <= 0.0 || wi.z <= 0.0) {
         return vec3<f32>(0.0);
     }
     let lobe = pow(min(half_vector(wo, wi).z, 1.0), m.exponent);
     if (m.form == 0u) {
-        return m.specular * (blinn_phong_normaliser(m.exponent) * lobe);
+        return m.specular * (half_lobe_normaliser(m.exponent) * lobe);
     }
     return m.specular * (lobe / max(wi.z, 1e-6));
 }

@@ -115,3 +115,8 @@ fn pdf_gaussian_reflection(wo: vec3<f32>, wi: vec3<f32>, sx: f32, sy: f32) -> f3
     let h = half_vector(wo, wi);
     return pdf_reflected(pdf_seen_wall(wo, h.xyz, pdf_gaussian_slopes(h.xyz, sx, sy)), h.w);
 }
+
+// Blinn-Phong's, in blinn_phong.rs.
+fn half_lobe_normaliser(n: f32) -> f32 {
+    return (n + 2.0) * (n + 4.0) / (8.0 * PI * (exp2(-0.5 * n) + n));
+}

@@ -39,6 +39,7 @@ model::models! {
     ashikhmin_shirley::AshikhminShirley,
     ashikhmin_premoze_shirley::AshikhminPremozeShirley,
     ggx::Ggx,
+    noh::Noh,
     conductor::Conductor,
     rough_conductor::RoughConductor,
     dielectric::Dielectric,
