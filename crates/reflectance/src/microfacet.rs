@@ -362,34 +362,40 @@ pub fn f_dielectric_diffuse(eta: f32) -> f32 {
 
 /// Indices of refraction by name, at the sodium line and room temperature, under the names Mitsuba 3 uses.
 pub fn named_ior(name: &str) -> Option<f32> {
-    // Mitsuba 3 documentation, "Available dielectric materials"; most of them from the CRC Handbook.
-    const NAMED: &[(&str, f32)] = &[
-        ("vacuum", 1.0),
-        ("helium", 1.000036),
-        ("hydrogen", 1.000132),
-        ("air", 1.000277),
-        ("carbon dioxide", 1.00045),
-        ("water", 1.3330),
-        ("acetone", 1.36),
-        ("ethanol", 1.361),
-        ("carbon tetrachloride", 1.461),
-        ("glycerol", 1.4729),
-        ("benzene", 1.501),
-        ("silicone oil", 1.52045),
-        ("bromine", 1.661),
-        ("water ice", 1.31),
-        ("fused quartz", 1.458),
-        ("pyrex", 1.470),
-        ("acrylic glass", 1.49),
-        ("polypropylene", 1.49),
-        ("bk7", 1.5046),
-        ("sodium chloride", 1.544),
-        ("amber", 1.55),
-        ("pet", 1.5750),
-        ("diamond", 2.419),
-    ];
-    NAMED.iter().find(|(known, _)| *known == name).map(|(_, ior)| *ior)
+    IORS.iter().find(|(known, _)| *known == name).map(|(_, ior)| *ior)
 }
+
+/// Every name that [`named_ior`] knows, to suggest from.
+pub fn ior_names() -> impl Iterator<Item = &'static str> {
+    IORS.iter().map(|(name, _)| *name)
+}
+
+// Mitsuba 3 documentation, "Available dielectric materials"; most of them from the CRC Handbook.
+const IORS: &[(&str, f32)] = &[
+    ("vacuum", 1.0),
+    ("helium", 1.000036),
+    ("hydrogen", 1.000132),
+    ("air", 1.000277),
+    ("carbon dioxide", 1.00045),
+    ("water", 1.3330),
+    ("acetone", 1.36),
+    ("ethanol", 1.361),
+    ("carbon tetrachloride", 1.461),
+    ("glycerol", 1.4729),
+    ("benzene", 1.501),
+    ("silicone oil", 1.52045),
+    ("bromine", 1.661),
+    ("water ice", 1.31),
+    ("fused quartz", 1.458),
+    ("pyrex", 1.470),
+    ("acrylic glass", 1.49),
+    ("polypropylene", 1.49),
+    ("bk7", 1.5046),
+    ("sodium chloride", 1.544),
+    ("amber", 1.55),
+    ("pet", 1.5750),
+    ("diamond", 2.419),
+];
 
 #[cfg(test)]
 mod tests {

@@ -2,3 +2,56 @@
 
 pub mod image;
 pub mod merl;
+pub mod mitsuba;
+mod numbers;
+pub mod obj;
+pub mod ply;
+pub mod serialized;
+
+use crate::{Error, Place, Scene, read_bounded};
+use std::path::{Path, PathBuf};
+
+/// What a caller may say about how a scene is read.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// `-D name=value`: values of a file's parameters.
+    pub defines: Vec<(String, String)>,
+    /// Folders in which a scene's files may lie, besides its own.
+    pub folders: Vec<PathBuf>,
+}
+
+/// A format that scenes come in.
+pub struct Format {
+    /// For people.
+    pub name: &'static str,
+    /// Lower case, without the dot.
+    pub extensions: &'static [&'static str],
+    /// Reads a scene from the bytes of a file; the path names it in messages and says where its files lie.
+    pub read: fn(&[u8], &Path, &Options) -> Result<Scene, Error>,
+}
+
+/// Every format that scenes come in.
+pub const FORMATS: &[Format] = &[Format { name: "Mitsuba 3 XML", extensions: &["xml"], read: mitsuba::read }];
+
+/// Reads a scene in the format that the extension of its file names.
+pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let Some(format) = FORMATS.iter().find(|f| f.extensions.contains(&extension.as_str())) else {
+        let known = FORMATS.iter().flat_map(|f| f.extensions).copied();
+        return Err(Error::unknown(Place::file(path), "scene file extension", &extension, known));
+    };
+    (format.read)(&read_file(path)?, path, options)
+}
+
+/// The largest file that is read as a whole: a mesh of some fifty million triangles.
+const MAX_FILE: u64 = 8 << 30;
+
+/// All of a regular file.
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
+    let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
+    // A pipe or a device may never end.
+    if !meta.is_file() {
+        return Err(Error::invalid(Place::file(path), "expected a file, found a folder, a pipe or a device"));
+    }
+    read_bounded(path, MAX_FILE)
+}

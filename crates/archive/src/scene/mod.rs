@@ -4,6 +4,7 @@
 //! read it. Indices (`TextureId`, …) point into the vectors of the same scene.
 
 mod material;
+mod normals;
 pub mod primitives;
 
 pub use material::ModelBuilder;

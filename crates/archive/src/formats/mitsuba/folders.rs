@@ -1,0 +1,105 @@
+//! Which files a scene may open.
+//!
+//! A scene file comes from someone else. It may name files in its own folder and below, in the folders its
+//! `<path>` elements add, and in those the caller allows ([`Options::folders`](crate::formats::Options)).
+//! A `<path>` is relative to the file it stands in and may climb with `..`, as the format intends; it may not
+//! be absolute, nor end at the root of the file system. Every other name (meshes, pictures, includes,
+//! spectra) must end, with `..` and symbolic links followed, inside one of these folders.
+
+use crate::{Error, Place};
+use std::path::{Path, PathBuf};
+
+/// The folders in force, in the order they are searched.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Folders {
+    roots: Vec<PathBuf>,
+}
+
+impl Folders {
+    /// The folder of the scene file, then those the caller allows.
+    pub(super) fn new(scene: &Path, allowed: &[PathBuf]) -> Result<Self, Error> {
+        let mut roots = Vec::new();
+        // A scene that is only bytes has no folder, and then none of its files can be found.
+        if let Some(parent) = scene.parent() {
+            let parent = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+            roots.extend(parent.canonicalize());
+        }
+        for folder in allowed {
+            roots.push(folder.canonicalize().map_err(|e| Error::io(folder, e))?);
+        }
+        Ok(Self { roots })
+    }
+
+    /// A `<path>` in `file`: searched first from now on.
+    pub(super) fn add(&mut self, value: &str, file: &Path, at: Place) -> Result<(), Error> {
+        let value = Path::new(value);
+        if value.is_absolute() {
+            return Err(Error::invalid(
+                at,
+                format!(
+                    "the folder '{}' is absolute; give it relative to the file, or allow it when calling",
+                    value.display()
+                ),
+            ));
+        }
+        let beside = file.parent().unwrap_or(Path::new("")).join(value);
+        let folder = std::iter::once(beside)
+            .chain(self.roots.iter().map(|r| r.join(value)))
+            .filter_map(|p| p.canonicalize().ok())
+            .find(|p| p.is_dir())
+            .ok_or_else(|| {
+                Error::invalid(
+                    at.clone(),
+                    format!("there is no folder '{}' beside this file", value.display()),
+                )
+            })?;
+        if folder.parent().is_none() {
+            return Err(Error::invalid(
+                at,
+                "the folder is the root of the file system; name the one that holds the scene's files",
+            ));
+        }
+        self.roots.insert(0, folder);
+        Ok(())
+    }
+
+    /// For an included file: its own folder first.
+    pub(super) fn inside(&self, file: &Path) -> Self {
+        let mut roots = self.roots.clone();
+        if let Some(folder) = file.parent().and_then(|p| p.canonicalize().ok()) {
+            roots.insert(0, folder);
+        }
+        Self { roots }
+    }
+
+    /// The folders of `other` after these.
+    pub(super) fn then(&self, other: &Self) -> Self {
+        let mut roots = self.roots.clone();
+        roots.extend(other.roots.iter().filter(|r| !self.roots.contains(r)).cloned());
+        Self { roots }
+    }
+
+    /// The file called `name`, where it may be opened.
+    pub(super) fn find(&self, name: &str, at: Place) -> Result<PathBuf, Error> {
+        let name = Path::new(name);
+        let found = self.roots.iter().filter_map(|r| r.join(name).canonicalize().ok()).collect::<Vec<_>>();
+        if let Some(file) = found.iter().find(|f| self.roots.iter().any(|r| f.starts_with(r))) {
+            return Ok(file.clone());
+        }
+        // Whether a file outside exists is nobody's business: the answer is the same for both.
+        let climbs = name.is_absolute() || name.components().any(|c| c == std::path::Component::ParentDir);
+        if climbs || !found.is_empty() {
+            return Err(Error::invalid(
+                at,
+                format!(
+                    "the file '{}' lies outside the folders of this scene; put it there, or name its folder with <path> \
+                     or when calling",
+                    name.display()
+                ),
+            ));
+        }
+        let roots: Vec<_> = self.roots.iter().map(|r| r.display().to_string()).collect();
+        let roots = if roots.is_empty() { "no folder".to_string() } else { roots.join(", ") };
+        Err(Error::invalid(at, format!("there is no file '{}' (looked in {roots})", name.display())))
+    }
+}

@@ -1,0 +1,600 @@
+//! BSDFs, textures and colours.
+//!
+//! Mitsuba's checkerboard swaps its two values where a number is wanted instead of a colour (`eval_1` against
+//! `eval` in src/textures/checkerboard.cpp of 3.9.1), so a texture is made once for each of the two uses.
+
+use super::Builder;
+use super::document::{Class, Spectrum, Value as Written};
+use super::properties::Properties;
+use crate::formats::image;
+use crate::scene::{Material, MaterialId, Texture, TextureFilter, TextureId, Value, Wrap};
+use crate::{Error, Place};
+use glam::{Affine2, Mat2, Vec2, Vec3};
+use std::path::Path;
+use std::sync::Arc;
+use yugen_optics::spectrum::{MitsubaSpectrum, mitsuba_rgb, mitsuba_uniform_emission};
+use yugen_optics::{ColourSpace, Image};
+use yugen_reflectance::metals::{conductor_names, named_conductor};
+use yugen_reflectance::microfacet::named_ior;
+use yugen_reflectance::{Kind, ParamType};
+
+/// What a colour is for, which decides how spectra become RGB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Of a surface, within [0, 1].
+    Colour,
+    /// Of a surface, without an upper bound.
+    Unbounded,
+    /// Emitted.
+    Light,
+    /// A number.
+    Number,
+}
+
+const BSDFS: &[&str] = &[
+    "diffuse",
+    "conductor",
+    "roughconductor",
+    "dielectric",
+    "thindielectric",
+    "roughdielectric",
+    "plastic",
+    "roughplastic",
+    "principled",
+    "measured",
+    "twosided",
+    "mask",
+    "blendbsdf",
+    "normalmap",
+    "bumpmap",
+    "null",
+];
+
+/// Parameters of a model by name.
+type Values = Vec<(&'static str, Value)>;
+
+impl Builder<'_> {
+    pub(super) fn material(&mut self, p: Properties) -> Result<MaterialId, Error> {
+        if let Some(&m) = self.materials.get(&p.index) {
+            return Ok(m);
+        }
+        let id = match p.plugin() {
+            "diffuse" => {
+                let values = self.values(p, &[("reflectance", "reflectance", Role::Colour)])?;
+                self.model(p, "lambert", values)?
+            }
+            "conductor" => {
+                let values = self.metal(p)?;
+                self.model(p, "conductor", values)?
+            }
+            "roughconductor" => {
+                let mut values = self.metal(p)?;
+                values.extend(self.roughness(p)?);
+                self.model(p, "rough_conductor", values)?
+            }
+            "dielectric" | "thindielectric" | "roughdielectric" => {
+                let mut values = iors(p, "bk7")?;
+                let colours =
+                    ["specular_reflectance", "specular_transmittance"].map(|n| (n, n, Role::Colour));
+                values.extend(self.values(p, &colours)?);
+                let model = match p.plugin() {
+                    "dielectric" => "dielectric",
+                    "thindielectric" => "thin_dielectric",
+                    _ => {
+                        values.extend(self.roughness(p)?);
+                        "rough_dielectric"
+                    }
+                };
+                self.model(p, model, values)?
+            }
+            "plastic" | "roughplastic" => {
+                let mut values = iors(p, "polypropylene")?;
+                let colours = ["specular_reflectance", "diffuse_reflectance"].map(|n| (n, n, Role::Colour));
+                values.extend(self.values(p, &colours)?);
+                values
+                    .push(("nonlinear", Value::Number(f32::from(u8::from(p.boolean("nonlinear", false)?)))));
+                if p.plugin() == "plastic" {
+                    self.model(p, "plastic", values)?
+                } else {
+                    p.accept(&["sample_visible"]);
+                    values.push(distribution(p)?);
+                    values.push(("alpha", Value::Number(p.float("alpha", 0.1)? as f32)));
+                    self.model(p, "rough_plastic", values)?
+                }
+            }
+            "principled" => self.principled(p)?,
+            "measured" => self.measured(p)?,
+            "twosided" => {
+                p.accept(&["allow_transmission"]);
+                let (front, back) = match p.children(Class::Bsdf)[..] {
+                    [one] => {
+                        let one = self.material(one)?;
+                        (one, one)
+                    }
+                    [front, back] => (self.material(front)?, self.material(back)?),
+                    ref n => {
+                        return Err(
+                            p.invalid(format!("'twosided' needs one or two BSDFs inside, found {}", n.len()))
+                        );
+                    }
+                };
+                self.push(Material::TwoSided { front, back })
+            }
+            "mask" => {
+                let opacity = self.value(p, "opacity", Role::Number)?.unwrap_or(Value::Number(0.5));
+                let base = self.inner(p)?;
+                self.push(Material::Mask { opacity, base })
+            }
+            "blendbsdf" => {
+                let weight = self.value(p, "weight", Role::Number)?.ok_or_else(|| p.missing("weight"))?;
+                let [first, second] = p.children(Class::Bsdf)[..] else {
+                    return Err(p.invalid(format!(
+                        "'blendbsdf' needs two BSDFs inside, found {}",
+                        p.children(Class::Bsdf).len()
+                    )));
+                };
+                let (first, second) = (self.material(first)?, self.material(second)?);
+                self.push(Material::Blend { weight, first, second })
+            }
+            "normalmap" | "bumpmap" => {
+                p.accept(&["flip_invalid_normals", "use_shadowing_function"]);
+                let normal = p.plugin() == "normalmap";
+                let texture = if normal { self.value(p, "normalmap", Role::Colour)? } else { None };
+                let texture = match (texture, p.child(Class::Texture)?) {
+                    (Some(Value::Texture(t)), _) => t,
+                    (None, Some(t)) if !normal => self.texture(t, true)?,
+                    _ => return Err(p.invalid(format!("'{}' needs a <texture> inside", p.plugin()))),
+                };
+                let base = self.inner(p)?;
+                self.push(if normal {
+                    Material::NormalMap { texture, scale: 1.0, base }
+                } else {
+                    Material::BumpMap { texture, scale: p.float("scale", 1.0)? as f32, base }
+                })
+            }
+            "null" => self.push(Material::Null),
+            _ => return Err(p.unknown_plugin(BSDFS)),
+        };
+        p.finish()?;
+        self.materials.insert(p.index, id);
+        Ok(id)
+    }
+
+    fn push(&mut self, material: Material) -> MaterialId {
+        self.scene.materials.push(material);
+        self.scene.materials.len() - 1
+    }
+
+    fn inner(&mut self, p: Properties) -> Result<MaterialId, Error> {
+        let inner = p
+            .child(Class::Bsdf)?
+            .ok_or_else(|| p.invalid(format!("'{}' needs a BSDF inside", p.plugin())))?;
+        self.material(inner)
+    }
+
+    /// A reflectance model by its name, with `values` for some of its parameters.
+    pub(super) fn model(&mut self, p: Properties, name: &str, values: Values) -> Result<MaterialId, Error> {
+        self.model_with_data(p, name, values, &[])
+    }
+
+    fn model_with_data(
+        &mut self,
+        p: Properties,
+        name: &str,
+        values: Values,
+        data: &[f32],
+    ) -> Result<MaterialId, Error> {
+        let refuse = |source| Error::model(p.place(), source);
+        let kind = Kind::from_name(name).map_err(refuse)?;
+        let mut params: Vec<Value> = kind
+            .params()
+            .iter()
+            .map(|q| match q.kind {
+                ParamType::Rgb => Value::Rgb(q.default.into()),
+                _ => Value::Number(q.default[0]),
+            })
+            .collect();
+        for (name, value) in values {
+            kind.param(name).map_err(refuse)?;
+            let i = kind.params().iter().position(|q| q.name == name);
+            i.into_iter().for_each(|i| params[i] = value.clone());
+        }
+        // The table is made from the constants; a texture counts as the parameter's default there.
+        let mut slots = kind.defaults();
+        let mut at = 0;
+        for (q, value) in kind.params().iter().zip(&params) {
+            let luminance = |c: Vec3| ColourSpace::LinearSrgb.luminance(c);
+            match (q.width(), value) {
+                (3, Value::Rgb(c)) => slots[at..at + 3].copy_from_slice(&c.to_array()),
+                (3, Value::Number(v)) => slots[at..at + 3].fill(*v),
+                (_, Value::Number(v)) => slots[at] = *v,
+                (_, Value::Rgb(c)) => slots[at] = luminance(*c),
+                (_, Value::Texture(_)) => {}
+            }
+            at += q.width();
+        }
+        let table = kind.bake(&slots, data).map_err(refuse)?.into();
+        Ok(self.push(Material::Model { kind, params, table }))
+    }
+
+    /// Properties that have a value, under the names of the model's parameters.
+    fn values(
+        &mut self,
+        p: Properties,
+        list: &[(&'static str, &'static str, Role)],
+    ) -> Result<Values, Error> {
+        let mut found = Vec::new();
+        for &(theirs, ours, role) in list {
+            if let Some(value) = self.value(p, theirs, role)? {
+                found.push((ours, value));
+            }
+        }
+        Ok(found)
+    }
+
+    fn metal(&mut self, p: Properties) -> Result<Values, Error> {
+        let mut values = match p.string("material")? {
+            Some(_) if p.has("eta") || p.has("k") => {
+                return Err(p.invalid("'material' cannot be given together with 'eta' and 'k'"));
+            }
+            Some((name, at)) => {
+                let found = named_conductor(name);
+                let (eta, k) =
+                    found.ok_or_else(|| Error::unknown(p.place_of(at), "metal", name, conductor_names()))?;
+                vec![("eta", Value::Rgb(eta)), ("k", Value::Rgb(k))]
+            }
+            // A perfect mirror where nothing is said.
+            None => vec![("eta", Value::Number(0.0)), ("k", Value::Number(1.0))],
+        };
+        values.extend(self.values(p, &[("eta", "eta", Role::Unbounded), ("k", "k", Role::Unbounded)])?);
+        values.extend(self.values(p, &[("specular_reflectance", "specular_reflectance", Role::Colour)])?);
+        Ok(values)
+    }
+
+    fn roughness(&mut self, p: Properties) -> Result<Values, Error> {
+        p.accept(&["sample_visible"]);
+        let (u, v) = if p.has("alpha_u") || p.has("alpha_v") {
+            if p.has("alpha") {
+                return Err(p.invalid("'alpha' cannot be given together with 'alpha_u' and 'alpha_v'"));
+            }
+            let u = self.value(p, "alpha_u", Role::Number)?.ok_or_else(|| p.missing("alpha_u"))?;
+            (u, self.value(p, "alpha_v", Role::Number)?.ok_or_else(|| p.missing("alpha_v"))?)
+        } else {
+            let alpha = self.value(p, "alpha", Role::Number)?.unwrap_or(Value::Number(0.1));
+            (alpha.clone(), alpha)
+        };
+        Ok(vec![distribution(p)?, ("alpha_x", u), ("alpha_y", v)])
+    }
+
+    fn principled(&mut self, p: Properties) -> Result<MaterialId, Error> {
+        const NUMBERS: &[&str] = &[
+            "roughness",
+            "anisotropic",
+            "spec_trans",
+            "sheen",
+            "sheen_tint",
+            "flatness",
+            "spec_tint",
+            "metallic",
+            "clearcoat",
+            "clearcoat_gloss",
+        ];
+        p.accept(&[
+            "main_specular_sampling_rate",
+            "clearcoat_sampling_rate",
+            "diffuse_reflectance_sampling_rate",
+        ]);
+        let mut values = self.values(p, &[("base_color", "base_color", Role::Colour)])?;
+        for name in NUMBERS {
+            values.extend(self.values(p, &[(name, name, Role::Number)])?);
+        }
+        let eta = match (p.float_or_none("eta")?, p.float_or_none("specular")?) {
+            (Some(_), Some(_)) => return Err(p.invalid("'eta' and 'specular' cannot both be given")),
+            (Some(eta), None) => eta,
+            // F0 = 0.08 specular, solved for the index.
+            (None, specular) => {
+                let specular = specular.unwrap_or(0.5);
+                if !(0.0..=12.0).contains(&specular) {
+                    return Err(p.out_of_range("specular", specular, "0 to 12"));
+                }
+                2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
+            }
+        };
+        values.push(("eta", Value::Number(eta as f32)));
+        self.model(p, "principled", values)
+    }
+
+    fn measured(&mut self, p: Properties) -> Result<MaterialId, Error> {
+        let file = p.required_file("filename")?;
+        Err(Error::invalid(
+            p.place(),
+            format!("measured materials such as '{}' cannot be read from here yet", file.display()),
+        ))
+    }
+
+    /// The value of a property that may be a number, a colour, a spectrum or a texture.
+    pub(super) fn value(
+        &mut self,
+        p: Properties,
+        name: &'static str,
+        role: Role,
+    ) -> Result<Option<Value>, Error> {
+        let Some(property) = p.get(name) else { return Ok(None) };
+        let place = || p.place_of(property.at);
+        let value = match &property.value {
+            Written::Float(v) => Value::Number(*v as f32),
+            Written::Integer(v) => Value::Number(*v as f32),
+            Written::Rgb(c) => Value::Rgb(bounded(c.as_vec3(), role, place)?),
+            Written::Spectrum(s) => rgb(s, role, place)?,
+            Written::Object(_) | Written::Reference(_) => match p.object(property) {
+                Some(t) if t.class() == Class::Texture => match self.plain(t, role)? {
+                    Some(value) => value,
+                    None => Value::Texture(self.texture(t, role == Role::Number)?),
+                },
+                Some(t) => {
+                    return Err(Error::invalid(
+                        place(),
+                        format!("expected a texture as '{name}', found a {}", t.class().name()),
+                    ));
+                }
+                None => return Err(Error::invalid(place(), format!("expected a texture as '{name}'"))),
+            },
+            other => {
+                return Err(Error::invalid(
+                    place(),
+                    format!(
+                        "expected a number, colour, spectrum or texture as '{name}', found {}",
+                        other.kind()
+                    ),
+                ));
+            }
+        };
+        Ok(Some(value))
+    }
+
+    /// Textures that are the same everywhere: spectra written as plugins.
+    fn plain(&mut self, p: Properties, role: Role) -> Result<Option<Value>, Error> {
+        let place = || p.place();
+        let list = |text: &str| -> Result<Vec<f64>, Error> {
+            let number = |w: &str| w.parse::<f64>().ok().filter(|v| v.is_finite());
+            let all = super::document::words(text).map(|w| {
+                number(w).ok_or_else(|| {
+                    Error::invalid(p.place(), format!("expected a finite number, found '{w}'"))
+                })
+            });
+            all.collect()
+        };
+        let value = match p.plugin() {
+            "uniform" => {
+                p.accept(&["wavelength_min", "wavelength_max"]);
+                let v = p.float_or_none("value")?.ok_or_else(|| p.missing("value"))?;
+                // On its own this plugin is the same grey for lights too.
+                Value::Number(v as f32)
+            }
+            "rawconstant" => match p.get("value").map(|v| &v.value) {
+                Some(Written::Float(v)) => Value::Number(*v as f32),
+                Some(Written::Integer(v)) => Value::Number(*v as f32),
+                Some(Written::Vector(v) | Written::Rgb(v)) => Value::Rgb(v.as_vec3()),
+                _ => return Err(p.missing("value")),
+            },
+            "srgb" => {
+                let unbounded = p.boolean("unbounded", false)?;
+                let Some(Written::Rgb(c)) = p.get("color").map(|c| &c.value) else {
+                    return Err(p.missing("color"));
+                };
+                Value::Rgb(bounded(
+                    c.as_vec3(),
+                    if unbounded { Role::Unbounded } else { Role::Colour },
+                    place,
+                )?)
+            }
+            "irregular" | "regular" => {
+                let spectrum = match p.get("value") {
+                    Some(v) => match p.spectrum(v) {
+                        Some(s) => s.clone(),
+                        None => {
+                            return Err(Error::invalid(
+                                p.place_of(v.at),
+                                format!("expected a spectrum, found {}", v.value.kind()),
+                            ));
+                        }
+                    },
+                    None => {
+                        let (values, _) = p.string("values")?.ok_or_else(|| p.missing("values"))?;
+                        let values = list(values)?;
+                        let wavelengths = if p.plugin() == "irregular" {
+                            list(p.string("wavelengths")?.ok_or_else(|| p.missing("wavelengths"))?.0)?
+                        } else {
+                            let first = p
+                                .float_or_none("wavelength_min")?
+                                .ok_or_else(|| p.missing("wavelength_min"))?;
+                            let last = p
+                                .float_or_none("wavelength_max")?
+                                .ok_or_else(|| p.missing("wavelength_max"))?;
+                            let step = (last - first) / (values.len().max(2) - 1) as f64;
+                            (0..values.len()).map(|i| first + step * i as f64).collect()
+                        };
+                        Spectrum::Table { wavelengths, values }
+                    }
+                };
+                rgb(&spectrum, role, place)?
+            }
+            _ => return Ok(None),
+        };
+        p.finish()?;
+        Ok(Some(value))
+    }
+
+    /// A texture; `as_number` where it stands for a number and not for a colour.
+    pub(super) fn texture(&mut self, p: Properties, as_number: bool) -> Result<TextureId, Error> {
+        const KNOWN: &[&str] = &[
+            "bitmap",
+            "checkerboard",
+            "mesh_attribute",
+            "uniform",
+            "srgb",
+            "regular",
+            "irregular",
+            "rawconstant",
+        ];
+        if let Some(&t) = self.textures.get(&(p.index, as_number)) {
+            return Ok(t);
+        }
+        let texture = match p.plugin() {
+            "bitmap" => {
+                p.accept(&["accel", "format"]);
+                let file = p.required_file("filename")?;
+                Texture::Image {
+                    image: self.image(&file, p.boolean("raw", false)?)?,
+                    filter: match p.choice("filter_type", "bilinear", &["bilinear", "nearest"])? {
+                        "nearest" => TextureFilter::Nearest,
+                        _ => TextureFilter::Bilinear,
+                    },
+                    wrap: match p.choice("wrap_mode", "repeat", &["repeat", "mirror", "clamp"])? {
+                        "mirror" => Wrap::Mirror,
+                        "clamp" => Wrap::Clamp,
+                        _ => Wrap::Repeat,
+                    },
+                    to_uv: to_uv(p)?,
+                    channel: None,
+                }
+            }
+            "checkerboard" => {
+                let role = if as_number { Role::Number } else { Role::Colour };
+                let color0 = self.value(p, "color0", role)?.unwrap_or(Value::Number(0.4));
+                let color1 = self.value(p, "color1", role)?.unwrap_or(Value::Number(0.2));
+                let (even, odd) = if as_number { (color1, color0) } else { (color0, color1) };
+                Texture::Checkerboard { even, odd, to_uv: to_uv(p)? }
+            }
+            "mesh_attribute" => {
+                let (name, at) = p.string("name")?.ok_or_else(|| p.missing("name"))?;
+                if !name.starts_with("vertex_") {
+                    let problem = format!(
+                        "expected the name of an attribute of vertices, such as 'vertex_color', found '{name}'"
+                    );
+                    return Err(Error::invalid(p.place_of(at), problem));
+                }
+                let attribute = Texture::MeshAttribute { name: name.to_string() };
+                match p.float("scale", 1.0)? as f32 {
+                    1.0 => attribute,
+                    scale => {
+                        let texture = self.scene.textures.len();
+                        self.scene.textures.push(attribute);
+                        Texture::Scaled { texture, factor: Vec3::splat(scale) }
+                    }
+                }
+            }
+            _ => match self.plain(p, Role::Colour)? {
+                // A constant where only a texture will do: one texel.
+                Some(value) => {
+                    let c = match value {
+                        Value::Rgb(c) => c,
+                        Value::Number(v) => Vec3::splat(v),
+                        Value::Texture(_) => return Err(p.unknown_plugin(KNOWN)),
+                    };
+                    let mut image = Image::rgb(1, 1);
+                    image.data = c.to_array().to_vec();
+                    Texture::Image {
+                        image: Arc::new(image),
+                        filter: TextureFilter::Nearest,
+                        wrap: Wrap::Repeat,
+                        to_uv: Affine2::IDENTITY,
+                        channel: None,
+                    }
+                }
+                None => return Err(p.unknown_plugin(KNOWN)),
+            },
+        };
+        p.finish()?;
+        let id = self.scene.textures.len();
+        self.scene.textures.push(texture);
+        self.textures.insert((p.index, as_number), id);
+        Ok(id)
+    }
+
+    /// A picture with one channel, or with three.
+    pub(super) fn image(&mut self, file: &Path, raw: bool) -> Result<Arc<Image>, Error> {
+        let key = (file.to_path_buf(), raw);
+        if let Some(image) = self.images.get(&key) {
+            return Ok(image.clone());
+        }
+        let options =
+            if raw { image::ReadOptions::raw() } else { image::ReadOptions::to(self.scene.working_space) };
+        let read = image::read(file, &options)?;
+        // Alpha and everything else that is no colour is dropped, as in the program.
+        let wanted = [&["R", "G", "B"][..], &["Y"]].into_iter().find_map(|names| read.select(names));
+        let image = Arc::new(wanted.ok_or_else(|| {
+            let problem = format!("expected the channels R, G, B or Y, found {}", read.channels.join(", "));
+            Error::invalid(Place::file(file), problem)
+        })?);
+        self.images.insert(key, image.clone());
+        Ok(image)
+    }
+}
+
+/// The two-dimensional part of `to_uv`.
+fn to_uv(p: Properties) -> Result<Affine2, Error> {
+    let m = p.transform("to_uv")?;
+    // A plain 3 x 3 matrix moves (u, v) by its third column; the steps of a transform by the fourth.
+    let moved = Vec2::new(m.w_axis.x, m.w_axis.y) + Vec2::new(m.z_axis.x, m.z_axis.y);
+    Ok(Affine2::from_mat2_translation(
+        Mat2::from_cols(m.x_axis.truncate().truncate(), m.y_axis.truncate().truncate()),
+        moved,
+    ))
+}
+
+fn distribution(p: Properties) -> Result<(&'static str, Value), Error> {
+    let name = p.choice("distribution", "beckmann", &["beckmann", "ggx"])?;
+    let index = yugen_reflectance::microfacet::DISTRIBUTIONS.iter().position(|d| *d == name).unwrap_or(0);
+    Ok(("distribution", Value::Number(index as f32)))
+}
+
+fn iors(p: Properties, inside: &str) -> Result<Values, Error> {
+    let ior = |name: &'static str, default: &str| -> Result<f32, Error> {
+        let Some(property) = p.get(name) else { return Ok(named_ior(default).unwrap_or(1.5)) };
+        match &property.value {
+            Written::String(word) => named_ior(&word.to_lowercase()).ok_or_else(|| {
+                Error::unknown(p.place_of(property.at), "dielectric material", word, ior_names())
+            }),
+            _ => Ok(p.float_in(name, 1.0, |v| v > 0.0, "more than 0")? as f32),
+        }
+    };
+    Ok(vec![
+        ("int_ior", Value::Number(ior("int_ior", inside)?)),
+        ("ext_ior", Value::Number(ior("ext_ior", "air")?)),
+    ])
+}
+
+fn ior_names() -> impl Iterator<Item = &'static str> {
+    yugen_reflectance::microfacet::ior_names()
+}
+
+fn bounded(c: Vec3, role: Role, place: impl Fn() -> Place) -> Result<Vec3, Error> {
+    if !c.is_finite() {
+        return Err(Error::invalid(place(), "the colour overflows single precision"));
+    }
+    match role {
+        Role::Colour if c.min_element() < 0.0 || c.max_element() > 1.0 => Err(Error::invalid(
+            place(),
+            format!("the colour {}, {}, {} of a surface must lie within 0 and 1", c.x, c.y, c.z),
+        )),
+        _ => Ok(c),
+    }
+}
+
+fn rgb(spectrum: &Spectrum, role: Role, place: impl Fn() -> Place) -> Result<Value, Error> {
+    Ok(match spectrum {
+        Spectrum::Uniform(v) if role == Role::Light => Value::Rgb(mitsuba_uniform_emission(*v as f32)),
+        Spectrum::Uniform(v) => Value::Number(*v as f32),
+        Spectrum::Table { wavelengths, values } => {
+            let kind = match role {
+                Role::Colour | Role::Number => MitsubaSpectrum::Reflectance,
+                Role::Unbounded => MitsubaSpectrum::Unbounded,
+                Role::Light => MitsubaSpectrum::Emission,
+            };
+            Value::Rgb(
+                mitsuba_rgb(wavelengths, values, kind).map_err(|e| Error::invalid(place(), e.to_string()))?,
+            )
+        }
+    })
+}

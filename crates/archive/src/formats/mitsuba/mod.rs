@@ -1,0 +1,188 @@
+//! Mitsuba 3 scene files, strictly: a plugin, property or word that is not understood is an error that says
+//! where it stands. Files of versions 2 and 3, and of version 0 with its camelCase names, are read.
+//!
+//! Colours become linear sRGB exactly as in the `rgb` variants of Mitsuba 3.9.1. Which files a scene may open
+//! is said in [`folders`]. What changes only how a renderer works inside (sampling weights, block sizes,
+//! storage of textures) is accepted and has no effect.
+
+mod document;
+mod folders;
+mod lights;
+mod materials;
+mod properties;
+mod sensors;
+mod shapes;
+#[cfg(test)]
+mod tests;
+
+use super::Options;
+use crate::Error;
+use crate::scene::{GroupId, Integrator, IntegratorKind, MaterialId, Mesh, Scene, TextureId};
+use document::{Class, Document};
+use folders::Folders;
+use properties::Properties;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use yugen_optics::{ColourSpace, Image};
+
+/// Reads a scene; `path` names it in messages, and its folder is where its files lie.
+pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error> {
+    let folders = Folders::new(path, &options.folders)?;
+    let document = Document::read(bytes, path, &options.defines, folders)?;
+    let mut builder = Builder::new(&document);
+    builder.scene()?;
+    Ok(builder.scene)
+}
+
+/// A scene being filled; objects that are referred to more than once are made once.
+struct Builder<'a> {
+    document: &'a Document,
+    scene: Scene,
+    /// By object, and whether it is looked up as a number: see [`materials`].
+    textures: HashMap<(usize, bool), TextureId>,
+    materials: HashMap<usize, MaterialId>,
+    /// What a shape without a material is made of, where it emits and where it does not.
+    defaults: [Option<MaterialId>; 2],
+    groups: HashMap<usize, GroupId>,
+    images: HashMap<(PathBuf, bool), Arc<Image>>,
+    meshes: HashMap<shapes::MeshKey, Arc<Mesh>>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(document: &'a Document) -> Self {
+        Self {
+            document,
+            scene: Scene { working_space: ColourSpace::LinearSrgb, ..Scene::default() },
+            textures: HashMap::new(),
+            materials: HashMap::new(),
+            defaults: [None; 2],
+            groups: HashMap::new(),
+            images: HashMap::new(),
+            meshes: HashMap::new(),
+        }
+    }
+
+    fn scene(&mut self) -> Result<(), Error> {
+        let root = Properties::new(self.document, self.document.root());
+        if let Some(p) = root.child(Class::Integrator)? {
+            self.scene.integrator = integrator(p)?;
+        }
+        for p in root.children(Class::Sensor) {
+            let camera = self.camera(p)?;
+            self.scene.cameras.push(camera);
+        }
+        if self.scene.cameras.is_empty() {
+            return Err(root.invalid("the scene has no camera; add a <sensor>"));
+        }
+        for p in root.children(Class::Bsdf) {
+            self.material(p)?;
+        }
+        for p in root.children(Class::Texture) {
+            // Whoever refers to it knows what it is for.
+            if !self.document.referenced(p.index) {
+                self.texture(p, false)?;
+            }
+        }
+        for p in root.children(Class::Shape) {
+            if p.plugin() == "shapegroup" {
+                self.group(p)?;
+            } else {
+                let shape = self.shape(p)?;
+                self.scene.shapes.push(shape);
+            }
+        }
+        for p in root.children(Class::Emitter) {
+            if p.plugin() != "area" {
+                let light = self.light(p)?;
+                self.scene.lights.push(light);
+            } else if !self.document.referenced(p.index) {
+                return Err(p.invalid("an area emitter belongs inside a <shape>, or a shape refers to it"));
+            }
+        }
+        root.finish()
+    }
+}
+
+/// AOVs by the name Mitsuba gives them and ours.
+const AOVS: &[(&str, &str)] = &[
+    ("albedo", "albedo"),
+    ("depth", "depth"),
+    ("position", "position"),
+    ("uv", "uv"),
+    ("geo_normal", "normal"),
+    ("sh_normal", "shading_normal"),
+    ("shape_index", "id"),
+];
+
+fn integrator(p: Properties) -> Result<Integrator, Error> {
+    const KNOWN: &[&str] = &["path", "direct", "depth", "aov", "moment"];
+    p.accept(&["block_size", "samples_per_pass", "timeout"]);
+    let mut out = match p.plugin() {
+        "moment" => {
+            let inner = p
+                .child(Class::Integrator)?
+                .ok_or_else(|| p.invalid("integrator 'moment' needs another one inside"))?;
+            Integrator { moment: true, ..integrator(inner)? }
+        }
+        "aov" => {
+            let inner = p.child(Class::Integrator)?;
+            let mut out = match inner {
+                Some(inner) => integrator(inner)?,
+                None => Integrator { kind: IntegratorKind::Aov, ..Integrator::default() },
+            };
+            let (list, at) = p.string("aovs")?.ok_or_else(|| p.missing("aovs"))?;
+            for item in document::words(list) {
+                let (_, kind) = item.split_once(':').ok_or_else(|| {
+                    Error::invalid(
+                        p.place_of(at),
+                        format!("expected pairs such as 'dd:depth', found '{item}'"),
+                    )
+                })?;
+                let known = AOVS.iter().map(|(theirs, _)| *theirs);
+                let found = AOVS.iter().find(|(theirs, _)| *theirs == kind);
+                let (_, ours) = found.ok_or_else(|| Error::unknown(p.place_of(at), "AOV", kind, known))?;
+                if !out.aovs.iter().any(|a| a == ours) {
+                    out.aovs.push(ours.to_string());
+                }
+            }
+            out
+        }
+        "path" => Integrator::default(),
+        "direct" => {
+            let both = p.count("shading_samples", 1, 0, 1 << 20)?;
+            let light_samples = p.count("emitter_samples", both, 0, 1 << 20)?;
+            let bsdf_samples = p.count("bsdf_samples", both, 0, 1 << 20)?;
+            if p.has("shading_samples") && (p.has("emitter_samples") || p.has("bsdf_samples")) {
+                return Err(p.invalid(
+                    "'shading_samples' cannot be given together with 'emitter_samples' or 'bsdf_samples'",
+                ));
+            }
+            if light_samples + bsdf_samples == 0 {
+                return Err(p.invalid("'emitter_samples' and 'bsdf_samples' cannot both be 0"));
+            }
+            Integrator {
+                kind: IntegratorKind::Direct { light_samples, bsdf_samples },
+                ..Integrator::default()
+            }
+        }
+        "depth" => Integrator { kind: IntegratorKind::Depth, ..Integrator::default() },
+        _ => return Err(p.unknown_plugin(KNOWN)),
+    };
+    if p.plugin() == "path" {
+        let max_depth = p.integer("max_depth", -1)?;
+        out.max_depth = match max_depth {
+            -1 => None,
+            _ => Some(
+                u32::try_from(max_depth)
+                    .map_err(|_| p.out_of_range("max_depth", max_depth, "-1 for no limit, or 0 and more"))?,
+            ),
+        };
+        out.rr_depth = p.count("rr_depth", 5, 1, u32::MAX)?;
+    }
+    if matches!(p.plugin(), "path" | "direct") || p.has("hide_emitters") {
+        out.hide_emitters = p.boolean("hide_emitters", out.hide_emitters)?;
+    }
+    p.finish()?;
+    Ok(out)
+}

@@ -1,0 +1,139 @@
+//! Cameras, films, reconstruction filters and samplers.
+
+use super::Builder;
+use super::document::Class;
+use super::properties::Properties;
+use crate::Error;
+use crate::scene::{Camera, Film, Filter, Projection};
+use glam::Vec2;
+
+/// Pixels along a side of a picture.
+const MAX_SIDE: u32 = 1 << 16;
+
+impl Builder<'_> {
+    pub(super) fn camera(&mut self, p: Properties) -> Result<Camera, Error> {
+        const KNOWN: &[&str] = &["perspective", "thinlens", "orthographic"];
+        if !KNOWN.contains(&p.plugin()) {
+            return Err(p.unknown_plugin(KNOWN));
+        }
+        let film = p.child(Class::Film)?.map_or(Ok(Film::default()), film)?;
+        let samples_per_pixel = match p.child(Class::Sampler)? {
+            Some(s) => {
+                s.accept(&["seed", "jitter", "strength"]);
+                let n = s.count("sample_count", 4, 1, u32::MAX)?;
+                s.finish()?;
+                n
+            }
+            None => 4,
+        };
+        p.accept(&["shutter_open", "shutter_close"]);
+        let near = p.float_in("near_clip", 1e-2, |v| v > 0.0, "more than 0")?;
+        let far =
+            p.float_in("far_clip", 1e4, |v| v > near, &format!("more than near_clip, which is {near}"))?;
+        let focus_distance = p.float("focus_distance", far)? as f32;
+        let to_world = p.to_world()?;
+        let projection = if p.plugin() == "orthographic" {
+            Projection::Orthographic
+        } else {
+            let aspect = f64::from(film.width) / f64::from(film.height);
+            let aperture_radius = if p.plugin() == "thinlens" {
+                p.float_or_none("aperture_radius")?.ok_or_else(|| p.missing("aperture_radius"))? as f32
+            } else {
+                0.0
+            };
+            let principal_point = Vec2::new(
+                p.float("principal_point_offset_x", 0.0)? as f32,
+                p.float("principal_point_offset_y", 0.0)? as f32,
+            );
+            Projection::Perspective {
+                fov_x: field_of_view(p, aspect)? as f32,
+                aperture_radius,
+                focus_distance,
+                principal_point,
+            }
+        };
+        p.finish()?;
+        Ok(Camera {
+            name: p.id().to_string(),
+            to_world,
+            projection,
+            near_far: [near as f32, far as f32],
+            film,
+            samples_per_pixel,
+        })
+    }
+}
+
+/// Across the width, in radians, from `fov` and its axis or from `focal_length`.
+pub(super) fn field_of_view(p: Properties, aspect: f64) -> Result<f64, Error> {
+    if p.has("fov") && p.has("focal_length") {
+        return Err(p.invalid("'fov' and 'focal_length' cannot both be given"));
+    }
+    let along = |half_tangent: f64| 2.0 * half_tangent.atan();
+    let diagonal = |half_tangent: f64| along(half_tangent / (1.0 + 1.0 / (aspect * aspect)).sqrt());
+    if p.has("fov") {
+        let fov = p.float_in("fov", 0.0, |v| v > 0.0 && v < 180.0, "degrees between 0 and 180")?.to_radians();
+        let axis = p.choice("fov_axis", "x", &["x", "y", "diagonal", "smaller", "larger"])?;
+        let tangent = (0.5 * fov).tan();
+        return Ok(match (axis, aspect > 1.0) {
+            ("diagonal", _) => diagonal(tangent),
+            ("y", _) | ("smaller", true) | ("larger", false) => along(tangent * aspect),
+            _ => fov,
+        });
+    }
+    // The focal length of a 35 mm camera, whose frame is 36 x 24 mm; 50 mm where nothing is said.
+    let (text, at) = p.string("focal_length")?.map_or(("50mm", None), |(t, at)| (t, Some(at)));
+    let millimetres = text.trim().strip_suffix("mm").unwrap_or(text).trim().parse::<f64>();
+    match (millimetres, at) {
+        (Ok(f), _) if f > 0.0 && f.is_finite() => Ok(diagonal(36f64.hypot(24.0) / (2.0 * f))),
+        (_, at) => Err(Error::invalid(
+            at.map_or(p.place(), |at| p.place_of(at)),
+            format!("expected a focal length such as '50mm', found '{text}'"),
+        )),
+    }
+}
+
+fn film(p: Properties) -> Result<Film, Error> {
+    if p.plugin() != "hdrfilm" {
+        return Err(p.unknown_plugin(&["hdrfilm"]));
+    }
+    p.accept(&["file_format", "pixel_format", "component_format", "sample_border", "banner", "compensate"]);
+    let default = Film::default();
+    let width = p.count("width", default.width, 1, MAX_SIDE)?;
+    let height = p.count("height", default.height, 1, MAX_SIDE)?;
+    let x = p.count("crop_offset_x", 0, 0, width - 1)?;
+    let y = p.count("crop_offset_y", 0, 0, height - 1)?;
+    let w = p.count("crop_width", width, 1, width)?;
+    let h = p.count("crop_height", height, 1, height)?;
+    if x + w > width || y + h > height {
+        return Err(p.invalid(format!(
+            "the crop {w} x {h} at ({x}, {y}) reaches out of the picture of {width} x {height}"
+        )));
+    }
+    let crop = ([x, y, w, h] != [0, 0, width, height]).then_some([x, y, w, h]);
+    let filter = p.child(Class::Filter)?.map_or(Ok(default.filter), filter)?;
+    p.finish()?;
+    Ok(Film { width, height, crop, filter })
+}
+
+fn filter(p: Properties) -> Result<Filter, Error> {
+    const KNOWN: &[&str] = &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"];
+    // Wider filters than this mix pixels that have nothing to do with each other, and cost its square.
+    let radius = |name, default| {
+        p.float_in(name, default, |v| v > 0.0 && v <= 64.0, "more than 0, at most 64 pixels")
+            .map(|v| v as f32)
+    };
+    let filter = match p.plugin() {
+        "box" => Filter::Box,
+        "tent" => Filter::Tent { radius: radius("radius", 1.0)? },
+        "gaussian" => Filter::Gaussian { stddev: radius("stddev", 0.5)? },
+        "mitchell" => {
+            Filter::Mitchell { b: p.float("B", 1.0 / 3.0)? as f32, c: p.float("C", 1.0 / 3.0)? as f32 }
+        }
+        "catmullrom" => Filter::CatmullRom,
+        "lanczos" => Filter::Lanczos { lobes: p.count("lobes", 3, 1, 64)? as f32 },
+        _ => return Err(p.unknown_plugin(KNOWN)),
+    };
+    p.finish()?;
+    Ok(filter)
+}
