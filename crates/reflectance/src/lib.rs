@@ -48,4 +48,5 @@ model::models! {
     plastic::Plastic,
     rough_plastic::RoughPlastic,
     merl::Merl,
+    microcylinder::Microcylinder,
 }
