@@ -71,20 +71,6 @@ fn drawn(wo: vec3<f32>, wi: vec3<f32>, f: vec3<f32>, pdf: f32) -> BsdfSample {
     return BsdfSample(wi, pdf, f * (wi.z / pdf), 0u);
 }
 
-fn f_ward1992(wo: vec3<f32>, wi: vec3<f32>, ax: f32, ay: f32) -> f32 {
-    return exp(-squared_slope(wo + wi, ax, ay)) / (4.0 * PI * ax * ay * sqrt(max(wo.z * wi.z, 1e-18)));
-}
-
-fn f_duer(wo: vec3<f32>, wi: vec3<f32>, ax: f32, ay: f32) -> f32 {
-    return exp(-squared_slope(wo + wi, ax, ay)) / (4.0 * PI * ax * ay * max(wo.z * wi.z, 1e-18));
-}
-
-fn f_gmd(wo: vec3<f32>, wi: vec3<f32>, ax: f32, ay: f32) -> f32 {
-    let h = wo + wi;
-    let z2 = max(h.z * h.z, 1e-18);
-    return FRAC_1_PI / (ax * ay) * exp(-squared_slope(h, ax, ay)) * (dot(h, h) / z2) / z2;
-}
-
 fn v_grooves(wo: vec3<f32>, wi: vec3<f32>, h: vec4<f32>) -> f32 {
     let open = 0.25 / max(wo.z * wi.z, 1e-37);
     let masked = 0.5 * h.z / (h.w * max(wo.z, wi.z));
@@ -114,9 +100,4 @@ fn sample_gaussian_reflection(wo: vec3<f32>, u: vec3<f32>, sx: f32, sy: f32) -> 
 fn pdf_gaussian_reflection(wo: vec3<f32>, wi: vec3<f32>, sx: f32, sy: f32) -> f32 {
     let h = half_vector(wo, wi);
     return pdf_reflected(pdf_seen_wall(wo, h.xyz, pdf_gaussian_slopes(h.xyz, sx, sy)), h.w);
-}
-
-// Blinn-Phong's, in blinn_phong.rs.
-fn half_lobe_normaliser(n: f32) -> f32 {
-    return (n + 2.0) * (n + 4.0) / (8.0 * PI * (exp2(-0.5 * n) + n));
 }

@@ -40,6 +40,7 @@ model::models! {
     ashikhmin_premoze_shirley::AshikhminPremozeShirley,
     ggx::Ggx,
     noh::Noh,
+    dichromatic::Dichromatic,
     conductor::Conductor,
     rough_conductor::RoughConductor,
     dielectric::Dielectric,

@@ -38,24 +38,25 @@ fn fujii_albedo(cos: f32, r: f32) -> f32 {
     a * (1.0 + r * FRAC_1_PI * g)
 }
 
-impl OrenNayar {
-    /// Fujii's lobe, made white by the light it loses (Portsmouth, Kutz and Hill 2025, "EON").
-    fn energy_preserving(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        // The same slope of the lobe as the qualitative form: r = B/A.
-        let (a, b) = qualitative_factors(self.sigma);
-        let r = b / a;
-        let scale = 1.0 / (1.0 + GRAZING_SHARE * r);
-        let s = wo.x * wi.x + wo.y * wi.y;
-        let s_over_t = if s > 0.0 { s / wo.z.max(wi.z) } else { s };
-        let single = self.reflectance * (FRAC_1_PI * scale * (1.0 + r * s_over_t));
-        let mean = scale * (1.0 + MEAN_SHARE * r);
-        let lost = (1.0 - fujii_albedo(wo.z, r)).max(0.0) * (1.0 - fujii_albedo(wi.z, r)).max(0.0);
-        // For r = 0 nothing is lost and nothing is given back.
-        let shape = lost / (1.0 - mean).max(1e-6);
-        let colour = self.reflectance * self.reflectance * mean / (Vec3::ONE - self.reflectance * (1.0 - mean));
-        single + colour * (FRAC_1_PI * shape)
-    }
+/// Fujii's lobe, made white by the light it loses (Portsmouth, Kutz and Hill 2025, "EON").
+#[inline]
+pub(crate) fn f_energy_preserving(reflectance: Vec3, sigma: f32, wo: Vec3, wi: Vec3) -> Vec3 {
+    // The same slope of the lobe as the qualitative form: r = B/A.
+    let (a, b) = qualitative_factors(sigma);
+    let r = b / a;
+    let scale = 1.0 / (1.0 + GRAZING_SHARE * r);
+    let s = wo.x * wi.x + wo.y * wi.y;
+    let s_over_t = if s > 0.0 { s / wo.z.max(wi.z) } else { s };
+    let single = reflectance * (FRAC_1_PI * scale * (1.0 + r * s_over_t));
+    let mean = scale * (1.0 + MEAN_SHARE * r);
+    let lost = (1.0 - fujii_albedo(wo.z, r)).max(0.0) * (1.0 - fujii_albedo(wi.z, r)).max(0.0);
+    // For r = 0 nothing is lost and nothing is given back.
+    let shape = lost / (1.0 - mean).max(1e-6);
+    let colour = reflectance * reflectance * mean / (Vec3::ONE - reflectance * (1.0 - mean));
+    single + colour * (FRAC_1_PI * shape)
+}
 
+impl OrenNayar {
     /// Equations 30: direct light with three terms, and one bounce between the walls.
     fn full(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         let (sin_o, sin_i) = (wo.truncate().length(), wi.truncate().length());
@@ -114,7 +115,7 @@ impl Model for OrenNayar {
             return Vec3::ZERO;
         }
         match self.form.index() {
-            0 => self.energy_preserving(wo, wi),
+            0 => f_energy_preserving(self.reflectance, self.sigma, wo, wi),
             1 => self.full(wo, wi),
             _ => self.qualitative(wo, wi),
         }

@@ -1,37 +1,4 @@
-// Twin of oren_nayar.rs.
-
-const ON_GRAZING_SHARE: f32 = 0.5 - 2.0 / (3.0 * PI);
-const ON_MEAN_SHARE: f32 = 2.0 / 3.0 - 28.0 / (15.0 * PI);
-
-fn on_factors(sigma: f32) -> vec2<f32> {
-    let s2 = sigma * sigma;
-    return vec2<f32>(1.0 - 0.5 * s2 / (s2 + 0.33), 0.45 * s2 / (s2 + 0.09));
-}
-
-fn on_fujii_albedo(c: f32, r: f32) -> f32 {
-    let a = 1.0 / (1.0 + ON_GRAZING_SHARE * r);
-    let s = sqrt(max(1.0 - c * c, 0.0));
-    let tail = s * c * (1.0 + s + s * s) / (1.0 + s) - s;
-    let g = s * (atan2(s, c) - s * c) + 2.0 / 3.0 * tail;
-    return a * (1.0 + r * FRAC_1_PI * g);
-}
-
-fn on_energy_preserving(m: OrenNayar, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
-    let ab = on_factors(m.sigma);
-    let r = ab.y / ab.x;
-    let scale = 1.0 / (1.0 + ON_GRAZING_SHARE * r);
-    let s = wo.x * wi.x + wo.y * wi.y;
-    var s_over_t = s;
-    if (s > 0.0) {
-        s_over_t = s / max(wo.z, wi.z);
-    }
-    let single = m.reflectance * (FRAC_1_PI * scale * (1.0 + r * s_over_t));
-    let mean = scale * (1.0 + ON_MEAN_SHARE * r);
-    let lost = max(1.0 - on_fujii_albedo(wo.z, r), 0.0) * max(1.0 - on_fujii_albedo(wi.z, r), 0.0);
-    let shape = lost / max(1.0 - mean, 1e-6);
-    let colour = m.reflectance * m.reflectance * mean / (vec3<f32>(1.0) - m.reflectance * (1.0 - mean));
-    return single + colour * (FRAC_1_PI * shape);
-}
+// Twin of oren_nayar.rs. Its energy-preserving form is in lobes.wgsl.
 
 fn on_full(m: OrenNayar, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     let sin_o = length(wo.xy);
@@ -72,7 +39,7 @@ fn oren_nayar_eval(m: OrenNayar, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f
         return vec3<f32>(0.0);
     }
     switch m.form {
-        case 0u: { return on_energy_preserving(m, wo, wi); }
+        case 0u: { return f_energy_preserving(m.reflectance, m.sigma, wo, wi); }
         case 1u: { return on_full(m, wo, wi); }
         default: { return on_qualitative(m, wo, wi); }
     }

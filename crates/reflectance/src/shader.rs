@@ -50,6 +50,7 @@ pub fn wgsl_library(kinds: &[Kind]) -> String {
     out.push_str(crate::microfacet::MICROFACET_WGSL);
     out.push_str(crate::halfway::HALFWAY_WGSL);
     out.push_str(crate::ashikhmin_g::ASHIKHMIN_G_WGSL);
+    out.push_str(include_str!("lobes.wgsl"));
     out.push_str(crate::importance::IMPORTANCE_WGSL);
     let kinds: Vec<Kind> = kinds.iter().copied().filter(|k| k.wgsl().is_some()).collect();
     for kind in &kinds {

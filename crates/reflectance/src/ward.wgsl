@@ -1,4 +1,4 @@
-// Twin of ward.rs. The lobes themselves are in halfway.wgsl, shared with the Noh costume.
+// Twin of ward.rs. The lobes themselves are in lobes.wgsl.
 
 fn ward_eval(m: Ward, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     if (wo.z <= 0.0 || wi.z <= 0.0) {
