@@ -50,4 +50,5 @@ model::models! {
     rough_plastic::RoughPlastic,
     merl::Merl,
     microcylinder::Microcylinder,
+    structural_colour::StructuralColour,
 }
