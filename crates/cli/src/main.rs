@@ -1,2 +1,47 @@
-//! x
-fn main(){}
+//! The `yugen` command: one file per verb.
+
+mod brdf;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Keeps how a performance looks: reflectance models, measured data and a renderer to trust.
+#[derive(Parser)]
+#[command(version, about, propagate_version = true)]
+struct Yugen {
+    #[command(subcommand)]
+    verb: Verb,
+
+    /// What to report while working: error, warn, info, debug or trace; or per room, as in
+    /// `warn,yugen_archive=debug`.
+    #[arg(long, global = true, default_value = "warn", value_name = "LEVEL")]
+    log: String,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    #[command(subcommand)]
+    Brdf(brdf::Brdf),
+}
+
+fn main() -> ExitCode {
+    let yugen = Yugen::parse();
+    let filter = match tracing_subscriber::EnvFilter::try_new(&yugen.log) {
+        Ok(filter) => filter,
+        Err(e) => {
+            eprintln!("yugen: --log {}: {e}", yugen.log);
+            return ExitCode::FAILURE;
+        }
+    };
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
+    let outcome = match yugen.verb {
+        Verb::Brdf(verb) => verb.run(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("yugen: {e:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! One file per format.
 
 pub mod image;
+pub mod measured;
 pub mod merl;
 pub mod mitsuba;
 mod numbers;

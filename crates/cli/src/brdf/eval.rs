@@ -1,0 +1,104 @@
+//! `yugen brdf eval`.
+
+use super::subject::Subject;
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use serde_json::json;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use yugen_optics::Vec3;
+
+/// Values of f in 1/sr, without the cosine, linear RGB.
+#[derive(Args)]
+pub struct Eval {
+    #[command(flatten)]
+    subject: Subject,
+
+    /// To the light, in the local frame (normal +z, tangent +x); any length.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true,
+          required_unless_present = "pairs", requires = "wo")]
+    wi: Option<Vec3>,
+
+    /// To the eye, likewise.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, requires = "wi")]
+    wo: Option<Vec3>,
+
+    /// Many pairs: six numbers a line, wi then wo, separated by blanks or commas; # starts a comment; - reads
+    /// standard input.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["wi", "wo"])]
+    pairs: Option<PathBuf>,
+
+    /// As JSON, with the density of sampling beside each value.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Eval {
+    /// Does it.
+    pub fn run(self) -> Result<()> {
+        let model = self.subject.build()?;
+        let bsdf = model.bsdf();
+        let pairs = match (&self.pairs, self.wi, self.wo) {
+            (Some(file), ..) => read_pairs(file)?,
+            (None, Some(wi), Some(wo)) => vec![(wi, wo)],
+            _ => bail!("expected --wi and --wo, or --pairs"),
+        };
+        let mut rows = Vec::new();
+        for (wi, wo) in pairs {
+            let (f, pdf) = bsdf.eval_pdf(wo, wi);
+            if self.json {
+                rows.push(json!({
+                    "wi": wi.to_array(), "wo": wo.to_array(), "f": f.to_array(), "pdf": pdf,
+                }));
+            } else {
+                println!("{} {} {}", f.x, f.y, f.z);
+            }
+        }
+        if self.json {
+            println!(
+                "{}",
+                json!({ "model": model.kind.name(), "space": self.subject.space, "values": rows })
+            );
+        }
+        Ok(())
+    }
+}
+
+fn direction(numbers: [f32; 3]) -> Option<Vec3> {
+    Vec3::from_array(numbers).try_normalize()
+}
+
+fn parse_direction(text: &str) -> Result<Vec3, String> {
+    let numbers: Vec<f32> = text.split(',').filter_map(|v| v.trim().parse().ok()).collect();
+    <[f32; 3]>::try_from(numbers)
+        .ok()
+        .and_then(direction)
+        .ok_or_else(|| "expected a direction as three numbers, as in 0.5,0,0.87".to_string())
+}
+
+fn read_pairs(file: &Path) -> Result<Vec<(Vec3, Vec3)>> {
+    let mut text = String::new();
+    if file == Path::new("-") {
+        std::io::stdin().read_to_string(&mut text).context("standard input")?;
+    } else {
+        text = std::fs::read_to_string(file).with_context(|| file.display().to_string())?;
+    }
+    let mut pairs = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default();
+        let words: Vec<&str> = line.split([',', ' ', '\t', ';']).filter(|w| !w.is_empty()).collect();
+        if words.is_empty() {
+            continue;
+        }
+        let numbers: Vec<f32> = words.iter().filter_map(|w| w.parse().ok()).collect();
+        let pair = match (words.len(), numbers.as_slice()) {
+            (6, &[a, b, c, d, e, f]) => direction([a, b, c]).zip(direction([d, e, f])),
+            _ => None,
+        };
+        let Some(pair) = pair else {
+            bail!("{}:{}: expected six numbers, wi then wo, neither of length zero", file.display(), i + 1);
+        };
+        pairs.push(pair);
+    }
+    Ok(pairs)
+}
