@@ -1,6 +1,7 @@
 //! The `yugen` command: one file per verb.
 
 mod brdf;
+mod render;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -20,6 +21,7 @@ struct Yugen {
 
 #[derive(Subcommand)]
 enum Verb {
+    Render(render::Render),
     #[command(subcommand)]
     Brdf(brdf::Brdf),
 }
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
     };
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
     let outcome = match yugen.verb {
+        Verb::Render(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
     };
     match outcome {

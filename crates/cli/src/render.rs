@@ -1,0 +1,315 @@
+//! `yugen render`: a scene file to a picture.
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use yugen_archive::formats::{self, image};
+use yugen_archive::scene::{Integrator, IntegratorKind};
+use yugen_archive::{Scene, atomic_write};
+use yugen_optics::Image;
+use yugen_optics::tonemap::Curve;
+use yugen_transport::render::{Action, Aov, Budget, Job, MAX_SAMPLES, Options, fnv1a};
+
+/// Renders a scene by path tracing: Mitsuba 3 XML, glTF 2.0 (.gltf, .glb) or Yugen's own TOML.
+#[derive(Args)]
+pub struct Render {
+    /// The scene file.
+    scene: PathBuf,
+
+    /// The picture: .exr keeps everything (layers, wide gamut); .hdr; .png and .jpg are for display.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+
+    /// Width and height in pixels instead of the camera's.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+
+    /// Samples per pixel instead of what the scene says. Powers of two serve best.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), group = "budget")]
+    spp: Option<u32>,
+
+    /// Render for this long: 90, 90s, 5m, 1h.
+    #[arg(long, value_name = "TIME", value_parser = parse_time, group = "budget")]
+    time: Option<Duration>,
+
+    /// Render until the relative standard error is below this everywhere, for example 0.01; noisy parts get
+    /// more samples.
+    #[arg(long, value_name = "E", value_parser = parse_error, group = "budget")]
+    error: Option<f32>,
+
+    /// Same seed, same picture, bit for bit, for any number of threads.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    seed: u32,
+
+    /// Threads instead of one per core.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+
+    /// How light is followed, instead of what the scene says.
+    #[arg(long, value_parser = ["path", "direct", "depth", "aov"], value_name = "NAME")]
+    integrator: Option<String>,
+
+    /// Longest path, counted in edges from the camera to the light; 2 is direct light.
+    #[arg(long, value_name = "N")]
+    max_depth: Option<u32>,
+
+    /// Layers to record besides the picture, for .exr: albedo, normal, shading_normal, depth, position, uv, id,
+    /// variance; or all.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse_aov)]
+    aov: Vec<Vec<Aov>>,
+
+    /// Name of the camera; the first where absent.
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+
+    /// Go on from the checkpoint that an interrupted render left beside the output.
+    #[arg(long)]
+    resume: bool,
+
+    /// Seconds between checkpoints; 0 writes none.
+    #[arg(long, default_value_t = 30, value_name = "S")]
+    checkpoint: u64,
+
+    /// Gives a parameter of the scene file a value, as in `-D spp=64`.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
+    define: Vec<(String, String)>,
+
+    /// From scene light to display light, for .png and .jpg.
+    #[arg(long, default_value = "clip", value_parser = Curve::ALL.map(Curve::name), value_name = "CURVE")]
+    curve: String,
+
+    /// Brighter by this many stops, for .png and .jpg.
+    #[arg(long, default_value_t = 0.0, value_name = "STOPS", allow_hyphen_values = true)]
+    exposure: f32,
+
+    /// Print what was done as JSON, and no progress.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Render {
+    /// Does it.
+    pub fn run(self) -> Result<()> {
+        image::can_write(&self.output)?;
+        let started = Instant::now();
+        let options = formats::Options { defines: self.define.clone(), ..formats::Options::default() };
+        let scene = formats::load_scene(&self.scene, &options)?;
+        let loaded = started.elapsed();
+        let identity = self.identity()?;
+        let job = Job::new(&scene, &self.options(&scene)?, identity)?;
+        let prepared = started.elapsed() - loaded;
+
+        let checkpoint = checkpoint_path(&self.output);
+        if self.resume && checkpoint.exists() {
+            let bytes = std::fs::read(&checkpoint).with_context(|| format!("{}", checkpoint.display()))?;
+            job.resume(&bytes).with_context(|| format!("{}", checkpoint.display()))?;
+            if !self.json {
+                eprintln!("going on from {}", checkpoint.display());
+            }
+        }
+
+        let bar = if self.json { ProgressBar::hidden() } else { progress_bar() };
+        let every = Duration::from_secs(self.checkpoint);
+        let mut saved = Instant::now();
+        let mut failure = None;
+        job.run(|job, p| {
+            bar.set_position((p.fraction * 1000.0) as u64);
+            let left = p.remaining.map_or(String::new(), |r| format!("{} left", HumanDuration(r)));
+            bar.set_message(left);
+            if self.checkpoint > 0 && saved.elapsed() >= every {
+                saved = Instant::now();
+                if let Err(e) = atomic_write(&checkpoint, &job.checkpoint()) {
+                    failure = Some(e);
+                    return Action::Stop;
+                }
+            }
+            Action::Continue
+        });
+        bar.finish_and_clear();
+        if let Some(e) = failure {
+            return Err(e).context("cannot write a checkpoint (--checkpoint 0 renders without)");
+        }
+        let picture = job.image();
+        let curve = Curve::from_name(&self.curve).context("no such curve")?;
+        let write = image::WriteOptions {
+            curve,
+            exposure: self.exposure,
+            metadata: self.metadata(&job),
+            ..image::WriteOptions::from(scene.working_space)
+        };
+        image::write(&self.output, &for_format(picture, &self.output), &write)?;
+        if checkpoint.exists() {
+            let _ = std::fs::remove_file(&checkpoint);
+        }
+        self.report(&job, loaded, prepared);
+        Ok(())
+    }
+
+    fn options(&self, scene: &Scene) -> Result<Options> {
+        let budget = match (self.spp, self.time, self.error) {
+            (Some(n), ..) => Some(Budget::Samples(n)),
+            (_, Some(t), _) => Some(Budget::Time(t)),
+            (.., Some(e)) => Some(Budget::Error(e)),
+            _ => None,
+        };
+        let mut integrator = scene.integrator.clone();
+        if let Some(name) = &self.integrator {
+            integrator.kind = match name.as_str() {
+                "direct" => IntegratorKind::Direct { light_samples: 1, bsdf_samples: 1 },
+                "depth" => IntegratorKind::Depth,
+                "aov" => IntegratorKind::Aov,
+                _ => IntegratorKind::Path,
+            };
+        }
+        if self.max_depth.is_some() {
+            integrator.max_depth = self.max_depth;
+        }
+        let mut aovs = Vec::new();
+        for aov in self.aov.iter().flatten() {
+            if !aovs.contains(aov) {
+                aovs.push(*aov);
+            }
+        }
+        if !aovs.is_empty() && self.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+            bail!("--aov needs an .exr to keep its layers in; {} is not one", self.output.display());
+        }
+        Ok(Options {
+            camera: self.camera.clone(),
+            size: self.size,
+            budget,
+            seed: self.seed,
+            threads: self.threads.map(usize::from),
+            integrator: Some(Integrator { ..integrator }),
+            aovs,
+        })
+    }
+
+    /// Tells this scene from another, so that a checkpoint is not taken up by the wrong one.
+    fn identity(&self) -> Result<u64> {
+        let mut bytes = std::fs::read(&self.scene).with_context(|| format!("{}", self.scene.display()))?;
+        for (name, value) in &self.define {
+            bytes.extend_from_slice(format!("{name}={value}\n").as_bytes());
+        }
+        Ok(fnv1a(&bytes))
+    }
+
+    fn metadata(&self, job: &Job) -> Vec<(String, String)> {
+        let status = job.status();
+        vec![
+            ("yugen:version".into(), env!("CARGO_PKG_VERSION").into()),
+            ("yugen:scene".into(), self.scene.display().to_string()),
+            ("yugen:seed".into(), self.seed.to_string()),
+            ("yugen:samples".into(), status.samples.to_string()),
+            ("yugen:rejected".into(), status.rejected.to_string()),
+        ]
+    }
+
+    fn report(&self, job: &Job, loaded: Duration, prepared: Duration) {
+        let status = job.status();
+        let [w, h] = job.size();
+        let pixels = u64::from(w) * u64::from(h);
+        let seconds = status.elapsed.as_secs_f64();
+        let rate = status.samples as f64 / seconds.max(1e-9);
+        let stats = job.world().geometry.stats();
+        if self.json {
+            let report = json!({
+                "output": self.output.display().to_string(),
+                "width": w,
+                "height": h,
+                "samples": status.samples,
+                "samples_per_pixel": status.samples as f64 / pixels as f64,
+                "render_seconds": seconds,
+                "samples_per_second": rate,
+                "load_seconds": loaded.as_secs_f64(),
+                "prepare_seconds": prepared.as_secs_f64(),
+                "rejected_samples": status.rejected,
+                "triangles": stats.triangles,
+                "hierarchy_bytes": stats.tree_bytes,
+                "mesh_bytes": stats.mesh_bytes,
+            });
+            println!("{report}");
+            return;
+        }
+        println!(
+            "{}: {w}x{h}, {:.1} samples a pixel in {seconds:.1} s ({:.2} M samples/s)",
+            self.output.display(),
+            status.samples as f64 / pixels as f64,
+            rate / 1e6,
+        );
+        if status.rejected > 0 {
+            println!("{} samples were not finite and were left out", status.rejected);
+        }
+        if let Some(Budget::Error(_)) = self.error.map(Budget::Error)
+            && status.samples >= pixels * u64::from(MAX_SAMPLES)
+        {
+            println!("the error was not reached everywhere within {MAX_SAMPLES} samples a pixel");
+        }
+    }
+}
+
+/// Display formats get the picture only.
+fn for_format(picture: Image, path: &Path) -> Image {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        return picture;
+    }
+    picture.select(&["R", "G", "B"]).unwrap_or(picture)
+}
+
+fn checkpoint_path(output: &Path) -> PathBuf {
+    let mut name = output.file_name().unwrap_or_default().to_os_string();
+    name.push(".checkpoint");
+    output.with_file_name(name)
+}
+
+fn progress_bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {percent:>3} %  {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(1000).with_style(style)
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let number = |s: &str| s.parse::<u32>().ok().filter(|n| (1..=1 << 16).contains(n));
+    text.split_once(['x', 'X'])
+        .and_then(|(w, h)| Some([number(w)?, number(h)?]))
+        .ok_or_else(|| "expected width x height in pixels, as in 640x480".to_string())
+}
+
+fn parse_time(text: &str) -> Result<Duration, String> {
+    let (number, factor) = match text.char_indices().last() {
+        Some((i, 's')) => (&text[..i], 1.0),
+        Some((i, 'm')) => (&text[..i], 60.0),
+        Some((i, 'h')) => (&text[..i], 3600.0),
+        _ => (text, 1.0),
+    };
+    number
+        .parse::<f64>()
+        .ok()
+        .filter(|s| s.is_finite() && *s > 0.0)
+        .and_then(|s| Duration::try_from_secs_f64(s * factor).ok())
+        .ok_or_else(|| "expected a time, as in 90, 90s, 5m or 1h".to_string())
+}
+
+fn parse_error(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|e: &f32| (1e-5..=1.0).contains(e))
+        .ok_or_else(|| "expected a relative error between 0.00001 and 1, as in 0.01".to_string())
+}
+
+fn parse_aov(text: &str) -> Result<Vec<Aov>, String> {
+    if text == "all" {
+        return Ok(Aov::ALL.to_vec());
+    }
+    Aov::from_name(text).map(|a| vec![a]).ok_or_else(|| {
+        format!("there is no layer '{text}'; there are all, {}", Aov::ALL.map(Aov::name).join(", "))
+    })
+}
+
+fn parse_define(text: &str) -> Result<(String, String), String> {
+    text.split_once('=')
+        .map(|(n, v)| (n.to_string(), v.to_string()))
+        .ok_or_else(|| "expected name=value".to_string())
+}
