@@ -1,13 +1,16 @@
 //! One file per format.
 
+mod folders;
 pub mod image;
 pub mod measured;
 pub mod merl;
 pub mod mitsuba;
+mod mtl;
 mod numbers;
 pub mod obj;
 pub mod ply;
 pub mod serialized;
+pub mod toml;
 
 use crate::{Error, Place, Scene, read_bounded};
 use std::path::{Path, PathBuf};
@@ -32,7 +35,10 @@ pub struct Format {
 }
 
 /// Every format that scenes come in.
-pub const FORMATS: &[Format] = &[Format { name: "Mitsuba 3 XML", extensions: &["xml"], read: mitsuba::read }];
+pub const FORMATS: &[Format] = &[
+    Format { name: "Yugen TOML", extensions: &["toml"], read: toml::read },
+    Format { name: "Mitsuba 3 XML", extensions: &["xml"], read: mitsuba::read },
+];
 
 /// Reads a scene in the format that the extension of its file names.
 pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {

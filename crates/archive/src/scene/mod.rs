@@ -3,10 +3,12 @@
 //! Readers (Mitsuba XML, glTF, Yugen's own TOML) fill a [`Scene`]; the reference renderer and the stage
 //! read it. Indices (`TextureId`, …) point into the vectors of the same scene.
 
+mod framing;
 mod material;
 mod normals;
 pub mod primitives;
 
+pub use framing::look_along;
 pub use material::ModelBuilder;
 
 use glam::{Affine2, Mat4, Vec2, Vec3};

@@ -76,7 +76,7 @@ fn lattice_triangles(nu: u32, nv: u32) -> Vec<[u32; 3]> {
         let a = j * (nu + 1) + i;
         let (b, c, d) = (a + 1, a + nu + 1, a + nu + 2);
         // Diagonals alternate, so that no direction of the cloth folds more easily than the other.
-        if (i + j) % 2 == 0 { [[a, c, d], [a, d, b]] } else { [[a, c, b], [b, c, d]] }
+        if (i + j).is_multiple_of(2) { [[a, c, d], [a, d, b]] } else { [[a, c, b], [b, c, d]] }
     };
     (0..nv).flat_map(|j| (0..nu).flat_map(move |i| quad(i, j))).collect()
 }

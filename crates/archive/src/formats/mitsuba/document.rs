@@ -1,6 +1,6 @@
 //! The XML itself: parameters, includes, ids and references; objects with typed properties come out.
 
-use super::folders::Folders;
+use crate::formats::folders::Folders;
 use crate::formats::{numbers, read_file};
 use crate::{Error, Place};
 use glam::{DMat4, DVec3};

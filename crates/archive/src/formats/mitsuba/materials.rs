@@ -113,9 +113,10 @@ impl Builder<'_> {
                     }
                     [front, back] => (self.material(front)?, self.material(back)?),
                     ref n => {
-                        return Err(
-                            p.invalid(format!("'twosided' needs one or two BSDFs inside, found {}", n.len()))
-                        );
+                        return Err(p.invalid(format!(
+                            "'twosided' needs one or two BSDFs inside, found {}",
+                            n.len()
+                        )));
                     }
                 };
                 self.push(Material::TwoSided { front, back })

@@ -6,7 +6,6 @@
 //! storage of textures) is accepted and has no effect.
 
 mod document;
-mod folders;
 mod lights;
 mod materials;
 mod properties;
@@ -17,9 +16,9 @@ mod tests;
 
 use super::Options;
 use crate::Error;
+use crate::formats::folders::Folders;
 use crate::scene::{GroupId, Integrator, IntegratorKind, MaterialId, Mesh, Scene, TextureId};
 use document::{Class, Document};
-use folders::Folders;
 use properties::Properties;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

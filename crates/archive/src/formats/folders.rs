@@ -11,13 +11,13 @@ use std::path::{Path, PathBuf};
 
 /// The folders in force, in the order they are searched.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Folders {
+pub(crate) struct Folders {
     roots: Vec<PathBuf>,
 }
 
 impl Folders {
     /// The folder of the scene file, then those the caller allows.
-    pub(super) fn new(scene: &Path, allowed: &[PathBuf]) -> Result<Self, Error> {
+    pub(crate) fn new(scene: &Path, allowed: &[PathBuf]) -> Result<Self, Error> {
         let mut roots = Vec::new();
         // A scene that is only bytes has no folder, and then none of its files can be found.
         if let Some(parent) = scene.parent() {
@@ -31,7 +31,7 @@ impl Folders {
     }
 
     /// A `<path>` in `file`: searched first from now on.
-    pub(super) fn add(&mut self, value: &str, file: &Path, at: Place) -> Result<(), Error> {
+    pub(crate) fn add(&mut self, value: &str, file: &Path, at: Place) -> Result<(), Error> {
         let value = Path::new(value);
         if value.is_absolute() {
             return Err(Error::invalid(
@@ -64,7 +64,7 @@ impl Folders {
     }
 
     /// For an included file: its own folder first.
-    pub(super) fn inside(&self, file: &Path) -> Self {
+    pub(crate) fn inside(&self, file: &Path) -> Self {
         let mut roots = self.roots.clone();
         if let Some(folder) = file.parent().and_then(|p| p.canonicalize().ok()) {
             roots.insert(0, folder);
@@ -73,14 +73,14 @@ impl Folders {
     }
 
     /// The folders of `other` after these.
-    pub(super) fn then(&self, other: &Self) -> Self {
+    pub(crate) fn then(&self, other: &Self) -> Self {
         let mut roots = self.roots.clone();
         roots.extend(other.roots.iter().filter(|r| !self.roots.contains(r)).cloned());
         Self { roots }
     }
 
     /// The file called `name`, where it may be opened.
-    pub(super) fn find(&self, name: &str, at: Place) -> Result<PathBuf, Error> {
+    pub(crate) fn find(&self, name: &str, at: Place) -> Result<PathBuf, Error> {
         let name = Path::new(name);
         let found = self.roots.iter().filter_map(|r| r.join(name).canonicalize().ok()).collect::<Vec<_>>();
         if let Some(file) = found.iter().find(|f| self.roots.iter().any(|r| f.starts_with(r))) {

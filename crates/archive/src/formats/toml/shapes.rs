@@ -1,0 +1,275 @@
+//! Shapes: exact ones, meshes from files, geometry made here, and groups placed again.
+
+use super::document::{Item, Keys};
+use super::materials::Role;
+use super::{Reader, bare_shape, placed};
+use crate::Error;
+use crate::formats::{obj, ply, read_file, serialized};
+use crate::scene::primitives::{Drape, Support, ball, block, drape, grid};
+use crate::scene::{Geometry, MaterialId, Mesh, Shape};
+use glam::{Mat4, Vec3};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The finest mesh that is made here: four million triangles.
+const MAX_SEGMENTS: u32 = 1448;
+/// The finest cloth: its time grows with the third power, and this takes some minutes.
+const MAX_CLOTH: u32 = 320;
+
+#[derive(Clone, Copy)]
+enum Type {
+    Sphere,
+    Rectangle,
+    Disc,
+    Cylinder,
+    Box,
+    Ball,
+    Grid,
+    Drape,
+    File,
+    Instance,
+}
+
+const TYPES: [(&str, Type); 10] = [
+    ("sphere", Type::Sphere),
+    ("rectangle", Type::Rectangle),
+    ("disc", Type::Disc),
+    ("cylinder", Type::Cylinder),
+    ("box", Type::Box),
+    ("ball", Type::Ball),
+    ("grid", Type::Grid),
+    ("drape", Type::Drape),
+    ("file", Type::File),
+    ("instance", Type::Instance),
+];
+
+impl<'a> Reader<'a> {
+    /// One `[[shape]]`, which may be several: a file brings all of its own.
+    pub(super) fn shape(&mut self, mut keys: Keys<'a>, out: &mut Vec<Shape>) -> Result<(), Error> {
+        let kind = keys.need("type", "a shape such as \"sphere\" or \"file\"")?;
+        let word = kind.text()?;
+        let kind = kind.one_of("shape", &TYPES)?;
+        let name = keys.or("name", word.to_string(), |i| i.text().map(String::from))?;
+        keys.what = format!("shape '{name}'");
+        let to_world = placed(&mut keys)?;
+        let material = match keys.get("material") {
+            Some(item) => Some(self.material(&item)?),
+            None => None,
+        };
+
+        let first = out.len();
+        let length = |i: &Item| i.number_in(1e-9, 1e9);
+        let (geometry, own) = match kind {
+            Type::Sphere => {
+                (Geometry::Sphere, Mat4::from_scale(Vec3::splat(keys.or("radius", 1.0, length)?)))
+            }
+            Type::Disc => (Geometry::Disc, Mat4::from_scale(Vec3::splat(keys.or("radius", 1.0, length)?))),
+            Type::Rectangle => {
+                let [width, height] = keys.or("size", [1.0; 2], sizes)?;
+                (Geometry::Rectangle, Mat4::from_scale(Vec3::new(0.5 * width, 0.5 * height, 1.0)))
+            }
+            Type::Cylinder => {
+                let (radius, height) = (keys.or("radius", 1.0, length)?, keys.or("height", 1.0, length)?);
+                (Geometry::Cylinder, Mat4::from_scale(Vec3::new(radius, radius, height)))
+            }
+            Type::Box => (made(block(Vec3::from_array(keys.or("size", [1.0; 3], sizes)?))), Mat4::IDENTITY),
+            Type::Ball => {
+                let segments = keys.or("segments", 64, |i| i.count(MAX_SEGMENTS))?;
+                let radius = keys.or("radius", 1.0, length)?;
+                (made(ball(segments)), Mat4::from_scale(Vec3::splat(radius)))
+            }
+            Type::Grid => {
+                let [width, height] = keys.or("size", [1.0; 2], sizes)?;
+                let segments = keys.or("segments", 1, |i| i.count(MAX_SEGMENTS))?;
+                (made(grid(width, height, [segments; 2])), Mat4::IDENTITY)
+            }
+            Type::Drape => (made(self.drape(&mut keys)?), Mat4::IDENTITY),
+            Type::Instance => {
+                let group = keys.need("group", "the name of a group")?;
+                let group_name = group.text()?;
+                let id = self.groups.get(group_name).copied();
+                let known = self.groups.keys().map(String::as_str);
+                let id = id.ok_or_else(|| group.unknown("group", group_name, known))?;
+                (Geometry::Instance(id), Mat4::IDENTITY)
+            }
+            Type::File => {
+                let file = keys.need("file", "a mesh (.obj, .ply, .serialized) or a scene (.glb, .gltf)")?;
+                self.file(&file, &mut keys, to_world, material, out)?;
+                (Geometry::Sphere, Mat4::IDENTITY)
+            }
+        };
+        if !matches!(kind, Type::File) {
+            let material = match material {
+                Some(id) => id,
+                None => self.grey(),
+            };
+            out.push(bare_shape(name.clone(), geometry, to_world * own, material));
+        }
+
+        let flip = keys.or("flip", false, Item::boolean)?;
+        let flat = keys.or("flat", false, Item::boolean)?;
+        let emission = match keys.get("emission") {
+            Some(_) if matches!(kind, Type::Instance) => {
+                return Err(keys.invalid("an instance cannot shine; let the shapes of its group do so"));
+            }
+            Some(item) => Some(self.value(&item, Role::Light)?),
+            None => None,
+        };
+        let both = keys.or("emits_both_sides", false, Item::boolean)?;
+        for shape in &mut out[first..] {
+            shape.flip_normals ^= flip;
+            shape.face_normals |= flat;
+            shape.two_sided_emission |= both;
+            if emission.is_some() {
+                shape.emission.clone_from(&emission);
+            }
+        }
+        keys.finish()
+    }
+
+    fn drape(&mut self, keys: &mut Keys<'a>) -> Result<Mesh, Error> {
+        let default = Drape::default();
+        let over = match keys.get("over") {
+            None => default.over,
+            Some(item) => {
+                let mut keys = item.keys("the support of the cloth")?;
+                let (ball, block, stand) = (keys.get("ball"), keys.get("box"), keys.get("stand"));
+                let at =
+                    keys.need("at", "the middle of a ball or a box, or of the top of a stand")?.vec3()?;
+                let support = match (ball, block, stand) {
+                    (Some(radius), None, None) => {
+                        Support::Ball { centre: at, radius: radius.number_in(1e-6, 1e6)? }
+                    }
+                    (None, Some(size), None) => {
+                        Support::Block { centre: at, size: Vec3::from_array(sizes(&size)?) }
+                    }
+                    (None, None, Some(radius)) => {
+                        Support::Stand { top: at, radius: radius.number_in(1e-6, 1e6)? }
+                    }
+                    _ => {
+                        return Err(keys.invalid(
+                            "cloth hangs over one of 'ball' (radius), 'box' (sizes) and 'stand' (radius)",
+                        ));
+                    }
+                };
+                keys.finish()?;
+                support
+            }
+        };
+        Ok(drape(&Drape {
+            size: keys.or("size", default.size, |i| i.number_in(0.01, 100.0))?,
+            segments: keys.or("segments", default.segments, |i| i.count(MAX_CLOTH))?,
+            over,
+            floor: keys.or("floor", default.floor, Item::number)?,
+            turn: keys.or("turn", default.turn.to_degrees(), Item::number)?.to_radians(),
+            weight: keys.or("weight", default.weight, |i| i.number_in(1e-3, 10.0))?,
+            bending: keys.or("bending", default.bending, |i| i.number_in(1e-9, 1.0))?,
+            shear: keys.or("shear", default.shear, |i| i.number_in(1e-3, 1e6))?,
+            friction: keys.or("friction", default.friction, |i| i.number_in(0.0, 10.0))?,
+            seconds: keys.or("seconds", default.seconds, |i| i.number_in(0.0, 20.0))?,
+            seed: keys.or("seed", default.seed, |i| i.count(u32::MAX).map(u64::from))?,
+        }))
+    }
+
+    /// Everything in a mesh or scene file, moved by `to_world`.
+    fn file(
+        &mut self,
+        item: &Item<'a>,
+        keys: &mut Keys<'a>,
+        to_world: Mat4,
+        material: Option<MaterialId>,
+        out: &mut Vec<Shape>,
+    ) -> Result<(), Error> {
+        let path = self.folders.find(item.text()?, item.place())?;
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let index = keys.get("index");
+        if let (Some(index), true) = (&index, extension != "serialized") {
+            return Err(index
+                .invalid("only a .serialized file holds several meshes that are told apart by an 'index'"));
+        }
+        let shape = |mesh: Arc<Mesh>, material| {
+            bare_shape(mesh.name.clone(), Geometry::Mesh(mesh), to_world, material)
+        };
+        if let Some(mesh) = self.meshes.get(&path).cloned().filter(|_| index.is_none()) {
+            let material = material.map_or_else(|| self.grey(), |m| m);
+            out.push(shape(mesh, material));
+            return Ok(());
+        }
+        match extension.as_str() {
+            "obj" => {
+                let obj = obj::read(&read_file(&path)?, &path)?;
+                match material {
+                    None if !obj.libraries.is_empty() => {
+                        for (name, mesh) in obj.split() {
+                            let material = self.mtl(&obj.libraries, name.as_deref(), &path)?;
+                            out.push(shape(Arc::new(mesh), material));
+                        }
+                    }
+                    _ => {
+                        let mesh = Arc::new(obj.mesh);
+                        self.meshes.insert(path, mesh.clone());
+                        let material = material.map_or_else(|| self.grey(), |m| m);
+                        out.push(shape(mesh, material));
+                    }
+                }
+            }
+            "ply" => {
+                let mesh = Arc::new(ply::read(&read_file(&path)?, &path)?);
+                self.meshes.insert(path, mesh.clone());
+                let material = material.map_or_else(|| self.grey(), |m| m);
+                out.push(shape(mesh, material));
+            }
+            "serialized" => {
+                let index = index.map_or(Ok(0.0), |i| i.number_in(0.0, 1e6))? as usize;
+                let read = serialized::read(&read_file(&path)?, index, &path)?;
+                let material = material.map_or_else(|| self.grey(), |m| m);
+                let mut shape = shape(Arc::new(read.mesh), material);
+                shape.face_normals = read.face_normals;
+                out.push(shape);
+            }
+            other => {
+                return Err(item.unknown(
+                    "mesh or scene file extension",
+                    other,
+                    ["obj", "ply", "serialized"],
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// The material `name` of an OBJ file's libraries; grey where there is none.
+    fn mtl(&mut self, libraries: &[String], name: Option<&str>, obj: &Path) -> Result<MaterialId, Error> {
+        let Some(name) = name else { return Ok(self.grey()) };
+        let known = format!("{}#{name}", obj.display());
+        if let Some(super::Named::Done(id)) = self.materials.get(&known) {
+            return Ok(*id);
+        }
+        let folders = self.folders.inside(obj);
+        for library in libraries {
+            let path = folders.find(library, crate::Place::file(obj))?;
+            let materials = obj::read_mtl(&read_file(&path)?, &path)?;
+            if let Some(mtl) = materials.iter().find(|m| m.name == name) {
+                let scene = &mut self.scene;
+                let id = super::super::mtl::material(mtl, scene, &folders, &path)?;
+                self.materials.insert(known, super::Named::Done(id));
+                return Ok(id);
+            }
+        }
+        tracing::warn!("{}: no library defines the material '{name}'; it is grey", obj.display());
+        Ok(self.grey())
+    }
+}
+
+fn made(mesh: Mesh) -> Geometry {
+    Geometry::Mesh(Arc::new(mesh))
+}
+
+fn sizes<const N: usize>(item: &Item) -> Result<[f32; N], Error> {
+    let v = item.numbers()?;
+    if v.iter().all(|s| (1e-9..=1e9).contains(s)) {
+        Ok(v)
+    } else {
+        Err(item.wrong("lengths greater than zero"))
+    }
+}

@@ -1,0 +1,266 @@
+use super::*;
+use crate::scene::{Geometry, Value};
+use yugen_reflectance::Kind;
+
+fn load(text: &str) -> Result<Scene, Error> {
+    read(text.as_bytes(), "scene.toml".as_ref(), &Options::default())
+}
+
+fn refuse(text: &str) -> String {
+    load(text).expect_err(text).to_string()
+}
+
+/// The TOML blocks of the manual.
+fn manual() -> Vec<&'static str> {
+    let text = include_str!("../../../../../docs/scene.md");
+    text.split("```toml\n").skip(1).map(|block| block.split("```").next().unwrap()).collect()
+}
+
+#[test]
+fn the_examples_of_the_manual_are_scenes() {
+    let [ball, cloth] = manual()[..] else { panic!("two examples") };
+    let lines = ball.lines().filter(|l| !l.trim().is_empty()).count();
+    assert!(lines <= 30, "the first example is to stay short: {lines} lines");
+    let scene = load(ball).unwrap();
+    assert_eq!((scene.shapes.len(), scene.cameras.len(), scene.lights.len()), (3, 1, 0));
+    assert_eq!(scene.working_space, ColourSpace::LinearRec2020);
+    // The desk faces up, the ball lies on it, the lamp shines down.
+    let normal = |s: &Shape| s.to_world.transform_vector3(Vec3::Z).normalize();
+    assert!((normal(&scene.shapes[0]) - Vec3::Y).length() < 1e-6);
+    assert_eq!(scene.shapes[1].to_world.transform_point3(Vec3::Y), Vec3::new(0.0, 0.8, 0.0));
+    assert!(normal(&scene.shapes[2]).y < -0.5);
+    let Some(Value::Rgb(light)) = scene.shapes[2].emission else { panic!("it shines") };
+    assert!(
+        (scene.working_space.luminance(light) - 12.0).abs() < 1e-3 && light.x > light.y && light.y > light.z
+    );
+    let Projection::Perspective { fov_x, focus_distance, .. } = scene.cameras[0].projection else { panic!() };
+    assert!((fov_x.to_degrees() - 35.0).abs() < 1e-4 && (focus_distance - 3.1048).abs() < 1e-3);
+
+    let scene = load(cloth).unwrap();
+    assert_eq!((scene.shapes.len(), scene.groups.len(), scene.cameras[0].samples_per_pixel), (3, 1, 256));
+    let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("cloth is a mesh") };
+    assert_eq!((mesh.positions.len(), mesh.tangents.len()), (625, 625));
+    assert!(matches!(scene.shapes[1].geometry, Geometry::Instance(0)));
+    let Material::TwoSided { front, back } = scene.materials[scene.shapes[0].material] else {
+        panic!("two-sided")
+    };
+    let Material::Blend { weight: Value::Texture(_), first, second } = scene.materials[front] else {
+        panic!("a blend")
+    };
+    assert_eq!(front, back);
+    let kind = |id: usize| match &scene.materials[id] {
+        Material::Model { kind, .. } => kind.name(),
+        _ => "",
+    };
+    assert_eq!((kind(first), kind(second)), ("ward", "rough_conductor"));
+    let gold = scene.materials.iter().find_map(|m| match m {
+        Material::Model { kind, params, .. } if kind.name() == "rough_conductor" => Some((*kind, params)),
+        _ => None,
+    });
+    let (kind, params) = gold.unwrap();
+    let at = |name| &params[kind.params().iter().position(|p| p.name == name).unwrap()];
+    assert_eq!((at("alpha_x"), at("alpha_y")), (&Value::Number(0.15), &Value::Number(0.15)));
+    // Gold reflects red and not blue: less extinction and a larger index there.
+    let (Value::Rgb(eta), Value::Rgb(k)) = (at("eta"), at("k")) else { panic!("constants of a metal") };
+    assert!(eta.z > 1.0 && eta.x < 0.3 && k.x > 3.0, "{eta} {k}");
+}
+
+#[test]
+fn mistakes_name_line_column_and_the_nearest_word() {
+    assert_eq!(refuse("[camra]\n"), "scene.toml:1:2: unknown key 'camra'; did you mean 'camera'?");
+    let ball = "[[shape]]\ntype = \"sphere\"\n";
+    for (text, words) in [
+        ("radios = 2", ":3:1: unknown key 'radios'; did you mean 'radius'?"),
+        ("radius = \"big\"", ":3:10: 'radius' is 'big'; expected a number"),
+        ("radius = 0", ":3:10: 'radius' is 0; expected a number from"),
+        ("at = [0, 1]", ":3:6: 'at' is of type array; expected 3 numbers in brackets"),
+        ("material = \"red\"", ":3:12: unknown material 'red'"),
+        ("scale = 0", ":1:1: shape 'sphere' is squeezed flat"),
+        ("scale = 1e300", ":3:9"),
+        ("facing = [0, 0, 0]", "has no direction"),
+        ("facing = [0, 0, 1]\nrotate = [1, 0, 0]", "one of 'facing' and 'rotate'"),
+        ("emission = \"#12345\"", "six hexadecimal digits"),
+        ("emission = \"#1234é\"", "six hexadecimal digits"),
+        ("emission = { blackbody = 1 }", "from 500 to 50000"),
+        ("emission = { blackbody = 2000, rgb = [1, 1, 1] }", "one way"),
+        ("emission = { metal = \"gild\" }", "unknown metal 'gild'; did you mean 'gold'?"),
+        ("emission = { wavelengths = [500, 400], values = [1, 1] }", ":3:28"),
+        ("emission = { checker = [\"a\", 1] }", "unknown texture 'a'"),
+        ("matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]", "four rows"),
+        ("name = 1", "a text in quotes"),
+    ] {
+        let error = refuse(&format!("{ball}{text}\n"));
+        assert!(error.starts_with("scene.toml:") && error.contains(words), "{text}: {error}");
+    }
+    for (text, words) in [
+        ("[[shape]]\ntype = \"shere\"", ":2:8: unknown shape 'shere'; did you mean 'sphere'?"),
+        ("[[shape]]\nradius = 1", "shape lacks 'type'"),
+        ("[[shape]]\ntype = \"file\"\nfile = \"../../etc/passwd.obj\"", "lies outside the folders"),
+        ("[[shape]]\ntype = \"file\"\nfile = \"no.obj\"", "no file 'no.obj'"),
+        ("[[shape]]\ntype = \"instance\"\ngroup = \"g\"", "unknown group 'g'"),
+        ("[[shape]]\ntype = \"ball\"\nsegments = 1000000", "whole number from 1 to 1448"),
+        ("[[shape]]\ntype = \"drape\"\nover = { at = [0, 0, 0] }", "one of 'ball'"),
+        (
+            "[material.a]\nmodel = \"lambart\"",
+            ":2:9: unknown reflectance model 'lambart'; did you mean 'lambert'?",
+        ),
+        ("[material.a]\nmodel = \"lambert\"\nreflectanse = 1", "did you mean 'reflectance'?"),
+        (
+            "[material.a]\nmodel = \"lambert\"\nreflectance = 2",
+            ":3:15: parameter 'reflectance' of model 'lambert' is 2; expected 0 to 1",
+        ),
+        ("[material.a]\nmodel = \"oren_nayar\"\nform = \"ful\"", "unknown form 'ful'; did you mean 'full'?"),
+        ("[material.a]\nmodel = \"merl\"\npreset = \"red_plastik\"", "did you mean 'red_plastic'?"),
+        ("[material.a]\nmodel = \"lambert\"\ndata = \"x\"", "no file 'x'"),
+        ("[material.a]\nmodel = \"merl\"", "needs"),
+        ("[material.a]\nblend = [\"a\", \"a\"]\nweight = 0.5", "material 'a' contains itself"),
+        (
+            "[material.a]\nblend = [\"b\", \"b\"]\nweight = 0.5\n[material.b]\nsum = [\"a\"]",
+            "contains itself",
+        ),
+        ("[material.a]\nnormal_scale = 2\nmodel = \"lambert\"", "needs a 'normal_map'"),
+        ("[material.a]\n", "needs one of 'model'"),
+        ("[texture.t]\nchecker = [\"t\", 1]", "texture 't' contains itself"),
+        ("[texture.t]\n", "a texture needs one of"),
+        ("[camera]\nfrom = [0, 1, 0]\nto = [0, 0, 0]", "look somewhere"),
+        ("[camera]\nfrom = [0, 1, 1]\nto = [0, 0, 0]\nfov = 20\nfov_y = 20", "one of 'fov'"),
+        ("[film]\nsize = [0, 10]", "whole number from 1 to 65536"),
+        ("[film]\nsize = [10, 10]\ncrop = [5, 5, 6, 5]", "a part of the picture"),
+        ("[film]\nfilter = \"box\"\nfilter_width = 2", "have a width"),
+        ("[render]\naovs = [\"albedu\"]", "did you mean 'albedo'?"),
+        ("[[light]]\ntype = \"spot\"\nat = [0, 0, 0]", "one of 'towards'"),
+        (
+            "[[light]]\ntype = \"point\"\nat = [0, 0, 0]\nintensity = { checker = [0, 1] }",
+            "expected a colour",
+        ),
+        ("light = 3", ":1:9: 'light' is of type integer; expected a list"),
+        ("a = ", "scene.toml:1:"),
+        ("a = 1\na = 2", "scene.toml:2:"),
+    ] {
+        let error = refuse(text);
+        assert!(error.contains("scene.toml:") && error.contains(words), "{text}: {error}");
+    }
+    let error = read(b"a = '\xff'", "scene.toml".as_ref(), &Options::default()).unwrap_err().to_string();
+    assert!(error.starts_with("scene.toml, byte 5: "), "{error}");
+    // Depth does no harm.
+    let deep = format!("a = {}1{}", "[".repeat(100_000), "]".repeat(100_000));
+    assert!(load(&deep).is_err());
+}
+
+#[test]
+fn every_form_of_a_colour_arrives_in_the_working_space() {
+    let emission = |value: &str, head: &str| {
+        let scene = load(&format!("{head}\n[[shape]]\ntype = \"sphere\"\nemission = {value}\n")).unwrap();
+        match scene.shapes[0].emission.clone().unwrap() {
+            Value::Rgb(c) => c,
+            Value::Number(v) => Vec3::splat(v),
+            Value::Texture(_) => panic!("a colour"),
+        }
+    };
+    let near = |a: Vec3, b: [f32; 3]| assert!((a - Vec3::from(b)).abs().max_element() < 2e-4, "{a} {b:?}");
+    let srgb = "[scene]\nworking_space = \"srgb\"";
+    near(emission("[0.1, 0.2, 3]", srgb), [0.1, 0.2, 3.0]);
+    near(emission("7", srgb), [7.0; 3]);
+    near(emission("\"#ff8000\"", srgb), [1.0, 0.2158605, 0.0]);
+    // ITU-R BT.2087-0: BT.709 red in BT.2020.
+    near(emission("[1, 0, 0]", ""), [0.6274, 0.0691, 0.0164]);
+    near(emission("[1, 0, 0]", "[scene]\ncolours = \"rec2020\""), [1.0, 0.0, 0.0]);
+    near(emission("{ rgb = [1, 0, 0], space = \"rec2020\", scale = 2 }", ""), [2.0, 0.0, 0.0]);
+    // White of D65 is what a black body of 6500 K nearly is.
+    let sun = emission("{ blackbody = 6500 }", srgb);
+    assert!((sun - Vec3::ONE).abs().max_element() < 0.05, "{sun}");
+    let fire = emission("{ blackbody = 1900, scale = 5 }", "");
+    assert!(
+        (ColourSpace::LinearRec2020.luminance(fire) - 5.0).abs() < 1e-3 && fire.min_element() > 0.0,
+        "{fire}"
+    );
+    // Mitsuba 3.9.1, scalar_rgb, conductor Au: F0 of its eta and k.
+    let gold = emission("{ metal = \"gold\" }", srgb);
+    assert!(gold.x > 0.95 && (0.7..0.85).contains(&gold.y) && (0.25..0.45).contains(&gold.z), "{gold}");
+    near(
+        emission("{ wavelengths = [300, 900], values = [0.5, 0.5], scale = 2 }", srgb)
+            .map(|v| v / emission("{ wavelengths = [300, 900], values = [1, 1] }", srgb).x),
+        {
+            let one = emission("{ wavelengths = [300, 900], values = [1, 1] }", srgb);
+            (one / one.x).to_array()
+        },
+    );
+}
+
+#[test]
+fn files_textures_and_transforms() {
+    let folder = std::env::temp_dir().join(format!("yugen-toml-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut picture = Image::rgb(4, 2);
+    picture.data.fill(0.5);
+    let written = super::super::image::WriteOptions::from(ColourSpace::LinearSrgb);
+    super::super::image::write(&folder.join("p.exr"), &picture, &written).unwrap();
+    std::fs::write(folder.join("t.mtl"), "newmtl skin\nKd 1 0 0\nKs 0.2 0.2 0.2\nNs 30\nd 0.5\n").unwrap();
+    std::fs::write(folder.join("t.obj"), "mtllib t.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl skin\nf 1 2 3\n")
+        .unwrap();
+    let text = r#"
+        [texture.paper]
+        image = "p.exr"
+        tint = 0.5
+        scale = [2, 3]
+        offset = [0.5, 0]
+        [material.paper]
+        model = "lambert"
+        reflectance = "paper"
+        opacity = { image = "p.exr", channel = "G" }
+        bump_map = { image = "p.exr" }
+        bump_scale = 0.1
+        [[shape]]
+        type = "file"
+        file = "t.obj"
+        rotate = [90, 0, 0]
+        scale = 2
+        at = [0, 0, 5]
+        [[shape]]
+        type = "file"
+        file = "t.obj"
+        material = "paper"
+        [[light]]
+        type = "environment"
+        image = "p.exr"
+        rotate = [0, 90, 0]
+        [[light]]
+        type = "spot"
+        at = [0, 2, 0]
+        towards = [0, 0, 1]
+        angle = 20
+    "#;
+    let scene = read(text.as_bytes(), &folder.join("s.toml"), &Options::default()).unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    let moved = scene.shapes[0].to_world.transform_point3(Vec3::Y);
+    assert!(
+        (moved - Vec3::new(0.0, 0.0, 7.0)).length() < 1e-6,
+        "scaled, turned about x, then moved: {moved}"
+    );
+    let Material::Mask { opacity: Value::Number(d), base } = scene.materials[scene.shapes[0].material] else {
+        panic!("d of the mtl")
+    };
+    assert_eq!(d, 0.5);
+    let Material::TwoSided { front, .. } = scene.materials[base] else { panic!() };
+    let Material::Sum(lobes) = &scene.materials[front] else { panic!("Kd and Ks") };
+    let Material::Model { kind: Kind::Lambert, params, .. } = &scene.materials[lobes[0]] else { panic!() };
+    let Value::Rgb(kd) = params[0] else { panic!() };
+    assert!((kd - Vec3::new(0.6274, 0.0691, 0.0164)).abs().max_element() < 2e-4);
+    let Material::Mask { opacity: Value::Texture(holes), base } = scene.materials[scene.shapes[1].material]
+    else {
+        panic!()
+    };
+    assert!(matches!(scene.textures[holes], Texture::Image { channel: Some(1), .. }));
+    assert!(matches!(scene.materials[base], Material::BumpMap { scale: 0.1, .. }));
+    let to_uv = scene.textures.iter().find_map(|t| match t {
+        Texture::Image { to_uv, channel: None, .. } => Some(*to_uv),
+        _ => None,
+    });
+    assert_eq!(to_uv.unwrap().transform_point2(Vec2::ONE), Vec2::new(2.5, 3.0));
+    assert!(scene.textures.iter().any(|t| matches!(t, Texture::Scaled { factor: Vec3 { x: 0.5, .. }, .. })));
+    let Light::Spot { to_world, cutoff, beam, .. } = scene.lights[1] else { panic!("a spot") };
+    let axis = to_world.transform_vector3(Vec3::Z);
+    assert!((axis - Vec3::new(0.0, -2.0, 1.0).normalize()).length() < 1e-6 && beam < cutoff);
+    // No camera in the file: one that sees everything.
+    assert_eq!(scene.cameras[0].name, "framing");
+}
