@@ -351,23 +351,24 @@ impl<'a> Reader<'a> {
             None => ModelBuilder::new(kind),
         };
         // A metal gives both optical constants at once.
-        if ["eta", "k"].iter().all(|name| kind.param(name).is_ok()) {
-            if let Some(metal) = keys.get("metal") {
-                let constants = self.metal(&metal)?;
-                for (name, value) in ["eta", "k"].into_iter().zip(constants) {
-                    builder.set(name, Value::Rgb(value)).map_err(|e| Error::model(metal.place(), e))?;
-                }
+        if ["eta", "k"].iter().all(|name| kind.param(name).is_ok())
+            && let Some(metal) = keys.get("metal")
+        {
+            let constants = self.metal(&metal)?;
+            for (name, value) in ["eta", "k"].into_iter().zip(constants) {
+                builder.set(name, Value::Rgb(value)).map_err(|e| Error::model(metal.place(), e))?;
             }
         }
-        // Twice as rough both ways is what most people mean.
+        // One roughness for both ways is what most people mean.
         let short = [("alpha", ["alpha_x", "alpha_y"]), ("sigma", ["sigma_x", "sigma_y"])];
         for (both, each) in short {
-            if kind.param(both).is_err() && each.iter().all(|name| kind.param(name).is_ok()) {
-                if let Some(item) = keys.get(both) {
-                    let value = self.value(&item, Role::Number)?;
-                    for name in each {
-                        builder.set(name, value.clone()).map_err(|e| Error::model(item.place(), e))?;
-                    }
+            if kind.param(both).is_err()
+                && each.iter().all(|name| kind.param(name).is_ok())
+                && let Some(item) = keys.get(both)
+            {
+                let value = self.value(&item, Role::Number)?;
+                for name in each {
+                    builder.set(name, value.clone()).map_err(|e| Error::model(item.place(), e))?;
                 }
             }
         }

@@ -191,7 +191,7 @@ impl<'a> Reader<'a> {
             bare_shape(mesh.name.clone(), Geometry::Mesh(mesh), to_world, material)
         };
         if let Some(mesh) = self.meshes.get(&path).cloned().filter(|_| index.is_none()) {
-            let material = material.map_or_else(|| self.grey(), |m| m);
+            let material = material.unwrap_or_else(|| self.grey());
             out.push(shape(mesh, material));
             return Ok(());
         }
@@ -208,7 +208,7 @@ impl<'a> Reader<'a> {
                     _ => {
                         let mesh = Arc::new(obj.mesh);
                         self.meshes.insert(path, mesh.clone());
-                        let material = material.map_or_else(|| self.grey(), |m| m);
+                        let material = material.unwrap_or_else(|| self.grey());
                         out.push(shape(mesh, material));
                     }
                 }
@@ -216,13 +216,13 @@ impl<'a> Reader<'a> {
             "ply" => {
                 let mesh = Arc::new(ply::read(&read_file(&path)?, &path)?);
                 self.meshes.insert(path, mesh.clone());
-                let material = material.map_or_else(|| self.grey(), |m| m);
+                let material = material.unwrap_or_else(|| self.grey());
                 out.push(shape(mesh, material));
             }
             "serialized" => {
                 let index = index.map_or(Ok(0.0), |i| i.number_in(0.0, 1e6))? as usize;
                 let read = serialized::read(&read_file(&path)?, index, &path)?;
-                let material = material.map_or_else(|| self.grey(), |m| m);
+                let material = material.unwrap_or_else(|| self.grey());
                 let mut shape = shape(Arc::new(read.mesh), material);
                 shape.face_normals = read.face_normals;
                 out.push(shape);
