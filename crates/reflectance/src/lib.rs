@@ -48,6 +48,7 @@ model::models! {
     rough_dielectric::RoughDielectric,
     plastic::Plastic,
     rough_plastic::RoughPlastic,
+    metallic_roughness::MetallicRoughness,
     merl::Merl,
     microcylinder::Microcylinder,
     structural_colour::StructuralColour,
