@@ -49,6 +49,7 @@ model::models! {
     plastic::Plastic,
     rough_plastic::RoughPlastic,
     metallic_roughness::MetallicRoughness,
+    principled::Principled,
     merl::Merl,
     microcylinder::Microcylinder,
     structural_colour::StructuralColour,
