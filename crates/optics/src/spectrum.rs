@@ -151,6 +151,12 @@ pub fn blackbody(lambda: f64, kelvin: f64) -> f64 {
 /// ∫ ȳ dλ in nm: the luminance of one unit per nanometre at every wavelength.
 pub const INTEGRAL_Y: f64 = 106.857;
 
+/// `n` wavelengths over `range`, both ends included.
+fn even(range: [f64; 2], n: usize) -> Vec<f64> {
+    let step = (range[1] - range[0]) / (n.max(2) - 1) as f64;
+    (0..n).map(|i| range[0] + step * i as f64).collect()
+}
+
 /// A spectrum to RGB, as weights at regular wavelengths: exact for spectra linear between those.
 #[derive(Clone, Debug)]
 pub struct Sensor {
@@ -163,7 +169,7 @@ impl Sensor {
     /// One unit per nanometre at every wavelength has luminance 1. White points that are not D65 are reached
     /// by Bradford adaptation, as between colour spaces.
     pub fn emission(space: ColourSpace, range: [f64; 2], n: usize, light: impl Fn(f64) -> f64) -> Self {
-        let mut sensor = Self::xyz(range, n, light);
+        let mut sensor = Self::xyz(even(range, n), light);
         let srgb = ColourSpace::LinearSrgb;
         let to_rgb = srgb.matrix_to(space).as_dmat3() * srgb.to_xyz().inverse() * (1.0 / INTEGRAL_Y);
         sensor.apply(to_rgb);
@@ -173,30 +179,35 @@ impl Sensor {
     /// The RGB of a surface that reflects `value(λ)`, seen under D65: exactly (1, 1, 1) where all is
     /// reflected, in every space.
     pub fn reflectance(space: ColourSpace, range: [f64; 2], n: usize) -> Self {
-        let mut sensor = Self::xyz(range, n, d65);
+        Self::reflectance_at(space, even(range, n))
+    }
+
+    /// [`Self::reflectance`] from values at these wavelengths, nm, two or more that rise and overlap 360..830.
+    pub fn reflectance_at(space: ColourSpace, wavelengths: Vec<f64>) -> Self {
+        let mut sensor = Self::xyz(wavelengths, d65);
         let white: DVec3 = sensor.weights.iter().sum();
         let adapt = bradford(white / white.y, space.to_xyz() * DVec3::ONE);
         sensor.apply(space.to_xyz().inverse() * adapt * (1.0 / white.y));
         sensor
     }
 
-    fn xyz(range: [f64; 2], n: usize, light: impl Fn(f64) -> f64) -> Self {
-        assert!(n >= 2 && range[0] < range[1], "a sensor needs two wavelengths or more");
-        let step = (range[1] - range[0]) / (n - 1) as f64;
-        let mut weights = vec![DVec3::ZERO; n];
+    fn xyz(wavelengths: Vec<f64>, light: impl Fn(f64) -> f64) -> Self {
+        let last = wavelengths.len() - 1;
+        let (low, high) = (wavelengths[0].max(cie::FIRST), wavelengths[last].min(cie::LAST));
+        assert!(last > 0 && low < high, "a sensor needs two wavelengths or more, some of them visible");
+        let mut weights = vec![DVec3::ZERO; wavelengths.len()];
         // Each nanometre's share goes to the two wavelengths around it, by the trapezoid rule.
-        let fine = (range[1] - range[0]).ceil() as usize;
-        let h = (range[1] - range[0]) / fine as f64;
+        let fine = (high - low).ceil() as usize;
+        let h = (high - low) / fine as f64;
         for k in 0..=fine {
-            let lambda = range[0] + h * k as f64;
+            let lambda = low + h * k as f64;
             let share = cie_1931(lambda) * light(lambda) * if k == 0 || k == fine { 0.5 * h } else { h };
-            let t = (lambda - range[0]) / step;
-            let i = (t as usize).min(n - 2);
-            let t = t - i as f64;
+            let i = wavelengths.partition_point(|&w| w <= lambda).clamp(1, last) - 1;
+            let t = (lambda - wavelengths[i]) / (wavelengths[i + 1] - wavelengths[i]);
             weights[i] += share * (1.0 - t);
             weights[i + 1] += share * t;
         }
-        Self { wavelengths: (0..n).map(|i| range[0] + step * i as f64).collect(), weights }
+        Self { wavelengths, weights }
     }
 
     fn apply(&mut self, m: DMat3) {
@@ -335,6 +346,8 @@ mod tests {
             let ramp = |l: f64| 0.1 + 0.002 * (l - 380.0);
             let coarse = Sensor::reflectance(space, [380.0, 780.0], 5).rgb(ramp);
             near(coarse, Sensor::reflectance(space, [380.0, 780.0], 401).rgb(ramp).into(), 1e-6);
+            let uneven = Sensor::reflectance_at(space, vec![380.0, 391.0, 450.0, 452.5, 700.0, 780.0]);
+            near(uneven.rgb(ramp), coarse.into(), 1e-6);
         }
     }
 

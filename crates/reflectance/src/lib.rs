@@ -51,6 +51,7 @@ model::models! {
     metallic_roughness::MetallicRoughness,
     principled::Principled,
     merl::Merl,
+    rgl::Rgl,
     microcylinder::Microcylinder,
     structural_colour::StructuralColour,
 }

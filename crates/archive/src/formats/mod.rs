@@ -4,6 +4,7 @@ mod folders;
 pub mod image;
 pub mod measured;
 pub mod merl;
+pub mod rgl;
 pub mod mitsuba;
 mod mtl;
 mod numbers;
