@@ -10,17 +10,22 @@
 //! must find it out.
 
 mod chi_square;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod image;
 mod integrate;
 mod laws;
 mod parameters;
 mod report;
 mod subject;
+#[cfg(feature = "gpu")]
+pub mod twins;
 
 pub use chi_square::{ChiSquare, ChiSquareResult, chi_square};
 pub use integrate::{Domain, Partition, Rule};
 pub use laws::{
     Albedo, Finding, albedo, coverage, delta, energy, finite, furnace, reciprocity, rotation, sampling,
 };
-pub use parameters::{Parameters, parameter_sets};
+pub use parameters::{Parameters, example_data, parameter_sets};
 pub use report::{Effort, Family, Report, Row, check, report, report_with, reports};
 pub use subject::Subject;

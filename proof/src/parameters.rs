@@ -2,7 +2,7 @@
 
 use yugen_optics::ColourSpace;
 use yugen_optics::random::Pcg32;
-use yugen_reflectance::{Bsdf, Kind, ParamType};
+use yugen_reflectance::{Bsdf, Data, Kind, ParamType};
 
 /// One set, with the table baked for it.
 #[derive(Clone, Debug)]
@@ -89,6 +89,17 @@ pub fn parameter_sets(kind: Kind, data: &[f32], random: usize) -> Result<Vec<Par
         }
     }
     Ok(sets)
+}
+
+/// The numbers of the first preset that has any, for models that need some from outside; empty for others.
+pub fn example_data(kind: Kind) -> Vec<f32> {
+    let presets = if matches!(kind.data(), Data::Required(_)) { kind.presets() } else { &[] };
+    presets
+        .iter()
+        .filter_map(|p| kind.preset(p.name, ColourSpace::default()).ok())
+        .map(|(_, data)| data)
+        .find(|data| !data.is_empty())
+        .unwrap_or_default()
 }
 
 /// For every form of every choice (or the model itself where there is none): `count` sets with each other

@@ -1,7 +1,7 @@
 //! All laws of a model in one table.
 
 use crate::laws::{Finding, coverage, delta, energy, finite, reciprocity, rotation, sampling};
-use crate::parameters::spare_sets;
+use crate::parameters::{example_data, spare_sets};
 use crate::{ChiSquare, Parameters, Subject, chi_square, parameter_sets};
 use glam::Vec3;
 use std::fmt;
@@ -80,10 +80,10 @@ pub fn report(kind: Kind) -> Report {
 }
 
 /// All laws of `kind`. `fixture` supplies the numbers that models with [`Data::Required`] need; where it has
-/// none, the model's own made-up example serves.
+/// none, those of the model's first preset serve.
 pub fn report_with(kind: Kind, effort: Effort, fixture: impl Fn(Kind) -> Option<Vec<f32>>) -> Report {
     let skipped = |why| Report { kind, rows: Vec::new(), skipped: Some(why) };
-    let data = fixture(kind).unwrap_or_else(|| kind.example());
+    let data = fixture(kind).unwrap_or_else(|| example_data(kind));
     if let (Data::Required(what), true) = (kind.data(), data.is_empty()) {
         return skipped(format!("needs {what}"));
     }

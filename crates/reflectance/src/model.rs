@@ -289,12 +289,6 @@ pub trait Model: Params + Send + Sync + 'static {
     /// Named parameters.
     const PRESETS: &'static [Preset] = &[];
 
-    /// Small made-up numbers for `bake`, so that a model with [`Data::Required`] can be tested and shown
-    /// without a file. Empty where none are needed.
-    fn example() -> Vec<f32> {
-        Vec::new()
-    }
-
     /// The preset `name`, colours in `space`, with the data `bake` takes; `None` if there is none.
     fn preset(name: &str, space: ColourSpace) -> Option<(Self, Vec<f32>)> {
         let _ = (name, space);
@@ -383,9 +377,6 @@ macro_rules! models {
             pub fn presets(self) -> &'static [Preset] { match self { $( Kind::$model => <$module::$model as Model>::PRESETS ),* } }
             /// The parameter table.
             pub fn params(self) -> &'static [Param] { match self { $( Kind::$model => <$module::$model as Params>::PARAMS ),* } }
-
-            /// Made-up numbers for [`Kind::bake`], for tests and pictures without a file; empty where none are needed.
-            pub fn example(self) -> Vec<f32> { match self { $( Kind::$model => <$module::$model as Model>::example() ),* } }
 
             fn preset_raw(self, name: &str, space: yugen_optics::ColourSpace) -> Option<(Vec<f32>, Vec<f32>)> {
                 match self {
