@@ -44,8 +44,8 @@ pub enum TwinError {
 /// Where two values differ most.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Worst {
-    /// (|a − b| − slack) / (max(|a|, |b|) + floor / rel): to be at most `rel`. Slack is what one `f32` step of
-    /// the inputs changes on the CPU, four times; infinite where a value is not finite.
+    /// (|a − b| − slack) / (max(|a|, |b|) + floor / rel): to be at most `rel`. Slack is what a rounding of the
+    /// inputs changes on the CPU, four times; infinite where a value is not finite.
     pub error: f32,
     /// Inputs and both values, for people.
     pub at: String,
@@ -288,6 +288,10 @@ fn cases(kind: Kind, sets: &[Parameters]) -> Vec<Case<'_>> {
         .collect()
 }
 
+/// Steps by which an input is moved to see what its rounding does: a drawn direction is the difference of two
+/// vectors and so carries the roundings of both.
+const STEPS: f32 = 2.0;
+
 /// Steps within which the edge of a table's cell may move a case to its neighbour: errors of the built-in
 /// functions of WGSL on angles.
 const EDGE_STEPS: f32 = 64.0;
@@ -333,7 +337,7 @@ fn judge<const N: usize>(
     slack: impl Fn(f32) -> f32,
     tolerance: (f32, f32),
 ) -> Option<f32> {
-    let strict = error(cpu, gpu, || slack(1.0), tolerance);
+    let strict = error(cpu, gpu, || slack(STEPS), tolerance);
     let edge = strict > tolerance.0 && error(cpu, gpu, || slack(EDGE_STEPS), tolerance) <= tolerance.0;
     (!edge).then_some(strict)
 }
@@ -461,7 +465,7 @@ pub fn compare(gpu: &Gpu, kind: Kind, library: &str, data: &[f32]) -> Result<Twi
             .map(|a| {
                 bsdf.sample(c.wo, (c.u + a * f32::EPSILON).clamp(Vec3::ZERO, Vec3::splat(ONE_MINUS_EPSILON)))
             })
-            .chain(nudged(c.wo, 1.0).into_iter().map(|wo| bsdf.sample(wo, c.u)))
+            .chain(nudged(c.wo, STEPS).into_iter().map(|wo| bsdf.sample(wo, c.u)))
             .flatten()
             .map(|n| n.wi.to_array());
         let own = s.wi.to_array();
