@@ -1,8 +1,10 @@
 //! Fresnel 1823, as in Born and Wolf 1999, "Principles of Optics", 14.2: a polished metal.
 
 use crate::microfacet::f_conductor;
-use crate::model::{Laws, Model, Sample, Spec, params};
+use crate::metals::Metal;
+use crate::model::{Laws, Model, Preset, Sample, Spec, params};
 use glam::Vec3;
+use yugen_optics::ColourSpace;
 use yugen_optics::frame::mirror;
 
 params! {
@@ -22,6 +24,12 @@ impl Model for Conductor {
         reflectance of a complex index of refraction. For brushed or cast metal see rough_conductor.";
     const LAWS: Laws = Laws { delta: true, ..Laws::PHYSICAL };
     const WGSL: Option<&'static str> = Some(include_str!("conductor.wgsl"));
+    const PRESETS: &'static [Preset] = Metal::PRESETS;
+
+    fn preset(name: &str, space: ColourSpace) -> Option<(Self, Vec<f32>)> {
+        let (eta, k) = Metal::from_name(name)?.rgb_index(space);
+        Some((Self { eta, k, ..Self::default() }, Vec::new()))
+    }
 
     fn eval(&self, _: &[f32], _: Vec3, _: Vec3) -> Vec3 {
         Vec3::ZERO
@@ -41,5 +49,21 @@ impl Model for Conductor {
 
     fn albedo(&self, _: &[f32]) -> Vec3 {
         f_conductor(1.0, self.eta, self.k) * self.specular_reflectance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_metal_is_a_preset() {
+        assert_eq!(Conductor::PRESETS.len(), Metal::ALL.len());
+        for p in Conductor::PRESETS {
+            let (m, _) = Conductor::preset(p.name, ColourSpace::default()).expect(p.name);
+            // What is averaged is the index: the colour comes near the metal's own.
+            let own = Metal::from_name(p.name).expect(p.name).f0(ColourSpace::default());
+            assert!((m.albedo(&[]) - own).abs().max_element() < 0.06, "{}: {} for {own}", p.name, m.albedo(&[]));
+        }
     }
 }

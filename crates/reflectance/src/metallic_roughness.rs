@@ -198,24 +198,35 @@ impl MetallicRoughness {
         Vec3::new(cos * w.x + sin * w.y, cos * w.y - sin * w.x, w.z)
     }
 
+    /// Reflectances of the dielectric and of the metal at head-on incidence.
+    fn f0(&self) -> (Vec3, Vec3) {
+        let r = (self.ior - 1.0) / (self.ior + 1.0);
+        ((r * r * self.specular_color).min(Vec3::ONE) * self.specular, self.base_color)
+    }
+
+    /// Reflectances of the dielectric and of the metal without the film.
+    fn fresnel_bare(&self, cos: f32) -> (Vec3, Vec3) {
+        let ((dielectric, metal), m) = (self.f0(), schlick_weight(cos));
+        (dielectric + (self.specular - dielectric) * m, metal + (1.0 - metal) * m)
+    }
+
     /// Reflectances of the dielectric and of the metal.
     fn fresnel(&self, cos: f32) -> (Vec3, Vec3) {
-        let m = schlick_weight(cos);
-        let r = (self.ior - 1.0) / (self.ior + 1.0);
-        let f0 = (r * r * self.specular_color).min(Vec3::ONE) * self.specular;
-        let mut dielectric = f0 + (self.specular - f0) * m;
-        let mut metal = self.base_color + (1.0 - self.base_color) * m;
-        if self.iridescence > 0.0 && self.iridescence_thickness > 0.0 {
-            let film = |f0| f_iridescence(cos, self.iridescence_ior, self.iridescence_thickness, f0).min(Vec3::ONE);
-            dielectric = dielectric.lerp(film(f0), self.iridescence);
-            metal = metal.lerp(film(self.base_color), self.iridescence);
+        let bare = self.fresnel_bare(cos);
+        if self.iridescence == 0.0 || self.iridescence_thickness == 0.0 {
+            return bare;
         }
-        (dielectric, metal)
+        let film = |bare: Vec3, f0| {
+            let f = f_iridescence(cos, self.iridescence_ior, self.iridescence_thickness, f0);
+            bare.lerp(f.min(Vec3::ONE), self.iridescence)
+        };
+        let f0 = self.f0();
+        (film(bare.0, f0.0), film(bare.1, f0.1))
     }
 
     fn lobes(&self, table: &[f32], wo: Vec3) -> Lobes {
         let coat = self.coat_fresnel(wo.z);
-        let (dielectric, metal) = self.fresnel(wo.z);
+        let (dielectric, metal) = self.fresnel_bare(wo.z);
         let specular = dielectric.lerp(metal, self.metallic).max_element();
         let diffuse = (1.0 - self.metallic) * (1.0 - dielectric.max_element()) * self.base_color.max_element();
         let sheen = self.sheen_color.max_element();

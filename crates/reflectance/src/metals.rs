@@ -5,6 +5,7 @@
 //! a name.
 
 use crate::films::{Layer, stack};
+use crate::model::Preset;
 use glam::Vec3;
 use num_complex::Complex64;
 use yugen_optics::ColourSpace;
@@ -34,6 +35,15 @@ impl Metal {
     /// Every metal.
     pub const ALL: [Self; 5] =
         [Self::Gold, Self::GoldJohnsonChristy, Self::Silver, Self::Copper, Self::Aluminium];
+
+    /// The metals as presets of the models that take an index of refraction.
+    pub const PRESETS: &'static [Preset] = &[
+        Preset { name: "gold", doc: "evaporated gold, Olmon et al. 2012" },
+        Preset { name: "gold_johnson_christy", doc: "gold, Johnson and Christy 1972" },
+        Preset { name: "silver", doc: "silver, Johnson and Christy 1972" },
+        Preset { name: "copper", doc: "copper, Johnson and Christy 1972" },
+        Preset { name: "aluminium", doc: "aluminium, McPeak et al. 2015" },
+    ];
 
     /// Lower-case name.
     pub fn name(self) -> &'static str {

@@ -8,7 +8,7 @@ use crate::model::Choice;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 use yugen_optics::frame::safe_sqrt;
-use yugen_optics::special::{erf_f32, erfinv_f32};
+use yugen_optics::special::erfinv_f32;
 
 /// The terms in WGSL, spliced in after `frame.wgsl`.
 pub const MICROFACET_WGSL: &str = include_str!("microfacet.wgsl");
@@ -249,30 +249,44 @@ pub fn sample_visible_ggx(wo: Vec3, ax: f32, ay: f32, u: Vec2) -> Vec3 {
 }
 
 /// Visible slopes of a Gaussian surface: Heitz and d'Eon 2014, "Importance Sampling Microfacet-Based BSDFs
-/// using the Distribution of Visible Normals", with the search of Jakob 2014, "An Improved Visible Normal
-/// Sampling Routine for the Beckmann Distribution": along the view the CDF of the slope s is, up to a factor,
-/// cos θ (1 + x) + sin θ e^{−s²}/√π, concave in x = erf s, so that Newton cannot diverge.
+/// using the Distribution of Visible Normals". Along the view the CDF of the slope s is, up to a factor,
+/// cos θ (1 + erf s) + sin θ e^{−s²}/√π. The first guess mixes the closed forms of head-on and grazing view;
+/// two steps of Halley's method from it leave 1e-7 of the CDF at most.
 pub fn sample_visible_beckmann(wo: Vec3, ax: f32, ay: f32, u: Vec2) -> Vec3 {
     // 1/√π
     const FRAC_1_SQRT_PI: f32 = 0.564_189_6;
     let v = Vec3::new(ax * wo.x, ay * wo.y, wo.z).normalize();
-    let (cos_theta, sin_theta) = (v.z, v.x.hypot(v.y));
+    let cos_theta = v.z;
+    let sin_theta = (v.x * v.x + v.y * v.y).sqrt();
     let (cos_phi, sin_phi) = if sin_theta > 0.0 { (v.x / sin_theta, v.y / sin_theta) } else { (1.0, 0.0) };
     // erf saturates in single precision at slopes of 4.
     let cot = if cos_theta < 4.0 * sin_theta { cos_theta / sin_theta } else { 4.0 };
-    let x_max = erf_f32(cot).min(1.0 - 1e-6);
+    let cdf = |s: f32, gauss: f32| cos_theta * one_plus_erf(s, gauss) + sin_theta * FRAC_1_SQRT_PI * gauss;
+    let gauss = (-cot * cot).exp();
     let u_x = u.x.max(1e-6);
-    let target = u_x * (cos_theta * (1.0 + x_max) + sin_theta * FRAC_1_SQRT_PI * (-cot * cot).exp());
-    let mut x = x_max - (1.0 + x_max) * erf_f32((-u_x.ln()).sqrt());
-    for _ in 0..4 {
-        x = x.clamp(-1.0 + 1e-6, x_max);
-        let s = erfinv_f32(x);
-        let value = cos_theta * (1.0 + x) + sin_theta * FRAC_1_SQRT_PI * (-s * s).exp() - target;
-        x -= value / (cos_theta - s * sin_theta).max(1e-6);
+    let target = u_x * cdf(cot, gauss);
+    // Head on 1 + erf s is 2u, at grazing erfc √(−ln u), where the Gaussian is u.
+    let blend = cos_theta * cos_theta;
+    let grazing = erfc_factor((-u_x.ln()).sqrt());
+    let x = one_plus_erf(cot, gauss) * u_x * (blend + (1.0 - blend) * grazing);
+    let mut s = erfinv_f32((x - 1.0).clamp(-1.0 + 1e-6, 1.0 - 1e-6));
+    for _ in 0..2 {
+        let gauss = (-s * s).exp();
+        let facing = (cos_theta - s * sin_theta).max(1e-6);
+        // 2/√π e^{−s²} (cos θ − s sin θ) is the slope of the CDF.
+        let step = (cdf(s, gauss) - target) / (2.0 * FRAC_1_SQRT_PI * gauss * facing);
+        let curvature = -2.0 * s - sin_theta / facing;
+        s = (s - step / (1.0 - 0.5 * step * curvature).clamp(0.5, 2.0)).clamp(-4.0, cot);
     }
-    let s = erfinv_f32(x.clamp(-1.0 + 1e-6, x_max));
     let t = erfinv_f32((2.0 * u.y - 1.0).clamp(-1.0 + 1e-6, 1.0 - 1e-6));
     Vec3::new(-ax * (cos_phi * s - sin_phi * t), -ay * (sin_phi * s + cos_phi * t), 1.0).normalize()
+}
+
+/// 1 + erf(s), from e^{−s²} that the caller has.
+#[inline]
+fn one_plus_erf(s: f32, gauss: f32) -> f32 {
+    let tail = erfc_factor(s.abs()) * gauss;
+    if s < 0.0 { tail } else { 2.0 - tail }
 }
 
 /// erfc(x) e^{x²} for x ≥ 0, to 1.5e-7 e^{x²}. Abramowitz and Stegun 1964, 7.1.26.

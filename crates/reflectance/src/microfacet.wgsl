@@ -132,9 +132,8 @@ fn sample_visible_ggx(wo: vec3<f32>, ax: f32, ay: f32, u: vec2<f32>) -> vec3<f32
     return normalize(vec3<f32>(ax * c.x, ay * c.y, max(c.z, 1e-9)));
 }
 
-// Heitz and d'Eon 2014, Jakob 2014.
+// Heitz and d'Eon 2014.
 fn sample_visible_beckmann(wo: vec3<f32>, ax: f32, ay: f32, u: vec2<f32>) -> vec3<f32> {
-    let frac_1_sqrt_pi = 0.5641896;
     let v = normalize(vec3<f32>(ax * wo.x, ay * wo.y, wo.z));
     let cos_theta = v.z;
     let sin_theta = length(v.xy);
@@ -146,31 +145,37 @@ fn sample_visible_beckmann(wo: vec3<f32>, ax: f32, ay: f32, u: vec2<f32>) -> vec
     if (cos_theta < 4.0 * sin_theta) {
         cot = cos_theta / sin_theta;
     }
-    let x_max = min(erf(cot), 1.0 - 1e-6);
+    // 1/sqrt(pi)
+    let sin_part = 0.5641896 * sin_theta;
+    let gauss_cot = exp(-cot * cot);
     let u_x = max(u.x, 1e-6);
-    let target_value = u_x * (cos_theta * (1.0 + x_max) + sin_theta * frac_1_sqrt_pi * exp(-cot * cot));
-    var x = x_max - (1.0 + x_max) * erf(sqrt(-log(u_x)));
-    for (var i = 0u; i < 4u; i++) {
-        x = clamp(x, -1.0 + 1e-6, x_max);
-        let s = erf_inv(x);
-        let value = cos_theta * (1.0 + x) + sin_theta * frac_1_sqrt_pi * exp(-s * s) - target_value;
-        x -= value / max(cos_theta - s * sin_theta, 1e-6);
+    let x_max = one_plus_erf(cot, gauss_cot);
+    let wanted = u_x * (cos_theta * x_max + sin_part * gauss_cot);
+    let blend = cos_theta * cos_theta;
+    let x = x_max * u_x * (blend + (1.0 - blend) * erfc_factor(sqrt(-log(u_x))));
+    var s = erf_inv(clamp(x - 1.0, -1.0 + 1e-6, 1.0 - 1e-6));
+    for (var i = 0u; i < 2u; i++) {
+        let gauss = exp(-s * s);
+        let facing = max(cos_theta - s * sin_theta, 1e-6);
+        let cdf = cos_theta * one_plus_erf(s, gauss) + sin_part * gauss;
+        let newton = (cdf - wanted) / (2.0 * 0.5641896 * gauss * facing);
+        let curvature = -2.0 * s - sin_theta / facing;
+        s = clamp(s - newton / clamp(1.0 - 0.5 * newton * curvature, 0.5, 2.0), -4.0, cot);
     }
-    let s = erf_inv(clamp(x, -1.0 + 1e-6, x_max));
     let t = erf_inv(clamp(2.0 * u.y - 1.0, -1.0 + 1e-6, 1.0 - 1e-6));
     return normalize(vec3<f32>(-ax * (phi.x * s - phi.y * t), -ay * (phi.y * s + phi.x * t), 1.0));
+}
+
+// 1 + erf(s), from exp(-s^2).
+fn one_plus_erf(s: f32, gauss: f32) -> f32 {
+    let tail = erfc_factor(abs(s)) * gauss;
+    return select(2.0 - tail, tail, s < 0.0);
 }
 
 // erfc(x) exp(x^2) for x >= 0. Abramowitz and Stegun 1964, 7.1.26.
 fn erfc_factor(x: f32) -> f32 {
     let t = 1.0 / (1.0 + 0.3275911 * x);
     return t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))));
-}
-
-fn erf(x: f32) -> f32 {
-    let a = abs(x);
-    let e = 1.0 - erfc_factor(a) * exp(-a * a);
-    return select(e, -e, x < 0.0);
 }
 
 // Giles 2010.

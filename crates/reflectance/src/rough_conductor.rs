@@ -2,8 +2,10 @@
 //! Rough Surfaces": a rough metal with its exact Fresnel reflectance.
 
 use crate::microfacet::{DISTRIBUTIONS, MASKINGS, Microfacets, f_conductor};
-use crate::model::{Choice, Laws, Model, Sample, Spec, params};
+use crate::metals::Metal;
+use crate::model::{Choice, Laws, Model, Preset, Sample, Spec, params};
 use glam::Vec3;
+use yugen_optics::ColourSpace;
 
 params! {
     /// Facets of metal, each a mirror.
@@ -33,6 +35,12 @@ impl Model for RoughConductor {
         too dark beyond a roughness of about 0.4; ggx can give it back.";
     const LAWS: Laws = Laws::PHYSICAL;
     const WGSL: Option<&'static str> = Some(include_str!("rough_conductor.wgsl"));
+    const PRESETS: &'static [Preset] = Metal::PRESETS;
+
+    fn preset(name: &str, space: ColourSpace) -> Option<(Self, Vec<f32>)> {
+        let (eta, k) = Metal::from_name(name)?.rgb_index(space);
+        Some((Self { eta, k, ..Self::default() }, Vec::new()))
+    }
 
     fn eval(&self, table: &[f32], wo: Vec3, wi: Vec3) -> Vec3 {
         self.eval_pdf(table, wo, wi).0
