@@ -1,14 +1,15 @@
 //! Binned surface-area heuristic (Wald 2007, "On fast Construction of SAH-based Bounding Volume
-//! Hierarchies"), splitting straight to nodes of eight: the child with the largest box is split until
-//! eight are there.
+//! Hierarchies") to a binary tree whose leaves fill a block, from which nodes of eight are picked so that
+//! the expected number of visits is least.
 
-use super::{Aabb, Block, Child, Item, Node, Source, Tree, traverse::MAX_DEPTH};
+use super::{Aabb, Block, Child, Item, Node, Source, Tree, traverse, traverse::MAX_DEPTH};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 const LEAF: usize = 8;
 const BINS: usize = 16;
-/// Below this depth everything is halved by count, which ends within log₈(2³⁰) = 10 further levels.
-const HALVING_DEPTH: usize = MAX_DEPTH - 12;
+/// Below this depth of the binary tree (the wide one is never deeper) everything is halved by count, which
+/// ends within 28 further levels, for there are at most 2²⁸ items.
+const HALVING_DEPTH: usize = MAX_DEPTH - 28;
 /// Subtrees of at least this many items may be built on a thread of their own.
 const PARALLEL: usize = 1 << 14;
 
@@ -171,129 +172,191 @@ impl<'a> Part<'a> {
     }
 }
 
-struct Out {
-    nodes: Vec<Node>,
-    blocks: Vec<Block>,
+/// Relative costs of visiting a wide node and a leaf block: measured to be about the same.
+const NODE_COST: f32 = 1.0;
+const BLOCK_COST: f32 = 1.0;
+
+/// A node of the binary tree that the wide nodes are picked from.
+struct Binary {
+    bounds: Aabb,
+    content: Content,
+    /// `cost[i]`: of all below, if it may take up to `i + 1` slots of the wide node above.
+    cost: [f32; 8],
+    /// `left[i]`: slots that the left child then gets; 0: the node itself takes a single one.
+    left: [u8; 8],
+}
+
+enum Content {
+    /// First item and how many.
+    Leaf(usize, usize),
+    /// Left and right child.
+    Fork(u32, u32),
+}
+
+impl Binary {
+    fn leaf(extent: &Extent, first: usize, count: usize) -> Self {
+        let cost = BLOCK_COST * half_area(extent.lo, extent.hi);
+        Self { bounds: extent.aabb(), content: Content::Leaf(first, count), cost: [cost; 8], left: [0; 8] }
+    }
+
+    /// The best way to share slots among two children, for any number of slots. Ylitie, Karras and Laine
+    /// 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", section 3.1.
+    fn fork(extent: &Extent, nodes: &[Self], l: u32, r: u32) -> Self {
+        let (a, b) = (&nodes[l as usize].cost, &nodes[r as usize].cost);
+        let mut cost = [f32::INFINITY; 8];
+        let mut left = [0; 8];
+        for slots in 2..=8 {
+            for k in 1..slots {
+                let c = a[k - 1] + b[slots - k - 1];
+                if c < cost[slots - 1] {
+                    (cost[slots - 1], left[slots - 1]) = (c, k as u8);
+                }
+            }
+        }
+        // A single slot: a wide node of its own, whose eight slots are then shared the best way; the way is
+        // kept in `left[0]`.
+        let own = NODE_COST * half_area(extent.lo, extent.hi) + cost[7];
+        left[0] = left[7];
+        cost[0] = own;
+        for slots in 1..8 {
+            if cost[slots - 1] <= cost[slots] {
+                (cost[slots], left[slots]) = (cost[slots - 1], if slots == 1 { 0 } else { left[slots - 1] });
+            }
+        }
+        Self { bounds: extent.aabb(), content: Content::Fork(l, r), cost, left }
+    }
+}
+
+/// Appends the binary tree over `part` to `nodes`, children first; `first` counts the items before it.
+/// `forks`: how many threads may still be started.
+fn grow(part: Part, first: usize, depth: usize, forks: usize, nodes: &mut Vec<Binary>) {
+    if part.is_leaf() {
+        nodes.push(Binary::leaf(&part.extent, first, part.items.len()));
+        return;
+    }
+    let extent = part.extent;
+    let large = part.items.len() >= PARALLEL;
+    let (l, r) = if depth >= HALVING_DEPTH { part.halve() } else { part.split() };
+    let middle = first + l.items.len();
+    let left = if forks > 1 && large {
+        let mut others = Vec::new();
+        std::thread::scope(|scope| {
+            scope.spawn(|| grow(r, middle, depth + 1, forks / 2, &mut others));
+            grow(l, first, depth + 1, forks - forks / 2, nodes);
+        });
+        let left = nodes.len() as u32 - 1;
+        let moved = nodes.len() as u32;
+        nodes.extend(others.into_iter().map(|mut n| {
+            if let Content::Fork(a, b) = &mut n.content {
+                *a += moved;
+                *b += moved;
+            }
+            n
+        }));
+        left
+    } else {
+        grow(l, first, depth + 1, 1, nodes);
+        let left = nodes.len() as u32 - 1;
+        grow(r, middle, depth + 1, 1, nodes);
+        left
+    };
+    let node = Binary::fork(&extent, nodes, left, nodes.len() as u32 - 1);
+    nodes.push(node);
 }
 
 pub(super) fn build(source: &impl Source, mut items: Vec<Item>, threads: usize) -> Tree {
-    let mut out = Out { nodes: Vec::new(), blocks: Vec::new() };
-    let mut bounds = Aabb::EMPTY;
-    if !items.is_empty() {
-        let part = Part::new(&mut items);
-        bounds = part.extent.aabb();
-        grow(source, part, 1, threads.max(1), &mut out);
+    let mut tree =
+        Tree { nodes: Vec::new(), blocks: Vec::new(), bounds: Aabb::EMPTY, avx2: traverse::has_avx2() };
+    if items.is_empty() {
+        return tree;
     }
-    out.nodes.shrink_to_fit();
-    out.blocks.shrink_to_fit();
+    let part = Part::new(&mut items);
+    tree.bounds = part.extent.aabb();
+    let mut binary = Vec::new();
+    // More pieces than threads, so that uneven ones even out.
+    grow(part, 0, 1, if threads > 1 { 4 * threads } else { 1 }, &mut binary);
+    let leaves = binary.iter().filter(|n| matches!(n.content, Content::Leaf(..))).count();
+    tree.blocks.reserve_exact(leaves);
+    let mut widen = Widen { source, items: &items, binary: &binary, tree: &mut tree };
+    widen.node(binary.len() - 1);
+    tree.nodes.shrink_to_fit();
+    tree.blocks.shrink_to_fit();
     assert!(
-        out.nodes.len() < Child::LIMIT && out.blocks.len() < Child::LIMIT,
+        tree.nodes.len() < Child::LIMIT && tree.blocks.len() < Child::LIMIT,
         "more triangles than 30 bits count"
     );
-    Tree { nodes: out.nodes, blocks: out.blocks, bounds }
+    tree
 }
 
-/// Appends the node over `part`, and all below it, to `out`.
-fn grow(source: &impl Source, part: Part, depth: usize, threads: usize, out: &mut Out) {
-    let large = part.items.len() >= PARALLEL;
-    let mut parts = vec![part];
-    while parts.len() < 8 {
-        let widest = parts
-            .iter()
-            .enumerate()
-            .filter(|(_, p)| !p.is_leaf())
-            .map(|(i, p)| (i, half_area(p.extent.lo, p.extent.hi)))
-            .reduce(|a, b| if b.1 > a.1 { b } else { a });
-        let Some((i, _)) = widest else { break };
-        let part = parts.swap_remove(i);
-        let (a, b) = if depth >= HALVING_DEPTH { part.halve() } else { part.split() };
-        parts.extend([a, b]);
-    }
-    let index = out.nodes.len();
-    out.nodes.push(Node::EMPTY);
-    let boxes: Vec<Aabb> = parts.iter().map(|p| p.extent.aabb()).collect();
-    let children: Vec<Child> = if large {
-        let branches = in_parallel(parts, threads, |part| {
-            let mut branch = Out { nodes: Vec::new(), blocks: Vec::new() };
-            let child = hang(source, part, depth, threads, &mut branch);
-            (child, branch)
-        });
-        branches.into_iter().map(|(child, branch)| out.append(child, branch)).collect()
-    } else {
-        parts.into_iter().map(|part| hang(source, part, depth, 1, out)).collect()
-    };
-    for (slot, (bounds, child)) in boxes.into_iter().zip(children).enumerate() {
-        out.nodes[index].set(slot, bounds, child);
-    }
+/// Turns the binary tree into the wide one.
+struct Widen<'a, S> {
+    source: &'a S,
+    items: &'a [Item],
+    binary: &'a [Binary],
+    tree: &'a mut Tree,
 }
 
-/// Appends a leaf or a subtree.
-fn hang(source: &impl Source, part: Part, depth: usize, threads: usize, out: &mut Out) -> Child {
-    if !part.is_leaf() {
-        let index = out.nodes.len() as u32;
-        grow(source, part, depth + 1, threads, out);
-        return Child(Child::NODE | index);
+impl<S: Source> Widen<'_, S> {
+    /// Appends the wide node at binary node `index`, and all below it, in the order of a walk.
+    fn node(&mut self, index: usize) -> Child {
+        let place = self.tree.nodes.len();
+        self.tree.nodes.push(Node::EMPTY);
+        let mut children = [0; 8];
+        let mut count = 0;
+        match self.binary[index].content {
+            Content::Leaf(..) => {
+                children[0] = index;
+                count = 1;
+            }
+            Content::Fork(l, r) => {
+                let left = self.binary[index].left[0] as usize;
+                self.gather(l as usize, left, &mut children, &mut count);
+                self.gather(r as usize, 8 - left, &mut children, &mut count);
+            }
+        }
+        for (slot, &child) in children[..count].iter().enumerate() {
+            let made = match self.binary[child].content {
+                Content::Leaf(first, n) => self.leaf(&self.items[first..first + n]),
+                Content::Fork(..) => self.node(child),
+            };
+            self.tree.nodes[place].set(slot, self.binary[child].bounds, made);
+        }
+        Child(Child::NODE | place as u32)
     }
-    if part.items[0].is_other() {
-        return Child(Child::OTHER | part.items[0].shape());
-    }
-    let mut block = Block::EMPTY;
-    for (lane, item) in part.items.iter().enumerate() {
-        block.shape[lane] = item.shape();
-        block.primitive[lane] = item.primitive();
-        for (corner, p) in source.triangle(item.shape(), item.primitive()).iter().enumerate() {
-            for axis in 0..3 {
-                block.vertices[corner][axis][lane] = p[axis];
+
+    /// The binary nodes that fill `slots` slots best.
+    fn gather(&self, index: usize, slots: usize, children: &mut [usize; 8], count: &mut usize) {
+        let node = &self.binary[index];
+        match node.content {
+            Content::Fork(l, r) if slots > 1 && node.left[slots - 1] > 0 => {
+                // Fewer slots may be best; the left child's share says out of how many.
+                let used = (2..=slots).find(|&s| node.cost[s - 1] <= node.cost[slots - 1]).unwrap_or(slots);
+                let left = node.left[used - 1] as usize;
+                self.gather(l as usize, left, children, count);
+                self.gather(r as usize, used - left, children, count);
+            }
+            _ => {
+                children[*count] = index;
+                *count += 1;
             }
         }
     }
-    out.blocks.push(block);
-    Child(Child::BLOCK | (out.blocks.len() - 1) as u32)
-}
 
-impl Out {
-    /// Moves a branch that was built by itself to the end.
-    fn append(&mut self, child: Child, branch: Out) -> Child {
-        let (nodes, blocks) = (self.nodes.len() as u32, self.blocks.len() as u32);
-        let moved = |c: Child| match c.0 & Child::KIND {
-            Child::NODE => Child(c.0 + nodes),
-            Child::BLOCK => Child(c.0 + blocks),
-            _ => c,
-        };
-        self.blocks.extend(branch.blocks);
-        self.nodes.extend(branch.nodes.into_iter().map(|mut n| {
-            n.children = n.children.map(moved);
-            n
-        }));
-        moved(child)
-    }
-}
-
-/// `f` of every part, in order, by up to `threads` threads.
-fn in_parallel<'a, R: Send>(
-    parts: Vec<Part<'a>>,
-    threads: usize,
-    f: impl Fn(Part<'a>) -> R + Sync,
-) -> Vec<R> {
-    if threads <= 1 {
-        return parts.into_iter().map(f).collect();
-    }
-    let mut results: Vec<Option<R>> = parts.iter().map(|_| None).collect();
-    let mut jobs: Vec<_> = parts.into_iter().zip(&mut results).collect();
-    // The largest is taken first.
-    jobs.sort_by_key(|(p, _)| p.items.len());
-    let jobs = std::sync::Mutex::new(jobs);
-    let work = || {
-        while let Some((part, result)) = { jobs.lock().unwrap_or_else(|e| e.into_inner()).pop() } {
-            *result = Some(f(part));
+    fn leaf(&mut self, items: &[Item]) -> Child {
+        if items[0].is_other() {
+            return Child(Child::OTHER | items[0].shape());
         }
-    };
-    std::thread::scope(|scope| {
-        for _ in 1..threads {
-            scope.spawn(work);
+        let mut block = Block::EMPTY;
+        for (lane, item) in items.iter().enumerate() {
+            block.shape[lane] = item.shape();
+            block.primitive[lane] = item.primitive();
+            for (corner, p) in self.source.triangle(item.shape(), item.primitive()).iter().enumerate() {
+                for axis in 0..3 {
+                    block.vertices[corner][axis][lane] = p[axis];
+                }
+            }
         }
-        work();
-    });
-    drop(jobs);
-    results.into_iter().flatten().collect()
+        self.tree.blocks.push(block);
+        Child(Child::BLOCK | (self.tree.blocks.len() - 1) as u32)
+    }
 }

@@ -11,6 +11,15 @@ pub(crate) trait Lanes: Copy {
     /// `p` is 32-byte aligned and readable for eight `f32`.
     unsafe fn load(p: *const f32) -> Self;
     fn to_array(self) -> [f32; 8];
+    /// Writes the lanes of `mask`, largest first, to `distances`, and their `children` beside. The lane
+    /// counts as the lowest three bits of its (non-negative) number, which orders equals.
+    /// # Safety
+    /// Both outputs take eight values, whatever the mask; those past its ones are arbitrary.
+    unsafe fn write_sorted(self, mask: u32, children: &[u32; 8], distances: *mut u32, out: *mut u32);
+    /// Writes the `children` of `mask` in the order of lanes.
+    /// # Safety
+    /// As for `write_sorted`.
+    unsafe fn write_compact(mask: u32, children: &[u32; 8], out: *mut u32);
     fn add(self, b: Self) -> Self;
     fn sub(self, b: Self) -> Self;
     fn mul(self, b: Self) -> Self;
@@ -56,6 +65,33 @@ impl Lanes for Portable {
     #[inline(always)]
     fn to_array(self) -> [f32; 8] {
         self.0
+    }
+    #[inline(always)]
+    unsafe fn write_sorted(self, mask: u32, children: &[u32; 8], distances: *mut u32, out: *mut u32) {
+        let mut keys = [0; 8];
+        let mut count = 0;
+        for lane in 0..8 {
+            if mask & (1 << lane) != 0 {
+                keys[count] = self.0[lane as usize].to_bits() & !7 | lane;
+                count += 1;
+            }
+        }
+        keys[..count].sort_unstable_by(|a, b| b.cmp(a));
+        for (i, key) in keys[..count].iter().enumerate() {
+            // SAFETY: the caller's promise.
+            unsafe {
+                distances.add(i).write(key & !7);
+                out.add(i).write(children[(key & 7) as usize]);
+            }
+        }
+    }
+    #[inline(always)]
+    unsafe fn write_compact(mask: u32, children: &[u32; 8], out: *mut u32) {
+        let lanes = (0..8).filter(|lane| mask & (1 << lane) != 0);
+        for (i, lane) in lanes.enumerate() {
+            // SAFETY: the caller's promise.
+            unsafe { out.add(i).write(children[lane]) };
+        }
     }
     #[inline(always)]
     fn add(self, b: Self) -> Self {
@@ -114,6 +150,24 @@ mod avx2 {
     #[repr(transparent)]
     pub(crate) struct Avx2(__m256);
 
+    /// Per mask the lanes that are set, lowest first.
+    static COMPACT: [[u8; 8]; 256] = {
+        let mut table = [[0; 8]; 256];
+        let mut mask = 0;
+        while mask < 256 {
+            let (mut lane, mut n) = (0, 0);
+            while lane < 8 {
+                if mask & (1 << lane) != 0 {
+                    table[mask][n] = lane;
+                    n += 1;
+                }
+                lane += 1;
+            }
+            mask += 1;
+        }
+        table
+    };
+
     // SAFETY (all blocks below): `Avx2` is named only by the kernels behind `#[target_feature]`, which
     // are reached only after the processor has been asked; `load` hands its caller's promise on.
     impl Lanes for Avx2 {
@@ -130,6 +184,46 @@ mod avx2 {
             let mut out = [0.0; 8];
             unsafe { _mm256_storeu_ps(out.as_mut_ptr(), self.0) };
             out
+        }
+        #[inline(always)]
+        unsafe fn write_sorted(self, mask: u32, children: &[u32; 8], distances: *mut u32, out: *mut u32) {
+            unsafe {
+                let lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+                let bit = _mm256_sllv_epi32(_mm256_set1_epi32(1), lane);
+                let met = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(mask as i32), bit), bit);
+                let key = _mm256_or_si256(
+                    _mm256_andnot_si256(_mm256_set1_epi32(7), _mm256_castps_si256(self.0)),
+                    lane,
+                );
+                // Lanes not met sort last.
+                let v = _mm256_blendv_epi8(_mm256_set1_epi32(-1), key, met);
+                // Batcher's bitonic network; every comparator keeps the larger in the lower lane.
+                macro_rules! stage {
+                    ($v:ident, $swapped:expr, $lower:literal) => {{
+                        let other = $swapped;
+                        _mm256_blend_epi32::<$lower>(_mm256_max_epi32($v, other), _mm256_min_epi32($v, other))
+                    }};
+                }
+                let v = stage!(v, _mm256_shuffle_epi32::<0xb1>(v), 0b1010_1010);
+                let v = stage!(v, _mm256_shuffle_epi32::<0x1b>(v), 0b1100_1100);
+                let v = stage!(v, _mm256_shuffle_epi32::<0xb1>(v), 0b1010_1010);
+                let reversed = _mm256_setr_epi32(7, 6, 5, 4, 3, 2, 1, 0);
+                let v = stage!(v, _mm256_permutevar8x32_epi32(v, reversed), 0b1111_0000);
+                let v = stage!(v, _mm256_shuffle_epi32::<0x4e>(v), 0b1100_1100);
+                let v = stage!(v, _mm256_shuffle_epi32::<0xb1>(v), 0b1010_1010);
+                let children = _mm256_load_si256(children.as_ptr().cast());
+                _mm256_storeu_si256(out.cast(), _mm256_permutevar8x32_epi32(children, v));
+                _mm256_storeu_si256(distances.cast(), _mm256_andnot_si256(_mm256_set1_epi32(7), v));
+            }
+        }
+        #[inline(always)]
+        unsafe fn write_compact(mask: u32, children: &[u32; 8], out: *mut u32) {
+            unsafe {
+                let order =
+                    _mm256_cvtepu8_epi32(_mm_loadl_epi64(COMPACT[(mask & 255) as usize].as_ptr().cast()));
+                let children = _mm256_load_si256(children.as_ptr().cast());
+                _mm256_storeu_si256(out.cast(), _mm256_permutevar8x32_epi32(children, order));
+            }
         }
         #[inline(always)]
         fn add(self, b: Self) -> Self {

@@ -115,6 +115,7 @@ pub struct Hit {
 pub(crate) struct Node {
     /// lo x, hi x, lo y, hi y, lo z, hi z of the eight children. Empty ones: +∞, −∞.
     bounds: [[f32; 8]; 6],
+    /// 32-byte aligned, as the rows above are.
     children: [Child; 8],
 }
 
@@ -139,7 +140,7 @@ impl Node {
 }
 
 /// A node, a leaf of triangles, or another shape, in 32 bits: two of kind, thirty of index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(transparent)]
 pub(crate) struct Child(u32);
 
@@ -149,6 +150,7 @@ impl Child {
     const OTHER: u32 = 2 << 30;
     const KIND: u32 = 3 << 30;
     const EMPTY: Self = Self(u32::MAX);
+    const ROOT: Self = Self(Self::NODE);
     /// More than this many nodes, blocks or other shapes do not fit.
     const LIMIT: usize = 1 << 30;
 
@@ -238,6 +240,8 @@ pub(crate) struct Tree {
     nodes: Vec<Node>,
     blocks: Vec<Block>,
     bounds: Aabb,
+    /// The processor has what the fast kernel needs.
+    avx2: bool,
 }
 
 /// What [`Tree::validate`] counted.

@@ -2,16 +2,25 @@
 
 use super::lanes::{Lanes, Portable};
 use super::{Block, Child, Hit, NO_INSTANCE, Node, Others, Ray, Tree, nearer};
-use glam::Vec3;
+use glam::Vec4;
 use std::mem::MaybeUninit;
 
 /// Nodes on the longest way from the root; bounds the stack.
-pub(super) const MAX_DEPTH: usize = 48;
-const STACK: usize = 7 * MAX_DEPTH + 1;
+pub(super) const MAX_DEPTH: usize = 64;
+/// Seven wait on every level, and eight are written at a time.
+const STACK: usize = 7 * MAX_DEPTH + 9;
 
 /// Relative widening of the slabs. Reciprocal, products and triangle distances err by a few 2⁻²⁴; 2⁻²¹
 /// leaves room and costs nothing, for it sits in the ray's constants.
 const WIDEN: f32 = 1.0 / (1u32 << 21) as f32;
+
+/// 1 / direction. A zero component becomes tiny: its slab then spans (nearly) all t or none.
+#[inline(always)]
+fn reciprocal(ray: &Ray) -> Vec4 {
+    let d = ray.dir.extend(1.0);
+    let tiny = Vec4::splat(ray.dir.abs().max_element() * 1e-18);
+    1.0 / Vec4::select(d.abs().cmplt(tiny), tiny.copysign(d), d)
+}
 
 /// A ray as the boxes want it: t = plane · inv − shift, with constants for entry and exit rounded apart.
 struct Slabs<L> {
@@ -26,23 +35,20 @@ struct Slabs<L> {
 
 impl<L: Lanes> Slabs<L> {
     #[inline(always)]
-    fn new(ray: &Ray) -> Self {
-        // A zero component becomes tiny: the slab then spans (nearly) all t or none.
-        let tiny = ray.dir.abs().max_element() * 1e-18;
-        let inv = Vec3::from_array(
-            ray.dir.to_array().map(|d| if d.abs() < tiny { 1f32.copysign(d) / tiny } else { 1.0 / d }),
-        );
+    fn new(ray: &Ray, inv: Vec4) -> Self {
+        let o = ray.origin.extend(0.0);
         // A plane's own product and this shift are rounded against |origin · inv|.
-        let pad = (ray.origin * inv).abs() * WIDEN;
+        let pad = (o * inv).abs() * WIDEN;
         let (inv_near, inv_far) = (inv * (1.0 - WIDEN), inv * (1.0 + WIDEN));
-        let (shift_near, shift_far) = (ray.origin * inv_near + pad, ray.origin * inv_far - pad);
-        let splat = |v: Vec3| v.to_array().map(L::splat);
+        let (shift_near, shift_far) = (o * inv_near + pad, o * inv_far - pad);
+        let negative = inv.is_negative_bitmask() as usize;
+        // Written out: a closure over lanes would not be compiled for the lanes' instructions.
         Self {
-            near: std::array::from_fn(|axis| 2 * axis + usize::from(inv[axis].is_sign_negative())),
-            inv_near: splat(inv_near),
-            shift_near: splat(shift_near),
-            inv_far: splat(inv_far),
-            shift_far: splat(shift_far),
+            near: [negative & 1, 2 + (negative >> 1 & 1), 4 + (negative >> 2 & 1)],
+            inv_near: [L::splat(inv_near.x), L::splat(inv_near.y), L::splat(inv_near.z)],
+            shift_near: [L::splat(shift_near.x), L::splat(shift_near.y), L::splat(shift_near.z)],
+            inv_far: [L::splat(inv_far.x), L::splat(inv_far.y), L::splat(inv_far.z)],
+            shift_far: [L::splat(shift_far.x), L::splat(shift_far.y), L::splat(shift_far.z)],
             t_min: L::splat(ray.t_min),
         }
     }
@@ -84,17 +90,23 @@ struct Met<L> {
     v: L,
 }
 
+/// The other two axes and the one that the ray runs along most, which comes third.
+static AXES: [[usize; 4]; 4] = [[1, 2, 0, 0], [2, 0, 1, 0], [0, 1, 2, 0], [0; 4]];
+
 impl<L: Lanes> Shear<L> {
     #[inline(always)]
-    fn new(ray: &Ray) -> Self {
+    fn new(ray: &Ray, inv: Vec4) -> Self {
         let d = ray.dir.abs();
-        let z = if d.x >= d.y && d.x >= d.z { 0 } else { 1 + usize::from(d.z > d.y) };
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
-        let [dx, dy, dz] = axes.map(|a| ray.dir[a]);
+        let z = usize::from(!(d.x >= d.y && d.x >= d.z)) * (1 + usize::from(d.z > d.y));
+        // Arrays of four and masked indices: no branch on the axis, which no processor could foretell.
+        let [x, y, z, _] = AXES[z & 3];
+        let (x, y, z) = (x & 3, y & 3, z & 3);
+        let (o, d) = (ray.origin.extend(0.0).to_array(), ray.dir.extend(0.0).to_array());
+        let inv = inv.to_array()[z];
         Self {
-            axes,
-            origin: axes.map(|a| L::splat(ray.origin[a])),
-            shear: [L::splat(dx / dz), L::splat(dy / dz), L::splat(1.0 / dz)],
+            axes: [x, y, z],
+            origin: [L::splat(o[x]), L::splat(o[y]), L::splat(o[z])],
+            shear: [L::splat(d[x] * inv), L::splat(d[y] * inv), L::splat(inv)],
             t_min: L::splat(ray.t_min),
         }
     }
@@ -102,17 +114,23 @@ impl<L: Lanes> Shear<L> {
     #[allow(unsafe_code)]
     #[inline(always)]
     fn meet(&self, block: &Block, t_max: f32) -> Met<L> {
-        let corner = |c: usize| {
-            // SAFETY: axes are 0 to 2; rows are 32 bytes in a 32-byte aligned block.
-            let row = |k: usize| unsafe { L::load(block.vertices[c].as_ptr().add(self.axes[k]).cast()) };
-            let z = row(2).sub(self.origin[2]);
-            let x = self.shear[0].neg_mul_add(z, row(0).sub(self.origin[0]));
-            let y = self.shear[1].neg_mul_add(z, row(1).sub(self.origin[1]));
-            (x, y, z)
-        };
-        let (ax, ay, az) = corner(0);
-        let (bx, by, bz) = corner(1);
-        let (cx, cy, cz) = corner(2);
+        macro_rules! corner {
+            ($c:literal) => {{
+                // SAFETY: axes are 0 to 2; rows are 32 bytes in a 32-byte aligned block.
+                let (x, y, z) = unsafe {
+                    let rows = block.vertices[$c].as_ptr();
+                    let [x, y, z] = self.axes;
+                    (L::load(rows.add(x).cast()), L::load(rows.add(y).cast()), L::load(rows.add(z).cast()))
+                };
+                let z = z.sub(self.origin[2]);
+                let x = self.shear[0].neg_mul_add(z, x.sub(self.origin[0]));
+                let y = self.shear[1].neg_mul_add(z, y.sub(self.origin[1]));
+                (x, y, z)
+            }};
+        }
+        let (ax, ay, az) = corner!(0);
+        let (bx, by, bz) = corner!(1);
+        let (cx, cy, cz) = corner!(2);
         // Not fused: the two products of an edge must be rounded alike, whichever side asks.
         let u = cx.mul(by).sub(cy.mul(bx));
         let v = ax.mul(cy).sub(ay.mul(cx));
@@ -131,9 +149,11 @@ impl<L: Lanes> Shear<L> {
     }
 }
 
-/// Children still to visit: entry distance (its bits order like the number) above the child.
+/// Children still to visit, the next one last.
 struct Stack {
-    entries: [MaybeUninit<u64>; STACK],
+    /// Bits of the distance of entry, at most.
+    distances: [MaybeUninit<u32>; STACK],
+    children: [MaybeUninit<u32>; STACK],
     len: usize,
 }
 
@@ -141,152 +161,167 @@ struct Stack {
 impl Stack {
     #[inline(always)]
     fn new() -> Self {
-        Self { entries: [MaybeUninit::uninit(); STACK], len: 0 }
+        Self {
+            distances: [const { MaybeUninit::uninit() }; STACK],
+            children: [const { MaybeUninit::uninit() }; STACK],
+            len: 0,
+        }
     }
 
+    /// Takes the nearest itself.
     #[inline(always)]
-    fn push(&mut self, t: f32, child: Child) {
-        debug_assert!(self.len < STACK);
-        // SAFETY: a tree is at most MAX_DEPTH deep, and each level leaves at most seven behind.
-        unsafe { self.entries.get_unchecked_mut(self.len) }
-            .write(u64::from(t.to_bits()) << 32 | u64::from(child.0));
-        self.len += 1;
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<(f32, Child)> {
-        self.len = self.len.checked_sub(1)?;
-        // SAFETY: everything below `len` was written by `push`.
-        let e = unsafe { self.entries.get_unchecked(self.len).assume_init() };
-        Some((f32::from_bits((e >> 32) as u32), Child(e as u32)))
-    }
-
-    /// The entries from `start` on, farthest first.
-    #[inline(always)]
-    fn sort_from(&mut self, start: usize) {
-        // SAFETY: as in `pop`; `i` and `j` stay between `start` and `len`.
+    fn push_sorted<L: Lanes>(&mut self, entry: L, mask: u32, node: &Node) -> Child {
+        debug_assert!(self.len + 8 <= STACK);
+        // SAFETY: a tree is at most MAX_DEPTH deep, each level leaves at most seven behind, and eight places
+        // follow them.
         unsafe {
-            for i in start + 1..self.len {
-                let e = self.entries.get_unchecked(i).assume_init();
-                let mut j = i;
-                while j > start && self.entries.get_unchecked(j - 1).assume_init() < e {
-                    *self.entries.get_unchecked_mut(j) = *self.entries.get_unchecked(j - 1);
-                    j -= 1;
-                }
-                self.entries.get_unchecked_mut(j).write(e);
+            let (d, c) =
+                (self.distances.as_mut_ptr().add(self.len), self.children.as_mut_ptr().add(self.len));
+            entry.write_sorted(mask, bytemuck::cast_ref(&node.children), d.cast(), c.cast());
+        }
+        self.len += mask.count_ones() as usize - 1;
+        // SAFETY: just written.
+        Child(unsafe { self.children.get_unchecked(self.len).assume_init() })
+    }
+
+    /// Takes the first itself.
+    #[inline(always)]
+    fn push_all<L: Lanes>(&mut self, mask: u32, node: &Node) -> Child {
+        debug_assert!(self.len + 8 <= STACK);
+        let rest = mask & (mask - 1);
+        if rest != 0 {
+            // SAFETY: as in `push_sorted`.
+            unsafe {
+                let c = self.children.as_mut_ptr().add(self.len);
+                L::write_compact(rest, bytemuck::cast_ref(&node.children), c.cast());
+            }
+            self.len += rest.count_ones() as usize;
+        }
+        node.children[mask.trailing_zeros() as usize & 7]
+    }
+
+    /// The next child that is nearer than `t_max`.
+    #[inline(always)]
+    fn pop_within(&mut self, t_max: f32) -> Option<Child> {
+        loop {
+            self.len = self.len.checked_sub(1)?;
+            // SAFETY: everything below `len` was written by a push.
+            let distance = unsafe { self.distances.get_unchecked(self.len).assume_init() };
+            if f32::from_bits(distance) <= t_max {
+                return Some(Child(unsafe { self.children.get_unchecked(self.len).assume_init() }));
             }
         }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Child> {
+        self.len = self.len.checked_sub(1)?;
+        // SAFETY: as in `pop_within`.
+        Some(Child(unsafe { self.children.get_unchecked(self.len).assume_init() }))
     }
 }
 
 #[allow(unsafe_code)]
 #[inline(always)]
 fn closest<L: Lanes>(tree: &Tree, ray: &Ray, others: &impl Others) -> Option<Hit> {
-    let slabs = Slabs::<L>::new(ray);
-    let shear = Shear::<L>::new(ray);
+    let inv = reciprocal(ray);
+    let slabs = Slabs::<L>::new(ray, inv);
+    let shear = Shear::<L>::new(ray, inv);
     let mut best = None;
     let mut t_max = ray.t_max;
     let mut stack = Stack::new();
-    stack.push(0.0, Child(Child::NODE));
-    'pop: while let Some((entry, mut child)) = stack.pop() {
-        if entry > t_max {
-            continue;
-        }
-        while child.0 & Child::KIND == Child::NODE {
-            // SAFETY: `Tree` is only made by `build`, whose children are in range (and `validate` checks).
-            let node = unsafe { tree.nodes.get_unchecked(child.index()) };
-            let (entry, mut mask) = slabs.meet(node, t_max);
-            if mask == 0 {
-                continue 'pop;
+    let mut child = Child::ROOT;
+    loop {
+        'visit: {
+            while child.0 & Child::KIND == Child::NODE {
+                // SAFETY: `Tree` is only made by `build`, whose children are in range (and `validate` checks).
+                let node = unsafe { tree.nodes.get_unchecked(child.index()) };
+                let (entry, mask) = slabs.meet(node, t_max);
+                if mask & mask.wrapping_sub(1) == 0 {
+                    // None, or one, as mostly: the stack's latency is saved.
+                    if mask == 0 {
+                        break 'visit;
+                    }
+                    child = node.children[mask.trailing_zeros() as usize & 7];
+                } else {
+                    child = stack.push_sorted(entry, mask, node);
+                }
             }
-            let first = mask.trailing_zeros() as usize;
-            mask &= mask - 1;
-            if mask == 0 {
-                child = node.children[first & 7];
-                continue;
-            }
-            let entry = entry.to_array();
-            let start = stack.len;
-            stack.push(entry[first & 7], node.children[first & 7]);
-            while mask != 0 {
-                let i = mask.trailing_zeros() as usize & 7;
-                mask &= mask - 1;
-                stack.push(entry[i], node.children[i]);
-            }
-            stack.sort_from(start);
-            child = match stack.pop() {
-                Some((_, c)) => c,
-                None => break 'pop,
-            };
-        }
-        if child.0 & Child::KIND == Child::BLOCK {
-            // SAFETY: as above.
-            let block = unsafe { tree.blocks.get_unchecked(child.index()) };
-            let met = shear.meet(block, t_max);
-            let mut mask = met.mask;
-            if mask != 0 {
-                let (t, u, v) = (met.t.to_array(), met.u.to_array(), met.v.to_array());
-                while mask != 0 {
-                    let i = mask.trailing_zeros() as usize & 7;
-                    mask &= mask - 1;
-                    let hit = Hit {
-                        t: t[i],
-                        u: u[i],
-                        v: v[i],
-                        shape: block.shape[i],
-                        primitive: block.primitive[i],
-                        instance: NO_INSTANCE,
-                    };
-                    if nearer(&hit, &best) {
-                        t_max = hit.t;
-                        best = Some(hit);
+            match child.0 & Child::KIND {
+                Child::BLOCK => {
+                    // SAFETY: as above.
+                    let block = unsafe { tree.blocks.get_unchecked(child.index()) };
+                    let met = shear.meet(block, t_max);
+                    let mut mask = met.mask;
+                    if mask != 0 {
+                        let (t, u, v) = (met.t.to_array(), met.u.to_array(), met.v.to_array());
+                        while mask != 0 {
+                            let i = mask.trailing_zeros() as usize & 7;
+                            mask &= mask - 1;
+                            let (shape, primitive) = (block.shape[i], block.primitive[i]);
+                            let hit =
+                                Hit { t: t[i], u: u[i], v: v[i], shape, primitive, instance: NO_INSTANCE };
+                            if nearer(&hit, &best) {
+                                t_max = hit.t;
+                                best = Some(hit);
+                            }
+                        }
+                    }
+                }
+                _ => {
+                    others.intersect(child.index() as u32, &Ray { t_max, ..*ray }, &mut best);
+                    if let Some(b) = &best {
+                        t_max = b.t;
                     }
                 }
             }
-        } else {
-            others.intersect(child.index() as u32, &Ray { t_max, ..*ray }, &mut best);
-            if let Some(b) = &best {
-                t_max = b.t;
-            }
         }
+        child = match stack.pop_within(t_max) {
+            Some(next) => next,
+            None => return best,
+        };
     }
-    best
 }
 
 #[allow(unsafe_code)]
 #[inline(always)]
 fn any<L: Lanes>(tree: &Tree, ray: &Ray, others: &impl Others) -> bool {
-    let slabs = Slabs::<L>::new(ray);
-    let shear = Shear::<L>::new(ray);
+    let inv = reciprocal(ray);
+    let slabs = Slabs::<L>::new(ray, inv);
+    let shear = Shear::<L>::new(ray, inv);
     let mut stack = Stack::new();
-    stack.push(0.0, Child(Child::NODE));
-    while let Some((_, child)) = stack.pop() {
-        match child.0 & Child::KIND {
-            Child::NODE => {
+    let mut child = Child::ROOT;
+    loop {
+        'visit: {
+            while child.0 & Child::KIND == Child::NODE {
                 // SAFETY: as in `closest`.
                 let node = unsafe { tree.nodes.get_unchecked(child.index()) };
-                let (_, mut mask) = slabs.meet(node, ray.t_max);
-                while mask != 0 {
-                    let i = mask.trailing_zeros() as usize & 7;
-                    mask &= mask - 1;
-                    stack.push(0.0, node.children[i]);
+                let (_, mask) = slabs.meet(node, ray.t_max);
+                if mask == 0 {
+                    break 'visit;
                 }
+                child = stack.push_all::<L>(mask, node);
             }
-            Child::BLOCK => {
-                // SAFETY: as in `closest`.
-                let block = unsafe { tree.blocks.get_unchecked(child.index()) };
-                if shear.meet(block, ray.t_max).mask != 0 {
-                    return true;
+            match child.0 & Child::KIND {
+                Child::BLOCK => {
+                    // SAFETY: as in `closest`.
+                    let block = unsafe { tree.blocks.get_unchecked(child.index()) };
+                    if shear.meet(block, ray.t_max).mask != 0 {
+                        return true;
+                    }
                 }
-            }
-            _ => {
-                if others.occluded(child.index() as u32, ray) {
-                    return true;
+                _ => {
+                    if others.occluded(child.index() as u32, ray) {
+                        return true;
+                    }
                 }
             }
         }
+        child = match stack.pop() {
+            Some(next) => next,
+            None => return false,
+        };
     }
-    false
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -304,22 +339,23 @@ mod avx2 {
     pub(super) fn any(tree: &Tree, ray: &Ray, others: &impl Others) -> bool {
         super::any::<Avx2>(tree, ray, others)
     }
+}
 
-    pub(super) fn is_here() -> bool {
-        is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-    }
+/// Can this processor run the fast kernel?
+pub(super) fn has_avx2() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2");
+    #[cfg(not(target_arch = "x86_64"))]
+    false
 }
 
 /// A ray that can meet anything: finite, with a direction.
 fn usable(ray: &Ray) -> bool {
-    ray.origin.is_finite()
-        && ray.dir.is_finite()
-        && ray.dir != Vec3::ZERO
-        && ray.t_min >= 0.0
-        && ray.t_max > ray.t_min
+    let sum = ray.origin.element_sum() + ray.dir.element_sum();
+    sum.is_finite() && ray.dir.abs().max_element() > 1e-18 && ray.t_min >= 0.0 && ray.t_max > ray.t_min
 }
 
 impl Tree {
@@ -329,8 +365,8 @@ impl Tree {
             return None;
         }
         #[cfg(target_arch = "x86_64")]
-        if avx2::is_here() {
-            // SAFETY: the processor has just said that it can.
+        if self.avx2 {
+            // SAFETY: the processor was asked when the tree was built.
             return unsafe { avx2::closest(self, ray, others) };
         }
         closest::<Portable>(self, ray, others)
@@ -342,8 +378,8 @@ impl Tree {
             return false;
         }
         #[cfg(target_arch = "x86_64")]
-        if avx2::is_here() {
-            // SAFETY: the processor has just said that it can.
+        if self.avx2 {
+            // SAFETY: the processor was asked when the tree was built.
             return unsafe { avx2::any(self, ray, others) };
         }
         any::<Portable>(self, ray, others)
