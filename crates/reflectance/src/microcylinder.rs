@@ -34,8 +34,8 @@
 
 use crate::model::{Choice, Data, Laws, Model, ModelError, Preset, Sample, Spec, params};
 use glam::{Vec2, Vec3, Vec4};
-use std::f32::consts::{FRAC_PI_2, PI};
-use yugen_optics::{ColourSpace, frame::spherical, quadrature::gauss_legendre};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use yugen_optics::{ColourSpace, frame::spherical, quadrature::gauss_legendre, warp::uniform_hemisphere};
 
 params! {
     /// Cloth of two crossing threads, each a curve of small cylinders.
@@ -194,13 +194,16 @@ impl Curve {
         curve
     }
 
-    /// The tangents the sampler mixes: sloped pieces in steps of about γ_s, the width of the narrowest lobe, so
-    /// that the mixture leaves no gaps.
+    /// The tangents the sampler mixes: sloped pieces in steps of at most γ_s, the width of the narrowest lobe, so
+    /// that the mixture leaves no gaps; ends included, because some directions see nothing but an end.
     fn mixed(&self, gamma_s: f64) -> Vec<(f64, f64)> {
         let mut all = self.straight.clone();
         for &(from, to, weight) in &self.sloped {
-            let n = ((to - from) / gamma_s).ceil() + 1.0;
-            all.extend((0..n as usize).map(|i| (from + (to - from) * (i as f64 + 0.5) / n, weight / n)));
+            let n = ((to - from) / gamma_s).ceil() as usize;
+            for i in 0..=n {
+                let share = if i == 0 || i == n { 0.5 } else { 1.0 };
+                all.push((from + (to - from) * i as f64 / n as f64, weight * share / n as f64));
+            }
         }
         all
     }
@@ -276,10 +279,11 @@ fn atan2_of_sqrt(v: Vec4) -> Vec4 {
 }
 
 /// exp(−x) for x ≥ 0: 2^k by exponent bits, 2^f on |f| ≤ ½ by a minimax polynomial of degree 5. Relative error
-/// 1.5e-7 for x < 1, growing to 5e-6 at x = 80 with the rounding of x log₂ e; beyond 87 it stays at 1e-38.
+/// 1.5e-7 for x < 1, growing to 4e-6 at x = 60 with the rounding of x log₂ e. It stays there, at 9e-27: further
+/// down the products it enters would be denormal, which costs a processor ten times the rest.
 #[inline(always)]
 fn exp_minus(x: Vec4) -> Vec4 {
-    let y = x.min(Vec4::splat(87.0)) * -std::f32::consts::LOG2_E;
+    let y = x.min(Vec4::splat(60.0)) * -std::f32::consts::LOG2_E;
     // Adding 1.5·2²³ leaves the nearest integer in the low bits.
     let shifted = y + Vec4::splat(12_582_912.0);
     let f = y - (shifted - Vec4::splat(12_582_912.0));
@@ -312,6 +316,10 @@ fn lanes(block: &[f32; BLOCK]) -> (Vec4, Vec4, Vec4) {
     let b: &[[f32; 4]; 3] = bytemuck::cast_ref(block);
     (Vec4::from_array(b[0]), Vec4::from_array(b[1]), Vec4::from_array(b[2]))
 }
+
+/// Share of samples spread evenly over the hemisphere. The mixture knows the curve by some of its tangents
+/// only; where just those in between see both directions, these keep the sampler unbiased and weights bounded.
+const EVEN: f32 = 0.04;
 
 /// Smallest squared length that is divided by.
 const TINY: f32 = 1e-30;
@@ -577,8 +585,12 @@ impl Microcylinder {
         };
         let f0 = (eta - 1.0) / (eta + 1.0);
         // Student's t with two degrees of freedom, 1.1 σ wide, has the least variance as a proposal for a
-        // Gaussian (1.094 times that of the Gaussian itself) and needs no erf.
-        let tan = |gamma: f32| 1.1 * gamma.min(1.05).tan();
+        // Gaussian (1.094 times that of the Gaussian itself) and needs no erf. It lives in tan θ_h: γ + γ³/2 stands
+        // for tan γ, and any positive width would be right.
+        let tan = |gamma: f32| {
+            let gamma = gamma.min(1.05);
+            1.1 * gamma * (1.0 + 0.5 * gamma * gamma)
+        };
         let root_tau = (2.0 * PI).sqrt();
         Thread {
             gamma_s,
@@ -700,6 +712,33 @@ impl Microcylinder {
             }
         }
         c
+    }
+
+    /// Draws `wi`; it may lie below the horizon.
+    fn direction(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Vec3> {
+        if u.z < EVEN {
+            return Some(uniform_hemisphere(u.truncate()));
+        }
+        let (j, tangent, sin_o, cos_o, lobe, tan) = self.choose(table, wo, (u.z - EVEN) / (1.0 - EVEN))?;
+        // θ_i: the flat lobe by its cosine; the others through tan θ_h, so that θ_i = 2θ_h − θ_o.
+        let (sin_i, cos_i) = if lobe == 2 {
+            let sin_i = 2.0 * u.x - 1.0;
+            (sin_i, (1.0 - sin_i * sin_i).max(0.0).sqrt())
+        } else {
+            let (lo, hi) = lobe_range(Vec4::splat(sin_o), Vec4::splat(cos_o), tan);
+            let x = lo.x + u.x * (hi.x - lo.x);
+            let (c2, s2) = ((1.0 - x * x).max(0.0), tan * tan * x * x);
+            let (cos_2h, sin_2h) = ((c2 - s2) / (c2 + s2), 2.0 * tan * x * c2.sqrt() / (c2 + s2));
+            (sin_2h * cos_o - cos_2h * sin_o, (cos_2h * cos_o + sin_2h * sin_o).max(0.0))
+        };
+        let sin_phi = 2.0 * u.y - 1.0;
+        let across = cos_i * (1.0 - sin_phi * sin_phi).max(0.0).sqrt();
+        let wi = Vec3::new(
+            tangent.y * sin_i - tangent.x * across,
+            cos_i * sin_phi,
+            tangent.x * sin_i + tangent.y * across,
+        );
+        Some(in_thread(j, wi).normalize())
     }
 
     fn choose(&self, table: &[f32], wo: Vec3, u: f32) -> Option<(usize, Vec2, f32, f32, usize, f32)> {
@@ -964,33 +1003,14 @@ impl Model for Microcylinder {
             total += k * t;
             density += k * d;
         }
-        if total > 0.0 { density / total } else { 0.0 }
+        if total > 0.0 { (1.0 - EVEN) * density / total + EVEN / TAU } else { 0.0 }
     }
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
         if wo.z <= 0.0 {
             return None;
         }
-        let (j, tangent, sin_o, cos_o, lobe, tan) = self.choose(table, wo, u.z)?;
-        // θ_i: the flat lobe by its cosine; the others through tan θ_h, so that θ_i = 2θ_h − θ_o.
-        let (sin_i, cos_i) = if lobe == 2 {
-            let sin_i = 2.0 * u.x - 1.0;
-            (sin_i, (1.0 - sin_i * sin_i).max(0.0).sqrt())
-        } else {
-            let (lo, hi) = lobe_range(Vec4::splat(sin_o), Vec4::splat(cos_o), tan);
-            let x = lo.x + u.x * (hi.x - lo.x);
-            let (c2, s2) = ((1.0 - x * x).max(0.0), tan * tan * x * x);
-            let (cos_2h, sin_2h) = ((c2 - s2) / (c2 + s2), 2.0 * tan * x * c2.sqrt() / (c2 + s2));
-            (sin_2h * cos_o - cos_2h * sin_o, (cos_2h * cos_o + sin_2h * sin_o).max(0.0))
-        };
-        let sin_phi = 2.0 * u.y - 1.0;
-        let across = cos_i * (1.0 - sin_phi * sin_phi).max(0.0).sqrt();
-        let wi = Vec3::new(
-            tangent.y * sin_i - tangent.x * across,
-            cos_i * sin_phi,
-            tangent.x * sin_i + tangent.y * across,
-        );
-        let wi = in_thread(j, wi).normalize();
+        let wi = self.direction(table, wo, u)?;
         if wi.z <= 0.0 {
             return None;
         }

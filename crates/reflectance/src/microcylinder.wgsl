@@ -4,6 +4,7 @@ const MICROCYLINDER_HEAD: u32 = 13u;
 const MICROCYLINDER_BLOCK: u32 = 12u;
 const MICROCYLINDER_SLOPE: u32 = 7u;
 const MICROCYLINDER_PHYSICAL: u32 = 2u;
+const MICROCYLINDER_EVEN: f32 = 0.04;
 const MICROCYLINDER_TINY: f32 = 1e-30;
 const MICROCYLINDER_STRETCH_GAMMA: f32 = 4.5;
 const MICROCYLINDER_STRETCH: f32 = 0.5;
@@ -87,6 +88,11 @@ fn microcylinder_in_thread(j: u32, w: vec3<f32>) -> vec3<f32> {
     return w.yxz;
 }
 
+fn microcylinder_width(gamma: f32) -> f32 {
+    let g = min(gamma, 1.05);
+    return 1.1 * g * (1.0 + 0.5 * g * g);
+}
+
 fn microcylinder_thread(m: Microcylinder, t: u32, j: u32) -> MicrocylinderThread {
     var eta = m.eta_1;
     var colour = m.colour_1;
@@ -119,8 +125,8 @@ fn microcylinder_thread(m: Microcylinder, t: u32, j: u32) -> MicrocylinderThread
         0.5 / (gamma_v * gamma_v),
         (1.0 - k_d) / (root_tau * gamma_v),
         k_d,
-        1.1 * tan(min(gamma_s, 1.05)),
-        1.1 * tan(min(gamma_v, 1.05)),
+        microcylinder_width(gamma_s),
+        microcylinder_width(gamma_v),
         f0 * f0,
         a,
         colour,
@@ -441,12 +447,14 @@ fn microcylinder_pdf(m: Microcylinder, t: u32, wo_cloth: vec3<f32>, wi_cloth: ve
     if (total <= 0.0) {
         return 0.0;
     }
-    return density / total;
+    return (1.0 - MICROCYLINDER_EVEN) * density / total + MICROCYLINDER_EVEN / TAU;
 }
 
-fn microcylinder_sample(m: Microcylinder, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
-    if (wo.z <= 0.0) {
-        return bsdf_no_sample();
+// Draws wi; it may lie below the horizon. A share of the draws is even over the hemisphere.
+fn microcylinder_direction(m: Microcylinder, t: u32, wo: vec3<f32>, u: vec3<f32>) -> vec3<f32> {
+    if (u.z < MICROCYLINDER_EVEN) {
+        let r = sqrt(max(1.0 - u.x * u.x, 0.0));
+        return vec3<f32>(r * cos(TAU * u.y), r * sin(TAU * u.y), u.x);
     }
     let physical = m.form == MICROCYLINDER_PHYSICAL;
     var total = 0.0;
@@ -461,7 +469,7 @@ fn microcylinder_sample(m: Microcylinder, t: u32, wo: vec3<f32>, u: vec3<f32>) -
     }
 
     // A tangent and a lobe in proportion to their weights.
-    var left = u.z * total;
+    var left = (u.z - MICROCYLINDER_EVEN) / (1.0 - MICROCYLINDER_EVEN) * total;
     var found = false;
     var thread = 0u;
     var tangent = vec2<f32>(0.0, 1.0);
@@ -513,7 +521,7 @@ fn microcylinder_sample(m: Microcylinder, t: u32, wo: vec3<f32>, u: vec3<f32>) -
         }
     }
     if (!found) {
-        return bsdf_no_sample();
+        return vec3<f32>(0.0);
     }
 
     var sin_i = 2.0 * u.x - 1.0;
@@ -535,7 +543,14 @@ fn microcylinder_sample(m: Microcylinder, t: u32, wo: vec3<f32>, u: vec3<f32>) -
         cos_i * sin_phi,
         tangent.x * sin_i + tangent.y * across,
     );
-    let wi = normalize(microcylinder_in_thread(thread, local));
+    return normalize(microcylinder_in_thread(thread, local));
+}
+
+fn microcylinder_sample(m: Microcylinder, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
+    if (wo.z <= 0.0) {
+        return bsdf_no_sample();
+    }
+    let wi = microcylinder_direction(m, t, wo, u);
     if (wi.z <= 0.0) {
         return bsdf_no_sample();
     }
