@@ -49,10 +49,13 @@ fn main() {
             (warp::cosine_hemisphere(u.truncate()), warp::cosine_hemisphere(v.truncate()))
         })
         .collect();
-    println!("fabric                          form     bake ms  eval ns  pdf ns  sample ns  variance ratio, cosine/own: head on, 30° and 60° along, 60° across");
+    println!(
+        "fabric                          form     bake ms  eval ns  pdf ns  sample ns  variance ratio, cosine/own: head on, 30° and 60° along, 60° across"
+    );
     for preset in kind.presets() {
         for (i, form) in ["paper", "points", "physical"].iter().enumerate() {
-            let (mut slots, data) = kind.preset(preset.name, ColourSpace::LinearSrgb).expect("a preset of the list");
+            let (mut slots, data) =
+                kind.preset(preset.name, ColourSpace::LinearSrgb).expect("a preset of the list");
             slots[0] = i as f32;
             let start = Instant::now();
             let table = kind.bake(&slots, &data).expect("its own data");
@@ -61,10 +64,11 @@ fn main() {
             let eval = nanoseconds(&pairs, |wo, wi| bsdf.eval(wo, wi).x);
             let pdf = nanoseconds(&pairs, |wo, wi| bsdf.pdf(wo, wi));
             let sample = nanoseconds(&pairs, |wo, wi| bsdf.sample(wo, wi.abs()).map_or(0.0, |s| s.pdf));
-            let ratios = [(0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (60.0, 90.0)].map(|(theta, phi): (f32, f32)| {
-                let (own, cosine) = variances(&bsdf, spherical(theta.to_radians(), phi.to_radians()));
-                format!("{:6.1}", cosine / own)
-            });
+            let ratios =
+                [(0.0, 0.0), (30.0, 0.0), (60.0, 0.0), (60.0, 90.0)].map(|(theta, phi): (f32, f32)| {
+                    let (own, cosine) = variances(&bsdf, spherical(theta.to_radians(), phi.to_radians()));
+                    format!("{:6.1}", cosine / own)
+                });
             println!(
                 "{:<31} {form:<8} {bake:7.1} {eval:8.0} {pdf:7.0} {sample:10.0}  {}",
                 preset.name,

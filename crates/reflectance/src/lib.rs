@@ -53,5 +53,6 @@ model::models! {
     merl::Merl,
     rgl::Rgl,
     microcylinder::Microcylinder,
+    gold_thread::GoldThread,
     structural_colour::StructuralColour,
 }

@@ -806,7 +806,7 @@ fn thread_scale<const IS_PHYSICAL: bool>(wo: Vec3) -> f32 {
 }
 
 /// Point `i` of the additive recurrence with the best known spread in three dimensions (Roberts 2018).
-fn r3_sequence(i: u32) -> Vec3 {
+pub(crate) fn r3_sequence(i: u32) -> Vec3 {
     let g = 1.220_744_084_605_759_5f64;
     let at = |k: i32| (0.5 + f64::from(i) * g.powi(-k)).fract() as f32;
     Vec3::new(at(1), at(2), at(3)).min(Vec3::splat(yugen_optics::distribution::ONE_MINUS_EPSILON))
