@@ -18,8 +18,8 @@ params! {
     pub struct Dichromatic {
         body_colour: Vec3 = Spec::colour([0.6, 0.05, 0.04], 0.0, 1.0, "", "c_b: what comes back from inside, the colour of the object"),
         interface_colour: Vec3 = Spec::rgb(0.4, 0.0, 1.0, "", "c_i: what the border returns; grey, so that it keeps the colour of the light"),
-        body: Choice = Spec::choice(0, &["lambert", "oren_nayar"], "geometry m_b of the body reflection"),
-        interface: Choice = Spec::choice(0, &["blinn_phong", "torrance_sparrow", "ward", "ggx"],
+        body_form: Choice = Spec::choice(0, &["lambert", "oren_nayar"], "geometry m_b of the body reflection"),
+        interface_form: Choice = Spec::choice(0, &["blinn_phong", "torrance_sparrow", "ward", "ggx"],
             "geometry m_i of the interface reflection; torrance_sparrow and ggx contain Fresnel's factor for eta"),
         sigma: f32 = Spec::num(0.35, 0.0, 1.0, "rad", "roughness of the body, for oren_nayar"),
         roughness: f32 = Spec::num(0.15, 0.02, 1.0, "",
@@ -38,7 +38,7 @@ enum Interface {
 
 impl Dichromatic {
     fn interface(&self) -> Interface {
-        match self.interface.index() {
+        match self.interface_form.index() {
             0 => Interface::BlinnPhong,
             1 => Interface::TorranceSparrow,
             2 => Interface::Ward,
@@ -56,7 +56,7 @@ impl Dichromatic {
 
     /// c_b m_b
     fn f_body(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        match self.body.index() {
+        match self.body_form.index() {
             0 => self.body_colour * FRAC_1_PI,
             _ => f_energy_preserving(self.body_colour, self.sigma, wo, wi),
         }
@@ -176,7 +176,7 @@ mod tests {
     use yugen_optics::frame::spherical;
 
     fn model(body: u32, interface: u32) -> Dichromatic {
-        Dichromatic { body: Choice(body as f32), interface: Choice(interface as f32), ..Dichromatic::defaults() }
+        Dichromatic { body_form: Choice(body as f32), interface_form: Choice(interface as f32), ..Dichromatic::defaults() }
     }
 
     #[test]

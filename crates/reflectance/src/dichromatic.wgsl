@@ -1,4 +1,4 @@
-// Twin of dichromatic.rs. Interfaces: 0 blinn_phong, 1 torrance_sparrow, 2 ward, 3 ggx.
+// Twin of dichromatic.rs. interface_form: 0 blinn_phong, 1 torrance_sparrow, 2 ward, 3 ggx.
 
 fn dichromatic_exponent(m: Dichromatic) -> f32 {
     return 2.0 / (m.roughness * m.roughness);
@@ -10,7 +10,7 @@ fn dichromatic_microfacets(m: Dichromatic) -> Microfacets {
 }
 
 fn dichromatic_body(m: Dichromatic, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
-    if (m.body == 0u) {
+    if (m.body_form == 0u) {
         return m.body_colour * FRAC_1_PI;
     }
     return f_energy_preserving(m.body_colour, m.sigma, wo, wi);
@@ -19,7 +19,7 @@ fn dichromatic_body(m: Dichromatic, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
 fn dichromatic_interface(m: Dichromatic, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
     let h = half_vector(wo, wi);
     let n = dichromatic_exponent(m);
-    switch m.interface {
+    switch m.interface_form {
         case 0u: { return half_lobe_normaliser(n) * pow(min(h.z, 1.0), n); }
         case 1u: { return d_beckmann(h.xyz, m.roughness, m.roughness) * v_grooves(wo, wi, h) * f_dielectric(h.w, m.eta); }
         case 2u: { return f_gmd(wo, wi, m.roughness, m.roughness); }
@@ -28,7 +28,7 @@ fn dichromatic_interface(m: Dichromatic, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
 }
 
 fn dichromatic_share(m: Dichromatic) -> f32 {
-    let fresnel = select(1.0, 0.25, m.interface == 1u || m.interface == 3u);
+    let fresnel = select(1.0, 0.25, m.interface_form == 1u || m.interface_form == 3u);
     return lobe_share(m.interface_colour * fresnel, m.body_colour);
 }
 
@@ -45,7 +45,7 @@ fn dichromatic_pdf(m: Dichromatic, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 
     }
     let share = dichromatic_share(m);
     var pdf = 0.0;
-    switch m.interface {
+    switch m.interface_form {
         case 0u: {
             let h = half_vector(wo, wi);
             pdf = pdf_reflected(pdf_cosine_power(min(h.z, 1.0), dichromatic_exponent(m)), h.w);
@@ -63,7 +63,7 @@ fn dichromatic_sample(m: Dichromatic, t: u32, wo: vec3<f32>, u: vec3<f32>) -> Bs
     let share = dichromatic_share(m);
     var wi = cosine_hemisphere(u.xy);
     if (u.z < share) {
-        switch m.interface {
+        switch m.interface_form {
             case 0u: {
                 let h = sample_cosine_power(u.xy, dichromatic_exponent(m));
                 if (dot(h, wo) <= 0.0) {

@@ -12,6 +12,8 @@ use yugen_optics::colour::srgb_to_linear;
 
 /// A header longer than this is none.
 const MAX_HEADER: usize = 1 << 20;
+/// Elements of a file, and properties of an element.
+const MAX_NAMES: usize = 256;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scalar {
@@ -160,7 +162,11 @@ fn header(s: &mut Scanner) -> Result<(Encoding, Vec<Element>), Error> {
                 s.blanks();
                 let at = s.place();
                 let count = s.integer().and_then(|n| u64::try_from(n).ok());
-                let count = count.ok_or_else(|| Error::invalid(at, "expected the number of elements"))?;
+                let count =
+                    count.ok_or_else(|| Error::invalid(at.clone(), "expected the number of elements"))?;
+                if elements.len() == MAX_NAMES || elements.iter().any(|e| e.name == name) {
+                    return Err(twice(at, "element", &name));
+                }
                 elements.push(Element { name, count, properties: Vec::new() });
             }
             b"property" => {
@@ -188,7 +194,12 @@ fn header(s: &mut Scanner) -> Result<(Encoding, Vec<Element>), Error> {
                 };
                 let word = if count.is_some() { s.word() } else { first };
                 let value = scalar(s, word)?;
-                element.properties.push(Property { name: string(s.word()), count, value });
+                let name = string(s.word());
+                if element.properties.len() == MAX_NAMES || element.properties.iter().any(|p| p.name == name)
+                {
+                    return Err(twice(at, "property", &name));
+                }
+                element.properties.push(Property { name, count, value });
             }
             b"end_header" => {
                 if !s.at_line_end() {
@@ -212,6 +223,16 @@ fn header(s: &mut Scanner) -> Result<(Encoding, Vec<Element>), Error> {
 
 fn short(word: &[u8]) -> String {
     String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned()
+}
+
+fn twice(at: Place, what: &str, name: &str) -> Error {
+    let name: String = name.chars().take(40).collect();
+    Error::invalid(
+        at,
+        format!(
+            "expected at most {MAX_NAMES} names of this kind, each once; the {what} '{name}' is too many"
+        ),
+    )
 }
 
 /// The values after the header, one by one.
@@ -397,7 +418,7 @@ fn vertices<V: Values>(v: &mut V, e: &Element, mesh: &mut Mesh) -> Result<(), Er
     // Bounded by the size of the file, as was just checked.
     let n = e.count as usize;
     mesh.positions = vec![Vec3::ZERO; n];
-    if sinks.iter().filter(|s| matches!(s, Sink::Normal(_))).count() == 3 {
+    if sinks.iter().any(|s| matches!(s, Sink::Normal(_))) {
         mesh.normals = vec![Vec3::ZERO; n];
     }
     if sinks.iter().any(|s| matches!(s, Sink::Uv(_))) {
@@ -679,6 +700,14 @@ pub(crate) mod tests {
                 "a.ply:6:1: the vertices have no property 'x'",
             ),
             ("element".into(), "expected the number of elements"),
+            (
+                "element face 1\nelement face 2\n".into(),
+                "a.ply:4:14: expected at most 256 names of this kind, each once",
+            ),
+            (
+                format!("{vertex}property float x\n"),
+                "a.ply:7:1: expected at most 256 names of this kind, each once",
+            ),
         ] {
             let e = text(&h);
             assert!(e.contains(message), "{e}\n{message}");

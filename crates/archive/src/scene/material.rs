@@ -50,7 +50,7 @@ impl ModelBuilder {
 
     /// Sets a parameter. Numbers must lie in its range; the range of a texture is not looked at.
     pub fn set(&mut self, name: &str, value: Value) -> Result<&mut Self, ModelError> {
-        let (slot, param) = self.kind.param(name)?;
+        let (_, param) = self.kind.param(name)?;
         let bad = |value: String, expected: String| ModelError::BadValue {
             model: self.kind.name(),
             param: param.name,
@@ -70,6 +70,12 @@ impl ModelBuilder {
             let unit = if param.unit.is_empty() { String::new() } else { format!(" {}", param.unit) };
             return Err(bad(shown, format!("{} to {}{unit}", param.min, param.max)));
         }
+        self.set_any(name, value)
+    }
+
+    /// Sets a parameter without looking at its range: for files of programs that allow more.
+    pub fn set_any(&mut self, name: &str, value: Value) -> Result<&mut Self, ModelError> {
+        let (slot, param) = self.kind.param(name)?;
         let at = self.kind.params().iter().position(|p| p.name == name).unwrap_or_default();
         match (&value, param.width()) {
             (Value::Number(v), width) => self.slots[slot..slot + width].fill(*v),

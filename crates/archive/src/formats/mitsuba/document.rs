@@ -268,15 +268,10 @@ impl Document {
     /// Every reference has its object, and no object contains itself.
     fn check_references(&self) -> Result<(), Error> {
         for p in self.objects.iter().flat_map(|o| &o.properties) {
-            if let Value::Reference(id) = &p.value {
-                if !self.ids.contains_key(id) {
-                    return Err(Error::unknown(
-                        self.place(p.at),
-                        "id",
-                        id,
-                        self.ids.keys().map(String::as_str),
-                    ));
-                }
+            if let Value::Reference(id) = &p.value
+                && !self.ids.contains_key(id)
+            {
+                return Err(Error::unknown(self.place(p.at), "id", id, self.ids.keys().map(String::as_str)));
             }
         }
         // Depth first with an explicit stack: a chain of references may be as long as the file.
@@ -450,8 +445,9 @@ impl Reader {
         for child in node.children() {
             if child.is_element() {
                 self.element(child, c, false)?;
-            } else if child.is_text() && child.text().is_some_and(|t| !t.trim().is_empty()) {
-                let at = At { file: c.file, byte: child.range().start };
+            } else if let Some(text) = child.text().filter(|t| child.is_text() && !t.trim().is_empty()) {
+                let blanks = text.len() - text.trim_start().len();
+                let at = At { file: c.file, byte: child.range().start + blanks };
                 return Err(self.invalid(at, "expected elements, found text"));
             }
         }
@@ -620,14 +616,15 @@ impl Reader {
     }
 
     fn object(&mut self, node: Node, c: Context, root: bool) -> Result<(), Error> {
+        let is_main = self.document.objects.is_empty();
+        if node.tag_name().name() == "scene" && !is_main {
+            let at = At { file: c.file, byte: node.range().start };
+            return Err(self.invalid(at, "<scene> can only be the outermost element"));
+        }
         let allowed: &[&str] =
             if root { &["version", "type", "id", "name"] } else { &["type", "id", "name"] };
         let a = self.attributes(node, c, allowed)?;
         let class = CLASSES.iter().find(|(n, _)| *n == a.element).map_or(Class::Texture, |(_, class)| *class);
-        let is_main = self.document.objects.is_empty();
-        if class == Class::Scene && !is_main {
-            return Err(self.invalid(a.at, "<scene> can only be the outermost element"));
-        }
         let plugin =
             if class == Class::Scene { String::new() } else { self.required(&a, "type")?.0.to_string() };
         let index = self.document.objects.len();

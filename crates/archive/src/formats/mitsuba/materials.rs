@@ -7,16 +7,16 @@ use super::Builder;
 use super::document::{Class, Spectrum, Value as Written};
 use super::properties::Properties;
 use crate::formats::image;
-use crate::scene::{Material, MaterialId, Texture, TextureFilter, TextureId, Value, Wrap};
+use crate::scene::{Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, Value, Wrap};
 use crate::{Error, Place};
-use glam::{Affine2, Mat2, Vec2, Vec3};
+use glam::{Affine2, Mat2, Vec3};
 use std::path::Path;
 use std::sync::Arc;
+use yugen_optics::Image;
 use yugen_optics::spectrum::{MitsubaSpectrum, mitsuba_rgb, mitsuba_uniform_emission};
-use yugen_optics::{ColourSpace, Image};
+use yugen_reflectance::Kind;
 use yugen_reflectance::metals::{conductor_names, named_conductor};
-use yugen_reflectance::microfacet::named_ior;
-use yugen_reflectance::{Kind, ParamType};
+use yugen_reflectance::microfacet::{ior_names, named_ior};
 
 /// What a colour is for, which decides how spectra become RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,9 +50,6 @@ const BSDFS: &[&str] = &[
     "null",
 ];
 
-/// Parameters of a model by name.
-type Values = Vec<(&'static str, Value)>;
-
 impl Builder<'_> {
     pub(super) fn material(&mut self, p: Properties) -> Result<MaterialId, Error> {
         if let Some(&m) = self.materials.get(&p.index) {
@@ -60,47 +57,52 @@ impl Builder<'_> {
         }
         let id = match p.plugin() {
             "diffuse" => {
-                let values = self.values(p, &[("reflectance", "reflectance", Role::Colour)])?;
-                self.model(p, "lambert", values)?
+                let mut m = self.start(p, "lambert")?;
+                self.set(p, &mut m, "reflectance", "reflectance", Role::Colour)?;
+                self.build(p, m)?
             }
             "conductor" => {
-                let values = self.metal(p)?;
-                self.model(p, "conductor", values)?
+                let mut m = self.start(p, "conductor")?;
+                self.metal(p, &mut m)?;
+                self.build(p, m)?
             }
             "roughconductor" => {
-                let mut values = self.metal(p)?;
-                values.extend(self.roughness(p)?);
-                self.model(p, "rough_conductor", values)?
+                let mut m = self.start(p, "rough_conductor")?;
+                self.metal(p, &mut m)?;
+                self.roughness(p, &mut m)?;
+                self.build(p, m)?
             }
             "dielectric" | "thindielectric" | "roughdielectric" => {
-                let mut values = iors(p, "bk7")?;
-                let colours =
-                    ["specular_reflectance", "specular_transmittance"].map(|n| (n, n, Role::Colour));
-                values.extend(self.values(p, &colours)?);
-                let model = match p.plugin() {
+                let name = match p.plugin() {
                     "dielectric" => "dielectric",
                     "thindielectric" => "thin_dielectric",
-                    _ => {
-                        values.extend(self.roughness(p)?);
-                        "rough_dielectric"
-                    }
+                    _ => "rough_dielectric",
                 };
-                self.model(p, model, values)?
+                let mut m = self.start(p, name)?;
+                iors(p, &mut m, "bk7")?;
+                if name == "rough_dielectric" {
+                    self.roughness(p, &mut m)?;
+                }
+                for colour in ["specular_reflectance", "specular_transmittance"] {
+                    self.set(p, &mut m, colour, colour, Role::Colour)?;
+                }
+                self.build(p, m)?
             }
             "plastic" | "roughplastic" => {
-                let mut values = iors(p, "polypropylene")?;
-                let colours = ["specular_reflectance", "diffuse_reflectance"].map(|n| (n, n, Role::Colour));
-                values.extend(self.values(p, &colours)?);
-                values
-                    .push(("nonlinear", Value::Number(f32::from(u8::from(p.boolean("nonlinear", false)?)))));
-                if p.plugin() == "plastic" {
-                    self.model(p, "plastic", values)?
-                } else {
-                    p.accept(&["sample_visible"]);
-                    values.push(distribution(p)?);
-                    values.push(("alpha", Value::Number(p.float("alpha", 0.1)? as f32)));
-                    self.model(p, "rough_plastic", values)?
+                let rough = p.plugin() == "roughplastic";
+                let mut m = self.start(p, if rough { "rough_plastic" } else { "plastic" })?;
+                iors(p, &mut m, "polypropylene")?;
+                for colour in ["specular_reflectance", "diffuse_reflectance"] {
+                    self.set(p, &mut m, colour, colour, Role::Colour)?;
                 }
+                let nonlinear = if p.boolean("nonlinear", false)? { "on" } else { "off" };
+                m.choose("nonlinear", nonlinear).map_err(|e| Error::model(p.place(), e))?;
+                if rough {
+                    p.accept(&["sample_visible"]);
+                    distribution(p, &mut m)?;
+                    put(p, &mut m, "alpha", Value::Number(p.float("alpha", 0.1)? as f32))?;
+                }
+                self.build(p, m)?
             }
             "principled" => self.principled(p)?,
             "measured" => self.measured(p)?,
@@ -161,7 +163,7 @@ impl Builder<'_> {
         Ok(id)
     }
 
-    fn push(&mut self, material: Material) -> MaterialId {
+    pub(super) fn push(&mut self, material: Material) -> MaterialId {
         self.scene.materials.push(material);
         self.scene.materials.len() - 1
     }
@@ -173,98 +175,65 @@ impl Builder<'_> {
         self.material(inner)
     }
 
-    /// A reflectance model by its name, with `values` for some of its parameters.
-    pub(super) fn model(&mut self, p: Properties, name: &str, values: Values) -> Result<MaterialId, Error> {
-        self.model_with_data(p, name, values, &[])
+    /// A reflectance model by its name.
+    fn start(&self, p: Properties, name: &str) -> Result<ModelBuilder, Error> {
+        Kind::from_name(name).map(ModelBuilder::new).map_err(|e| Error::model(p.place(), e))
     }
 
-    fn model_with_data(
+    /// The material is complete.
+    fn build(&mut self, p: Properties, model: ModelBuilder) -> Result<MaterialId, Error> {
+        let material = model.build().map_err(|e| Error::model(p.place(), e))?;
+        Ok(self.push(material))
+    }
+
+    /// Sets the parameter `ours` to the property `theirs`, where it is given.
+    fn set(
         &mut self,
         p: Properties,
-        name: &str,
-        values: Values,
-        data: &[f32],
-    ) -> Result<MaterialId, Error> {
-        let refuse = |source| Error::model(p.place(), source);
-        let kind = Kind::from_name(name).map_err(refuse)?;
-        let mut params: Vec<Value> = kind
-            .params()
-            .iter()
-            .map(|q| match q.kind {
-                ParamType::Rgb => Value::Rgb(q.default.into()),
-                _ => Value::Number(q.default[0]),
-            })
-            .collect();
-        for (name, value) in values {
-            kind.param(name).map_err(refuse)?;
-            let i = kind.params().iter().position(|q| q.name == name);
-            i.into_iter().for_each(|i| params[i] = value.clone());
+        model: &mut ModelBuilder,
+        theirs: &'static str,
+        ours: &str,
+        role: Role,
+    ) -> Result<(), Error> {
+        match self.value(p, theirs, role)? {
+            Some(value) => put(p, model, ours, value),
+            None => Ok(()),
         }
-        // The table is made from the constants; a texture counts as the parameter's default there.
-        let mut slots = kind.defaults();
-        let mut at = 0;
-        for (q, value) in kind.params().iter().zip(&params) {
-            let luminance = |c: Vec3| ColourSpace::LinearSrgb.luminance(c);
-            match (q.width(), value) {
-                (3, Value::Rgb(c)) => slots[at..at + 3].copy_from_slice(&c.to_array()),
-                (3, Value::Number(v)) => slots[at..at + 3].fill(*v),
-                (_, Value::Number(v)) => slots[at] = *v,
-                (_, Value::Rgb(c)) => slots[at] = luminance(*c),
-                (_, Value::Texture(_)) => {}
-            }
-            at += q.width();
-        }
-        let table = kind.bake(&slots, data).map_err(refuse)?.into();
-        Ok(self.push(Material::Model { kind, params, table }))
     }
 
-    /// Properties that have a value, under the names of the model's parameters.
-    fn values(
-        &mut self,
-        p: Properties,
-        list: &[(&'static str, &'static str, Role)],
-    ) -> Result<Values, Error> {
-        let mut found = Vec::new();
-        for &(theirs, ours, role) in list {
-            if let Some(value) = self.value(p, theirs, role)? {
-                found.push((ours, value));
-            }
-        }
-        Ok(found)
-    }
-
-    fn metal(&mut self, p: Properties) -> Result<Values, Error> {
-        let mut values = match p.string("material")? {
+    fn metal(&mut self, p: Properties, model: &mut ModelBuilder) -> Result<(), Error> {
+        let (eta, k) = match p.string("material")? {
             Some(_) if p.has("eta") || p.has("k") => {
                 return Err(p.invalid("'material' cannot be given together with 'eta' and 'k'"));
             }
-            Some((name, at)) => {
-                let found = named_conductor(name);
-                let (eta, k) =
-                    found.ok_or_else(|| Error::unknown(p.place_of(at), "metal", name, conductor_names()))?;
-                vec![("eta", Value::Rgb(eta)), ("k", Value::Rgb(k))]
-            }
+            Some((name, at)) => named_conductor(name)
+                .ok_or_else(|| Error::unknown(p.place_of(at), "metal", name, conductor_names()))?,
             // A perfect mirror where nothing is said.
-            None => vec![("eta", Value::Number(0.0)), ("k", Value::Number(1.0))],
+            None => (Vec3::ZERO, Vec3::ONE),
         };
-        values.extend(self.values(p, &[("eta", "eta", Role::Unbounded), ("k", "k", Role::Unbounded)])?);
-        values.extend(self.values(p, &[("specular_reflectance", "specular_reflectance", Role::Colour)])?);
-        Ok(values)
+        put(p, model, "eta", Value::Rgb(eta))?;
+        put(p, model, "k", Value::Rgb(k))?;
+        self.set(p, model, "eta", "eta", Role::Unbounded)?;
+        self.set(p, model, "k", "k", Role::Unbounded)?;
+        self.set(p, model, "specular_reflectance", "specular_reflectance", Role::Colour)
     }
 
-    fn roughness(&mut self, p: Properties) -> Result<Values, Error> {
+    fn roughness(&mut self, p: Properties, model: &mut ModelBuilder) -> Result<(), Error> {
         p.accept(&["sample_visible"]);
-        let (u, v) = if p.has("alpha_u") || p.has("alpha_v") {
+        distribution(p, model)?;
+        if p.has("alpha_u") || p.has("alpha_v") {
             if p.has("alpha") {
                 return Err(p.invalid("'alpha' cannot be given together with 'alpha_u' and 'alpha_v'"));
             }
-            let u = self.value(p, "alpha_u", Role::Number)?.ok_or_else(|| p.missing("alpha_u"))?;
-            (u, self.value(p, "alpha_v", Role::Number)?.ok_or_else(|| p.missing("alpha_v"))?)
-        } else {
-            let alpha = self.value(p, "alpha", Role::Number)?.unwrap_or(Value::Number(0.1));
-            (alpha.clone(), alpha)
-        };
-        Ok(vec![distribution(p)?, ("alpha_x", u), ("alpha_y", v)])
+            for (theirs, ours) in [("alpha_u", "alpha_x"), ("alpha_v", "alpha_y")] {
+                let alpha = self.value(p, theirs, Role::Number)?.ok_or_else(|| p.missing(theirs))?;
+                put(p, model, ours, alpha)?;
+            }
+            return Ok(());
+        }
+        let alpha = self.value(p, "alpha", Role::Number)?.unwrap_or(Value::Number(0.1));
+        put(p, model, "alpha_x", alpha.clone())?;
+        put(p, model, "alpha_y", alpha)
     }
 
     fn principled(&mut self, p: Properties) -> Result<MaterialId, Error> {
@@ -285,9 +254,10 @@ impl Builder<'_> {
             "clearcoat_sampling_rate",
             "diffuse_reflectance_sampling_rate",
         ]);
-        let mut values = self.values(p, &[("base_color", "base_color", Role::Colour)])?;
+        let mut m = self.start(p, "principled")?;
+        self.set(p, &mut m, "base_color", "base_color", Role::Colour)?;
         for name in NUMBERS {
-            values.extend(self.values(p, &[(name, name, Role::Number)])?);
+            self.set(p, &mut m, name, name, Role::Number)?;
         }
         let eta = match (p.float_or_none("eta")?, p.float_or_none("specular")?) {
             (Some(_), Some(_)) => return Err(p.invalid("'eta' and 'specular' cannot both be given")),
@@ -301,8 +271,8 @@ impl Builder<'_> {
                 2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
             }
         };
-        values.push(("eta", Value::Number(eta as f32)));
-        self.model(p, "principled", values)
+        put(p, &mut m, "eta", Value::Number(eta as f32))?;
+        self.build(p, m)
     }
 
     fn measured(&mut self, p: Properties) -> Result<MaterialId, Error> {
@@ -372,6 +342,19 @@ impl Builder<'_> {
                 // On its own this plugin is the same grey for lights too.
                 Value::Number(v as f32)
             }
+            // The white of the working space.
+            "d65" => {
+                let scale = p.float("scale", 1.0)? as f32;
+                match p.get("color").map(|c| &c.value) {
+                    Some(Written::Rgb(c)) => Value::Rgb(bounded(c.as_vec3() * scale, Role::Light, place)?),
+                    Some(other) => {
+                        return Err(
+                            p.invalid(format!("expected an rgb colour as 'color', found {}", other.kind()))
+                        );
+                    }
+                    None => Value::Number(scale),
+                }
+            }
             "rawconstant" => match p.get("value").map(|v| &v.value) {
                 Some(Written::Float(v)) => Value::Number(*v as f32),
                 Some(Written::Integer(v)) => Value::Number(*v as f32),
@@ -434,6 +417,7 @@ impl Builder<'_> {
             "mesh_attribute",
             "uniform",
             "srgb",
+            "d65",
             "regular",
             "irregular",
             "rawconstant",
@@ -533,41 +517,43 @@ impl Builder<'_> {
     }
 }
 
-/// The two-dimensional part of `to_uv`.
+/// The two-dimensional part of `to_uv`. Seen in 3.9.1: (u, v) is moved by the fourth column only, so that
+/// the third of a plain 3 x 3 matrix has no effect.
 fn to_uv(p: Properties) -> Result<Affine2, Error> {
     let m = p.transform("to_uv")?;
-    // A plain 3 x 3 matrix moves (u, v) by its third column; the steps of a transform by the fourth.
-    let moved = Vec2::new(m.w_axis.x, m.w_axis.y) + Vec2::new(m.z_axis.x, m.z_axis.y);
-    Ok(Affine2::from_mat2_translation(
-        Mat2::from_cols(m.x_axis.truncate().truncate(), m.y_axis.truncate().truncate()),
-        moved,
-    ))
+    let linear = Mat2::from_cols(m.x_axis.truncate().truncate(), m.y_axis.truncate().truncate());
+    Ok(Affine2::from_mat2_translation(linear, m.w_axis.truncate().truncate()))
 }
 
-fn distribution(p: Properties) -> Result<(&'static str, Value), Error> {
+/// Sets a parameter; the program sets no bounds where ours has them.
+fn put(p: Properties, model: &mut ModelBuilder, name: &str, value: Value) -> Result<(), Error> {
+    model.set_any(name, value).map(|_| ()).map_err(|e| Error::model(p.place(), e))
+}
+
+fn distribution(p: Properties, model: &mut ModelBuilder) -> Result<(), Error> {
     let name = p.choice("distribution", "beckmann", &["beckmann", "ggx"])?;
-    let index = yugen_reflectance::microfacet::DISTRIBUTIONS.iter().position(|d| *d == name).unwrap_or(0);
-    Ok(("distribution", Value::Number(index as f32)))
+    model.choose("distribution", name).map(|_| ()).map_err(|e| Error::model(p.place(), e))
 }
 
-fn iors(p: Properties, inside: &str) -> Result<Values, Error> {
-    let ior = |name: &'static str, default: &str| -> Result<f32, Error> {
-        let Some(property) = p.get(name) else { return Ok(named_ior(default).unwrap_or(1.5)) };
-        match &property.value {
-            Written::String(word) => named_ior(&word.to_lowercase()).ok_or_else(|| {
-                Error::unknown(p.place_of(property.at), "dielectric material", word, ior_names())
-            }),
-            _ => Ok(p.float_in(name, 1.0, |v| v > 0.0, "more than 0")? as f32),
-        }
-    };
-    Ok(vec![
-        ("int_ior", Value::Number(ior("int_ior", inside)?)),
-        ("ext_ior", Value::Number(ior("ext_ior", "air")?)),
-    ])
-}
-
-fn ior_names() -> impl Iterator<Item = &'static str> {
-    yugen_reflectance::microfacet::ior_names()
+fn iors(p: Properties, model: &mut ModelBuilder, inside: &str) -> Result<(), Error> {
+    for (name, default) in [("int_ior", inside), ("ext_ior", "air")] {
+        let (word, at) = match p.get(name) {
+            Some(property) => match &property.value {
+                Written::String(word) => (word.as_str(), property.at),
+                _ => {
+                    let ior = p.float_in(name, 1.0, |v| v > 0.0, "more than 0")?;
+                    put(p, model, name, Value::Number(ior as f32))?;
+                    continue;
+                }
+            },
+            None => (default, p.at()),
+        };
+        let ior = named_ior(&word.to_lowercase());
+        let ior =
+            ior.ok_or_else(|| Error::unknown(p.place_of(at), "dielectric material", word, ior_names()))?;
+        put(p, model, name, Value::Number(ior))?;
+    }
+    Ok(())
 }
 
 fn bounded(c: Vec3, role: Role, place: impl Fn() -> Place) -> Result<Vec3, Error> {
@@ -575,6 +561,9 @@ fn bounded(c: Vec3, role: Role, place: impl Fn() -> Place) -> Result<Vec3, Error
         return Err(Error::invalid(place(), "the colour overflows single precision"));
     }
     match role {
+        Role::Light | Role::Unbounded if c.min_element() < 0.0 => {
+            Err(Error::invalid(place(), format!("the colour {}, {}, {} cannot be negative", c.x, c.y, c.z)))
+        }
         Role::Colour if c.min_element() < 0.0 || c.max_element() > 1.0 => Err(Error::invalid(
             place(),
             format!("the colour {}, {}, {} of a surface must lie within 0 and 1", c.x, c.y, c.z),

@@ -18,33 +18,38 @@ impl<'a> Properties<'a> {
         Self { document, index, object: &document.objects[index] }
     }
 
-    pub(super) fn class(&self) -> Class {
+    pub(super) fn class(self) -> Class {
         self.object.class
     }
 
-    pub(super) fn plugin(&self) -> &'a str {
+    pub(super) fn plugin(self) -> &'a str {
         &self.object.plugin
     }
 
-    pub(super) fn id(&self) -> &'a str {
+    pub(super) fn id(self) -> &'a str {
         &self.object.id
     }
 
+    /// Where the plugin is named, in the document.
+    pub(super) fn at(self) -> At {
+        self.object.at
+    }
+
     /// Where the plugin is named.
-    pub(super) fn place(&self) -> Place {
+    pub(super) fn place(self) -> Place {
         self.document.place(self.object.at)
     }
 
-    pub(super) fn place_of(&self, at: At) -> Place {
+    pub(super) fn place_of(self, at: At) -> Place {
         self.document.place(at)
     }
 
-    pub(super) fn invalid(&self, problem: impl Into<String>) -> Error {
+    pub(super) fn invalid(self, problem: impl Into<String>) -> Error {
         Error::invalid(self.place(), problem)
     }
 
     /// This plugin is none of `known`.
-    pub(super) fn unknown_plugin(&self, known: &[&str]) -> Error {
+    pub(super) fn unknown_plugin(self, known: &[&str]) -> Error {
         let what = match self.class() {
             Class::Integrator => "integrator plugin",
             Class::Sensor => "sensor plugin",
@@ -61,34 +66,34 @@ impl<'a> Properties<'a> {
     }
 
     /// The property called `name`; from now on it counts as read.
-    pub(super) fn get(&self, name: &'static str) -> Option<&'a Property> {
+    pub(super) fn get(self, name: &'static str) -> Option<&'a Property> {
         self.object.asked.borrow_mut().insert(name);
         let p = self.object.properties.iter().find(|p| p.name == name)?;
         p.read.set(true);
         Some(p)
     }
 
-    pub(super) fn has(&self, name: &'static str) -> bool {
+    pub(super) fn has(self, name: &'static str) -> bool {
         self.get(name).is_some()
     }
 
     /// Accepted without effect: how things are sampled or stored, not what they are.
-    pub(super) fn accept(&self, names: &[&'static str]) {
+    pub(super) fn accept(self, names: &[&'static str]) {
         for name in names {
             self.get(name);
         }
     }
 
-    fn wrong(&self, p: &Property, expected: &str) -> Error {
+    fn wrong(self, p: &Property, expected: &str) -> Error {
         let at = self.document.place(p.at);
         Error::invalid(at, format!("expected {expected} as '{}', found {}", p.name, p.value.kind()))
     }
 
-    pub(super) fn float(&self, name: &'static str, default: f64) -> Result<f64, Error> {
+    pub(super) fn float(self, name: &'static str, default: f64) -> Result<f64, Error> {
         Ok(self.float_or_none(name)?.unwrap_or(default))
     }
 
-    pub(super) fn float_or_none(&self, name: &'static str) -> Result<Option<f64>, Error> {
+    pub(super) fn float_or_none(self, name: &'static str) -> Result<Option<f64>, Error> {
         let Some(p) = self.get(name) else { return Ok(None) };
         match p.value {
             Value::Float(v) => Ok(Some(v)),
@@ -99,7 +104,7 @@ impl<'a> Properties<'a> {
 
     /// A float in a range; the range is written as people write it.
     pub(super) fn float_in(
-        &self,
+        self,
         name: &'static str,
         default: f64,
         ok: impl Fn(f64) -> bool,
@@ -110,7 +115,7 @@ impl<'a> Properties<'a> {
     }
 
     pub(super) fn out_of_range(
-        &self,
+        self,
         name: &'static str,
         value: impl std::fmt::Display,
         range: &str,
@@ -119,7 +124,7 @@ impl<'a> Properties<'a> {
         Error::invalid(self.document.place(at), format!("'{name}' is {value}; expected {range}"))
     }
 
-    pub(super) fn integer(&self, name: &'static str, default: i64) -> Result<i64, Error> {
+    pub(super) fn integer(self, name: &'static str, default: i64) -> Result<i64, Error> {
         let Some(p) = self.get(name) else { return Ok(default) };
         match p.value {
             Value::Integer(v) => Ok(v),
@@ -128,7 +133,7 @@ impl<'a> Properties<'a> {
     }
 
     /// A whole number from `min` to `max`.
-    pub(super) fn count(&self, name: &'static str, default: u32, min: u32, max: u32) -> Result<u32, Error> {
+    pub(super) fn count(self, name: &'static str, default: u32, min: u32, max: u32) -> Result<u32, Error> {
         let v = self.integer(name, default.into())?;
         match u32::try_from(v) {
             Ok(v) if (min..=max).contains(&v) => Ok(v),
@@ -136,7 +141,7 @@ impl<'a> Properties<'a> {
         }
     }
 
-    pub(super) fn boolean(&self, name: &'static str, default: bool) -> Result<bool, Error> {
+    pub(super) fn boolean(self, name: &'static str, default: bool) -> Result<bool, Error> {
         let Some(p) = self.get(name) else { return Ok(default) };
         match p.value {
             Value::Boolean(v) => Ok(v),
@@ -144,7 +149,7 @@ impl<'a> Properties<'a> {
         }
     }
 
-    pub(super) fn string(&self, name: &'static str) -> Result<Option<(&'a str, At)>, Error> {
+    pub(super) fn string(self, name: &'static str) -> Result<Option<(&'a str, At)>, Error> {
         let Some(p) = self.get(name) else { return Ok(None) };
         match &p.value {
             Value::String(v) => Ok(Some((v, p.at))),
@@ -154,7 +159,7 @@ impl<'a> Properties<'a> {
 
     /// One of a few words, whatever their case.
     pub(super) fn choice(
-        &self,
+        self,
         name: &'static str,
         default: &'static str,
         known: &[&'static str],
@@ -166,7 +171,7 @@ impl<'a> Properties<'a> {
             .ok_or_else(|| Error::unknown(self.document.place(at), "choice", word, known.iter().copied()))
     }
 
-    pub(super) fn vector(&self, name: &'static str) -> Result<Option<Vec3>, Error> {
+    pub(super) fn vector(self, name: &'static str) -> Result<Option<Vec3>, Error> {
         let Some(p) = self.get(name) else { return Ok(None) };
         match p.value {
             Value::Vector(v) => Ok(Some(v.as_vec3())),
@@ -174,7 +179,7 @@ impl<'a> Properties<'a> {
         }
     }
 
-    pub(super) fn transform(&self, name: &'static str) -> Result<Mat4, Error> {
+    pub(super) fn transform(self, name: &'static str) -> Result<Mat4, Error> {
         let Some(p) = self.get(name) else { return Ok(Mat4::IDENTITY) };
         let Value::Transform(m) = p.value else { return Err(self.wrong(p, "a transform")) };
         let m = m.as_mat4();
@@ -186,7 +191,7 @@ impl<'a> Properties<'a> {
     }
 
     /// `to_world`, which must be affine and leave no dimension flat.
-    pub(super) fn to_world(&self) -> Result<Mat4, Error> {
+    pub(super) fn to_world(self) -> Result<Mat4, Error> {
         let m = self.transform("to_world")?;
         let place = || self.document.place(self.get("to_world").map_or(self.object.at, |p| p.at));
         if m.row(3) != glam::Vec4::W {
@@ -199,7 +204,7 @@ impl<'a> Properties<'a> {
     }
 
     /// The file that the property `name` names.
-    pub(super) fn file(&self, name: &'static str) -> Result<Option<PathBuf>, Error> {
+    pub(super) fn file(self, name: &'static str) -> Result<Option<PathBuf>, Error> {
         match self.string(name)? {
             Some((file, at)) => self.document.find_file(file, at).map(Some),
             None => Ok(None),
@@ -207,15 +212,15 @@ impl<'a> Properties<'a> {
     }
 
     /// The same, for a plugin that cannot do without.
-    pub(super) fn required_file(&self, name: &'static str) -> Result<PathBuf, Error> {
+    pub(super) fn required_file(self, name: &'static str) -> Result<PathBuf, Error> {
         self.file(name)?.ok_or_else(|| self.missing(name))
     }
 
-    pub(super) fn missing(&self, name: &str) -> Error {
+    pub(super) fn missing(self, name: &str) -> Error {
         self.invalid(format!("{} '{}' needs the property '{name}'", self.class().name(), self.plugin()))
     }
 
-    pub(super) fn spectrum(&self, p: &'a Property) -> Option<&'a Spectrum> {
+    pub(super) fn spectrum(self, p: &'a Property) -> Option<&'a Spectrum> {
         match &p.value {
             Value::Spectrum(s) => Some(s),
             _ => None,
@@ -223,12 +228,12 @@ impl<'a> Properties<'a> {
     }
 
     /// The object held or referred to by a property.
-    pub(super) fn object(&self, p: &Property) -> Option<Properties<'a>> {
+    pub(super) fn object(self, p: &Property) -> Option<Properties<'a>> {
         self.document.object_of(&p.value).map(|i| Properties::new(self.document, i))
     }
 
     /// Nested or referenced objects of a class, in order, whatever their names.
-    pub(super) fn children(&self, class: Class) -> Vec<Properties<'a>> {
+    pub(super) fn children(self, class: Class) -> Vec<Properties<'a>> {
         let mut found = Vec::new();
         for p in &self.object.properties {
             if let Some(child) = self.object(p).filter(|c| c.class() == class) {
@@ -240,7 +245,7 @@ impl<'a> Properties<'a> {
     }
 
     /// At most one of them.
-    pub(super) fn child(&self, class: Class) -> Result<Option<Properties<'a>>, Error> {
+    pub(super) fn child(self, class: Class) -> Result<Option<Properties<'a>>, Error> {
         let found = self.children(class);
         match found.get(1) {
             Some(second) => Err(second.invalid(format!(
@@ -254,7 +259,7 @@ impl<'a> Properties<'a> {
     }
 
     /// Everything there was has been read.
-    pub(super) fn finish(&self) -> Result<(), Error> {
+    pub(super) fn finish(self) -> Result<(), Error> {
         let Some(p) = self.object.properties.iter().find(|p| !p.read.get()) else { return Ok(()) };
         let at = self.document.place(p.at);
         let here = format!("{} '{}'", self.class().name(), self.plugin());

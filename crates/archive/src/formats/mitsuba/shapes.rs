@@ -6,7 +6,7 @@ use super::materials::Role;
 use super::properties::Properties;
 use crate::Error;
 use crate::formats::{obj, ply, read_file, serialized};
-use crate::scene::{Geometry, GroupId, MaterialId, Mesh, Shape, Value};
+use crate::scene::{Geometry, GroupId, Material, MaterialId, Mesh, Shape, Value};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -106,7 +106,7 @@ impl Builder<'_> {
         };
         let material = match p.child(Class::Bsdf)? {
             Some(b) => self.material(b)?,
-            None => self.default_material(p, emission.is_some())?,
+            None => self.default_material(emission.is_some()),
         };
         if name.is_empty() {
             name = p.plugin().to_string();
@@ -141,14 +141,14 @@ impl Builder<'_> {
     }
 
     /// Grey, or black where the shape emits.
-    fn default_material(&mut self, p: Properties, emits: bool) -> Result<MaterialId, Error> {
+    fn default_material(&mut self, emits: bool) -> MaterialId {
         if let Some(m) = self.defaults[usize::from(emits)] {
-            return Ok(m);
+            return m;
         }
         let grey = if emits { 0.0 } else { 0.5 };
-        let m = self.model(p, "lambert", vec![("reflectance", Value::Number(grey))])?;
+        let m = self.push(Material::lambert(Value::Number(grey)));
         self.defaults[usize::from(emits)] = Some(m);
-        Ok(m)
+        m
     }
 
     fn instance(&mut self, p: Properties, to_world: Mat4) -> Result<Shape, Error> {
