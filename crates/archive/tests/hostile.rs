@@ -92,14 +92,65 @@ fn mutate(seed: &[u8], other: &[u8], rng: &mut Pcg32) -> Vec<u8> {
     out
 }
 
+/// Mistakes that leave the XML well-formed and so get further: attributes of others, lies, lines lost and
+/// doubled.
+fn rewrite(seed: &[u8], rng: &mut Pcg32) -> Vec<u8> {
+    const LIES: [&str; 12] = [
+        "",
+        "0",
+        "-1",
+        "1e39",
+        "1e-45",
+        "9223372036854775808",
+        "nan",
+        "$n",
+        "$",
+        "..",
+        "/etc/passwd",
+        "400:1, 300:2",
+    ];
+    let mut below = |n: usize| ((u64::from(rng.next_u32()) * n.max(1) as u64) >> 32) as usize;
+    let mut lines: Vec<String> = String::from_utf8_lossy(seed).lines().map(String::from).collect();
+    for _ in 0..1 + below(3) {
+        let parts: Vec<String> = lines.join("\n").split('"').map(String::from).collect();
+        let values: Vec<&String> = parts.iter().skip(1).step_by(2).collect();
+        match below(4) {
+            0 if lines.len() > 3 => drop(lines.remove(2 + below(lines.len() - 3))),
+            1 => {
+                let (from, to) = (below(lines.len()), below(lines.len()));
+                let copy = lines[from].clone();
+                lines.insert(to, copy);
+            }
+            _ if !values.is_empty() => {
+                let new = match below(3) {
+                    0 => LIES[below(LIES.len())].to_string(),
+                    _ => values[below(values.len())].clone(),
+                };
+                let at = 2 * below(values.len()) + 1;
+                let mut parts = parts.clone();
+                parts[at] = new;
+                lines = parts.join("\"").lines().map(String::from).collect();
+            }
+            _ => {}
+        }
+    }
+    lines.join("\n").into_bytes()
+}
+
 /// Reads mutations of the seeds. A seed itself must be good, or its mutations would test nothing.
 fn assault(name: &str, seeds: &[Vec<u8>], read: impl Fn(&[u8]) -> bool) {
+    assault_with(name, seeds, mutate, read);
+}
+
+type Mutation = fn(&[u8], &[u8], &mut Pcg32) -> Vec<u8>;
+
+fn assault_with(name: &str, seeds: &[Vec<u8>], mutate: Mutation, read: impl Fn(&[u8]) -> bool) {
     let mut rng = Pcg32::new(20, 1);
     let (mut good, mut worst) = (0, 0);
     for seed in seeds {
         assert!(read(seed), "{name}: the seed itself is refused");
     }
-    const ROUNDS: usize = 3000;
+    const ROUNDS: usize = 20_000;
     for i in 0..ROUNDS {
         let (seed, other) = (&seeds[i % seeds.len()], &seeds[(i / 7) % seeds.len()]);
         let bytes = mutate(seed, other, &mut rng);
@@ -256,7 +307,7 @@ fn mitsuba_scenes() {
 <bsdf type="twosided" id="m"><bsdf type="diffuse"><ref name="reflectance" id="t"/></bsdf></bsdf><alias id="m" as="m2"/>
 <bsdf type="roughconductor"><string name="material" value="Au"/><ref name="alpha" id="t"/></bsdf>
 <bsdf type="mask" id="k"><float name="opacity" value="0.5"/>
-<bsdf type="roughplastic"><string name="int_ior" value="water"/></bsdf></bsdf>
+<bsdf type="dielectric"><string name="int_ior" value="water"/></bsdf></bsdf>
 <shape type="sphere"><point name="center" x="1" y="2" z="3"/><ref id="m2"/>
 <emitter type="area"><spectrum name="radiance" value="400:1, 700:2"/></emitter></shape>
 <shape type="shapegroup" id="g"><shape type="cube"><ref id="k"/></shape>
@@ -264,13 +315,15 @@ fn mitsuba_scenes() {
 <shape type="instance"><ref id="g"/><transform name="to_world"><translate x="3"/></transform></shape>
 <emitter type="spot"><rgb name="intensity" value="3"/></emitter><emitter type="constant"/></scene>"#;
     let options = Options { defines: vec![("n".into(), "7".into())], ..Options::default() };
-    assault("Mitsuba XML", &[seed.to_vec()], |b| match mitsuba::read(b, Path::new(FILE), &options) {
+    let read = |b: &[u8]| match mitsuba::read(b, Path::new(FILE), &options) {
         Ok(scene) => scene.cameras.len() == 1,
         Err(e) => {
             assert!(e.to_string().contains(FILE), "{e}");
             false
         }
-    });
+    };
+    assault("Mitsuba XML, bytes", &[seed.to_vec()], read);
+    assault_with("Mitsuba XML, words", &[seed.to_vec()], |seed, _, rng| rewrite(seed, rng), read);
 }
 
 #[test]

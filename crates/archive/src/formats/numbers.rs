@@ -12,6 +12,14 @@ pub(crate) struct Scanner<'a> {
     path: &'a Path,
 }
 
+/// A position in the text of a [`Scanner`].
+#[derive(Clone, Copy)]
+pub(crate) struct Mark {
+    at: usize,
+    line: usize,
+    line_start: usize,
+}
+
 impl<'a> Scanner<'a> {
     pub(crate) fn new(bytes: &'a [u8], path: &'a Path) -> Self {
         Self { bytes, at: 0, line: 1, line_start: 0, path }
@@ -32,9 +40,20 @@ impl<'a> Scanner<'a> {
         Place::line(self.path, 1, 1)
     }
 
+    /// Where it stands, to be named only if something turns out to be wrong there.
+    #[inline]
+    pub(crate) fn mark(&self) -> Mark {
+        Mark { at: self.at, line: self.line, line_start: self.line_start }
+    }
+
+    /// The place of a mark.
+    pub(crate) fn place_of(&self, m: Mark) -> Place {
+        Place::line(self.path, m.line, m.at - m.line_start + 1)
+    }
+
     /// Where it stands.
     pub(crate) fn place(&self) -> Place {
-        Place::line(self.path, self.line, self.at - self.line_start + 1)
+        self.place_of(self.mark())
     }
 
     /// "Expected this, found that" for what comes next.

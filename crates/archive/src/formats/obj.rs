@@ -147,7 +147,7 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
         if s.at_end() {
             break;
         }
-        let at = s.place();
+        let at = s.mark();
         match s.word() {
             b"v" => {
                 points.push(vec3(&mut s, "x, y and z")?);
@@ -191,12 +191,12 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
                 }
                 if polygon.len() < 3 {
                     return Err(Error::invalid(
-                        at,
+                        s.place_of(at),
                         format!("a face has at least 3 corners, this one has {}", polygon.len()),
                     ));
                 }
                 if corners.keys.len() >= NONE as usize {
-                    return Err(too_many(at));
+                    return Err(too_many(s.place_of(at)));
                 }
                 for k in 2..polygon.len() {
                     obj.mesh.triangles.push([polygon[0], polygon[k - 1], polygon[k]]);
@@ -227,7 +227,7 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
                 if !SKIPPED.contains(&&*word) {
                     let shown: String = word.chars().take(40).collect();
                     return Err(Error::unknown(
-                        at,
+                        s.place_of(at),
                         "OBJ statement",
                         &shown,
                         READ.iter().chain(SKIPPED).copied(),
@@ -281,12 +281,15 @@ fn too_many(at: Place) -> Error {
 
 fn number(s: &mut Scanner, what: &str) -> Result<f32, Error> {
     s.blanks();
-    let at = s.place();
+    let at = s.mark();
     let value = s.float().ok_or_else(|| s.expected(&format!("{what} as a finite number")))? as f32;
     if value.is_finite() {
         Ok(value)
     } else {
-        Err(Error::invalid(at, format!("expected {what} within single precision, which ends at 3.4e38")))
+        Err(Error::invalid(
+            s.place_of(at),
+            format!("expected {what} within single precision, which ends at 3.4e38"),
+        ))
     }
 }
 
@@ -297,7 +300,7 @@ fn vec3(s: &mut Scanner, what: &str) -> Result<Vec3, Error> {
 /// An index from zero, made from one that counts from one, or back from the end where negative.
 #[inline]
 fn index(s: &mut Scanner, count: usize, what: &str) -> Result<u32, Error> {
-    let at = s.place();
+    let at = s.mark();
     let value = s.integer().ok_or_else(|| s.expected(&format!("the index of a {what}")))?;
     let zero_based = if value < 0 { value + count as i64 } else { value - 1 };
     if value == 0 || zero_based < 0 || zero_based >= (count as i64).min(NONE.into()) {
@@ -306,7 +309,7 @@ fn index(s: &mut Scanner, count: usize, what: &str) -> Result<u32, Error> {
         } else {
             format!("there are {count} so far, counted from 1")
         };
-        return Err(Error::invalid(at, format!("{what} {value} does not exist; {range}")));
+        return Err(Error::invalid(s.place_of(at), format!("{what} {value} does not exist; {range}")));
     }
     Ok(zero_based as u32)
 }

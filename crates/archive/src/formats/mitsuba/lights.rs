@@ -7,6 +7,8 @@ use super::sensors::field_of_view;
 use crate::Error;
 use crate::scene::{Light, Texture, Value};
 use glam::{Mat4, Vec3};
+use std::sync::Arc;
+use yugen_optics::Image;
 
 impl Builder<'_> {
     pub(super) fn light(&mut self, p: Properties) -> Result<Light, Error> {
@@ -63,7 +65,12 @@ impl Builder<'_> {
             "envmap" => {
                 p.accept(&["mis_compensation"]);
                 let file = p.required_file("filename")?;
-                let image = self.image(&file, false)?;
+                let mut image = self.image(&file, false)?;
+                if image.channels.len() == 1 {
+                    let mut grey = Image::rgb(image.width, image.height);
+                    grey.data = image.data.iter().flat_map(|v| [*v; 3]).collect();
+                    image = Arc::new(grey);
+                }
                 Light::Environment { image, scale: p.float("scale", 1.0)? as f32, to_world: p.to_world()? }
             }
             "projector" => self.projector(p)?,

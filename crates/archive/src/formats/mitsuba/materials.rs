@@ -6,7 +6,7 @@
 use super::Builder;
 use super::document::{Class, Spectrum, Value as Written};
 use super::properties::Properties;
-use crate::formats::image;
+use crate::formats::{image, measured};
 use crate::scene::{Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, Value, Wrap};
 use crate::{Error, Place};
 use glam::{Affine2, Mat2, Vec3};
@@ -277,10 +277,9 @@ impl Builder<'_> {
 
     fn measured(&mut self, p: Properties) -> Result<MaterialId, Error> {
         let file = p.required_file("filename")?;
-        Err(Error::invalid(
-            p.place(),
-            format!("measured materials such as '{}' cannot be read from here yet", file.display()),
-        ))
+        let mut m = self.start(p, "rgl")?;
+        m.data(measured::read(&file, m.kind(), self.scene.working_space)?);
+        self.build(p, m)
     }
 
     /// The value of a property that may be a number, a colour, a spectrum or a texture.

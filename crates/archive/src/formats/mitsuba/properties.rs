@@ -262,7 +262,10 @@ impl<'a> Properties<'a> {
     pub(super) fn finish(self) -> Result<(), Error> {
         let Some(p) = self.object.properties.iter().find(|p| !p.read.get()) else { return Ok(()) };
         let at = self.document.place(p.at);
-        let here = format!("{} '{}'", self.class().name(), self.plugin());
+        let here = match self.plugin() {
+            "" => format!("<{}>", self.class().name()),
+            plugin => format!("{} '{plugin}'", self.class().name()),
+        };
         if let Some(child) = self.object(p) {
             let problem = format!("{here} has no use for the {} '{}'", child.class().name(), child.plugin());
             return Err(Error::invalid(at, problem));

@@ -393,6 +393,15 @@ fn mistakes_are_named_with_file_line_column_and_the_nearest_word() {
         ("<shape type=\"instance\"/>", "2:14: an instance needs a <ref> to a shape of type 'shapegroup'"),
         ("<shape type=\"obj\"/>", "2:14: shape 'obj' needs the property 'filename'"),
         ("<scene version=\"3.0.0\"/>", "2:1: <scene> can only be the outermost element"),
+        ("<film type=\"hdrfilm\"/>", "2:1: <scene> has no use for the film 'hdrfilm'"),
+        (
+            "<bsdf type=\"measured\"><string name=\"filename\" value=\"a.bsdf\"/></bsdf>",
+            "2:23: there is no file 'a.bsdf'",
+        ),
+        (
+            "<bsdf type=\"principled\"><float name=\"eta\" value=\"1.3\"/><float name=\"specular\" value=\"0.3\"/></bsdf>",
+            "2:13: 'eta' and 'specular' cannot both be given",
+        ),
         ("hello", "2:1: expected elements, found text"),
         ("<shape type=\"sphere\"", "not well-formed XML"),
         (
@@ -831,6 +840,10 @@ fn colours_and_materials_are_those_of_mitsuba() {
     assert!(gold_eta.abs().max_element() < 1.5e-5, "{gold_eta}");
     // Below what our table of parameters calls sensible, and taken all the same.
     assert_near(material(gold, "alpha_y"), [0.0005; 3], "alpha");
+    // F0 = 0.04 by default: 1.5 to the rounding of the formula.
+    let disney = "<bsdf type=\"principled\"><rgb name=\"base_color\" value=\"1 0.5 0\"/><float name=\"metallic\" value=\"0.5\"/></bsdf>";
+    assert_near(material(disney, "base_color"), [1.0, 0.5, 0.0], "base colour");
+    assert_near(material(disney, "eta"), [1.5; 3], "eta");
     // The ratio is what Mitsuba shows: 1.4895873 and 1.5041833.
     for (bsdf, ratio) in [("plastic", 1.4895873), ("dielectric", 1.5041833)] {
         let text = format!("<bsdf type=\"{bsdf}\"/>");
