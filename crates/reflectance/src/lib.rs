@@ -52,6 +52,7 @@ model::models! {
     principled::Principled,
     merl::Merl,
     rgl::Rgl,
+    tabulated::Tabulated,
     microcylinder::Microcylinder,
     gold_thread::GoldThread,
     structural_colour::StructuralColour,

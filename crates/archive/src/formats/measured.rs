@@ -1,6 +1,6 @@
 //! Measured reflectance: which file feeds which model.
 
-use super::merl;
+use super::{goniometer, merl, rgl};
 use crate::disk::read_bounded;
 use crate::{Error, Place};
 use std::path::Path;
@@ -18,7 +18,20 @@ struct Source {
 }
 
 /// One line a format.
-const SOURCES: &[Source] = &[Source { model: "merl", read: merl::read, limit: 1 << 26 }];
+const SOURCES: &[Source] = &[
+    Source { model: "merl", read: merl::read, limit: 1 << 26 },
+    // An anisotropic measurement with 195 wavelengths has 106 MB.
+    Source {
+        model: "rgl",
+        read: |bytes, file, space| Ok(rgl::read(bytes, file, space)?.to_data()),
+        limit: 1 << 30,
+    },
+    Source {
+        model: "tabulated",
+        read: |bytes, file, space| Ok(goniometer::read(bytes, file, space)?.to_data()),
+        limit: 1 << 28,
+    },
+];
 
 /// The numbers of `file` as the model `kind` bakes them, colours in `space`.
 pub fn read(file: &Path, kind: Kind, space: ColourSpace) -> Result<Vec<f32>, Error> {

@@ -1,6 +1,7 @@
 //! One file per format.
 
 mod folders;
+pub mod goniometer;
 pub mod image;
 pub mod measured;
 pub mod merl;

@@ -201,7 +201,7 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
         let (_, wavelengths) = t.floats("wavelengths", 1)?;
         let wavelengths: Vec<f64> = wavelengths.into_iter().map(f64::from).collect();
         let rising = wavelengths.len() >= 2 && wavelengths.windows(2).all(|w| w[0] < w[1]);
-        if !rising || !(wavelengths[0] < 780.0 && wavelengths[wavelengths.len() - 1] > 380.0) {
+        if !(rising && wavelengths[0] < 780.0 && wavelengths[wavelengths.len() - 1] > 380.0) {
             return Err(t.error("field 'wavelengths' must rise and reach into the visible, in nm".into()));
         }
         ("spectra", Sensor::reflectance_at(space, wavelengths).weights().to_vec())
