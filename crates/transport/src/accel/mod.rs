@@ -1,6 +1,6 @@
 //! The hierarchy that rays are traced through: nodes of eight boxes, leaves of eight triangles.
 //!
-//! * Build: binned surface-area heuristic straight to wide nodes (`build.rs`).
+//! * Build: binned surface-area heuristic to a binary tree, from which the best wide nodes are picked (`build.rs`).
 //! * Boxes: slabs with one fused multiply-add a plane; the ray's constants are widened so that no box is
 //!   missed that the exact ray touches (`traverse.rs`).
 //! * Triangles: Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection". An edge function of
