@@ -1,7 +1,11 @@
 //! One file per format.
 
 mod folders;
+<<<<<<< HEAD
 pub mod goniometer;
+=======
+pub mod gltf;
+>>>>>>> 45ade42 (Read glTF 2.0: meshes, skins, morphs, instances, cameras, lights and materials with their extensions)
 pub mod image;
 pub mod measured;
 pub mod merl;
@@ -39,6 +43,7 @@ pub struct Format {
 /// Every format that scenes come in.
 pub const FORMATS: &[Format] = &[
     Format { name: "Yugen TOML", extensions: &["toml"], read: toml::read },
+    Format { name: "glTF 2.0", extensions: &["glb", "gltf"], read: gltf::read },
     Format { name: "Mitsuba 3 XML", extensions: &["xml"], read: mitsuba::read },
 ];
 

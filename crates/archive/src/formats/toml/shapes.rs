@@ -3,10 +3,10 @@
 use super::document::{Item, Keys};
 use super::materials::Role;
 use super::{Reader, bare_shape, placed};
-use crate::Error;
-use crate::formats::{obj, ply, read_file, serialized};
+use crate::{Error, Scene};
+use crate::formats::{gltf, obj, ply, read_file, serialized};
 use crate::scene::primitives::{Drape, Support, ball, block, drape, grid};
-use crate::scene::{Geometry, MaterialId, Mesh, Shape};
+use crate::scene::{Geometry, Material, MaterialId, Mesh, Shape, Texture, Value};
 use glam::{Mat4, Vec3};
 use std::path::Path;
 use std::sync::Arc;
@@ -227,15 +227,61 @@ impl<'a> Reader<'a> {
                 shape.face_normals = read.face_normals;
                 out.push(shape);
             }
+            "glb" | "gltf" => {
+                let scene = gltf::read_into(self.scene.working_space, &read_file(&path)?, &path, &self.folders)?;
+                self.adopt(scene, to_world, material, out);
+            }
             other => {
                 return Err(item.unknown(
                     "mesh or scene file extension",
                     other,
-                    ["obj", "ply", "serialized"],
+                    ["obj", "ply", "serialized", "glb", "gltf"],
                 ));
             }
         }
         Ok(())
+    }
+
+    /// Takes over the shapes of another scene, their indices moved behind ours; its lights and cameras stay.
+    fn adopt(&mut self, other: Scene, to_world: Mat4, material: Option<MaterialId>, out: &mut Vec<Shape>) {
+        let (t, m, g) = (self.scene.textures.len(), self.scene.materials.len(), self.scene.groups.len());
+        let shift = |v: Value| if let Value::Texture(id) = v { Value::Texture(id + t) } else { v };
+        self.scene.textures.extend(other.textures.into_iter().map(|texture| match texture {
+            Texture::Scaled { texture, factor } => Texture::Scaled { texture: texture + t, factor },
+            Texture::Checkerboard { even, odd, to_uv } => {
+                Texture::Checkerboard { even: shift(even), odd: shift(odd), to_uv }
+            }
+            own @ (Texture::Image { .. } | Texture::MeshAttribute { .. }) => own,
+        }));
+        self.scene.materials.extend(other.materials.into_iter().map(|material| match material {
+            Material::Model { kind, params, table } => {
+                Material::Model { kind, params: params.into_iter().map(shift).collect(), table }
+            }
+            Material::TwoSided { front, back } => Material::TwoSided { front: front + m, back: back + m },
+            Material::Mask { opacity, base } => Material::Mask { opacity: shift(opacity), base: base + m },
+            Material::Blend { weight, first, second } => {
+                Material::Blend { weight: shift(weight), first: first + m, second: second + m }
+            }
+            Material::Sum(all) => Material::Sum(all.into_iter().map(|id| id + m).collect()),
+            Material::NormalMap { texture, scale, base } => {
+                Material::NormalMap { texture: texture + t, scale, base: base + m }
+            }
+            Material::BumpMap { texture, scale, base } => Material::BumpMap { texture: texture + t, scale, base: base + m },
+            Material::Null => Material::Null,
+        }));
+        let own = |mut shape: Shape| {
+            shape.material = material.unwrap_or(shape.material + m);
+            shape.emission = shape.emission.map(shift);
+            if let Geometry::Instance(group) = &mut shape.geometry {
+                *group += g;
+            }
+            shape
+        };
+        self.scene.groups.extend(other.groups.into_iter().map(|shapes| shapes.into_iter().map(own).collect::<Vec<_>>()));
+        out.extend(other.shapes.into_iter().map(own).map(|mut shape| {
+            shape.to_world = to_world * shape.to_world;
+            shape
+        }));
     }
 
     /// The material `name` of an OBJ file's libraries; grey where there is none.
