@@ -454,7 +454,11 @@ impl Document {
         let mut deserializer = serde_json::Deserializer::from_slice(json);
         let root = Root::deserialize(&mut deserializer).map_err(|e| {
             // In a .glb the lines are those of the JSON inside, which is one line as a rule.
-            let at = if offset == 0 { Place::line(path, e.line(), e.column()) } else { Place::byte(path, (offset + e.column()) as u64) };
+            let at = if offset == 0 {
+                Place::line(path, e.line(), e.column())
+            } else {
+                Place::byte(path, (offset + e.column()) as u64)
+            };
             Error::invalid(at, format!("this is no glTF: {e}"))
         })?;
         let mut document = Self { root, at: Place::file(path), buffers: Vec::new() };
@@ -465,7 +469,8 @@ impl Document {
                 None => Vec::new(),
             };
             if data.len() < buffer.byte_length {
-                let problem = format!("buffer {i} has {} bytes, not the {} it should", data.len(), buffer.byte_length);
+                let problem =
+                    format!("buffer {i} has {} bytes, not the {} it should", data.len(), buffer.byte_length);
                 return Err(document.invalid(problem));
             }
             data.truncate(buffer.byte_length);
@@ -480,14 +485,16 @@ impl Document {
 
     /// Element `index` of a list of the file.
     pub fn entry<'a, T>(&self, list: &'a [T], index: usize, what: &str) -> Result<&'a T, Error> {
-        list.get(index).ok_or_else(|| self.invalid(format!("there is no {what} {index}; the file has {}", list.len())))
+        list.get(index)
+            .ok_or_else(|| self.invalid(format!("there is no {what} {index}; the file has {}", list.len())))
     }
 
     /// The bytes a URI stands for: in itself, or of a file beside this one.
     pub fn fetch(&self, uri: &str, folders: &Folders) -> Result<Vec<u8>, Error> {
         match uri.strip_prefix("data:") {
             Some(data) => {
-                let (_, data) = data.split_once(";base64,").ok_or_else(|| self.invalid("a data URI is not in base64"))?;
+                let (_, data) =
+                    data.split_once(";base64,").ok_or_else(|| self.invalid("a data URI is not in base64"))?;
                 base64(data).ok_or_else(|| self.invalid("a data URI is not proper base64"))
             }
             None => read_file(&folders.find(&percent_decode(uri), self.at.clone())?),
@@ -498,12 +505,20 @@ impl Document {
         let view = self.entry(&self.root.buffer_views, index, "buffer view")?;
         let buffer = self.entry(&self.buffers, view.buffer, "buffer")?;
         let end = view.byte_offset.checked_add(view.byte_length);
-        end.and_then(|end| buffer.get(view.byte_offset..end))
-            .ok_or_else(|| self.invalid(format!("buffer view {index} goes beyond its buffer of {} bytes", buffer.len())))
+        end.and_then(|end| buffer.get(view.byte_offset..end)).ok_or_else(|| {
+            self.invalid(format!("buffer view {index} goes beyond its buffer of {} bytes", buffer.len()))
+        })
     }
 
     /// `count` elements of `size` bytes each, packed, from a place in a view; `stride` bytes from one to the next.
-    fn gather(&self, view: usize, offset: usize, stride: usize, count: usize, size: usize) -> Result<Vec<u8>, Error> {
+    fn gather(
+        &self,
+        view: usize,
+        offset: usize,
+        stride: usize,
+        count: usize,
+        size: usize,
+    ) -> Result<Vec<u8>, Error> {
         let bytes = self.view(view)?;
         let fits = count == 0
             || (count - 1)
@@ -525,34 +540,52 @@ impl Document {
     /// The packed bytes of an accessor of `width` components per element, and the size of a component.
     fn packed(&self, index: usize, width: usize) -> Result<(Vec<u8>, usize), Error> {
         let a = self.entry(&self.root.accessors, index, "accessor")?;
-        let size = component_size(a.component_type).filter(|_| shape_width(&a.shape) == Some(width)).ok_or_else(|| {
-            let problem = format!("accessor {index} holds {} of component type {}; expected {width} components", a.shape, a.component_type);
-            self.invalid(problem)
-        })?;
+        let size = component_size(a.component_type)
+            .filter(|_| shape_width(&a.shape) == Some(width))
+            .ok_or_else(|| {
+                let problem = format!(
+                    "accessor {index} holds {} of component type {}; expected {width} components",
+                    a.shape, a.component_type
+                );
+                self.invalid(problem)
+            })?;
         let wide = width * size;
         let mut bytes = match a.buffer_view {
             Some(view) => {
-                let stride = self.entry(&self.root.buffer_views, view, "buffer view")?.byte_stride.unwrap_or(wide);
+                let stride =
+                    self.entry(&self.root.buffer_views, view, "buffer view")?.byte_stride.unwrap_or(wide);
                 self.gather(view, a.byte_offset, stride, a.count, wide)?
             }
             None if a.count.saturating_mul(width) > MAX_ZEROS => {
                 let at = self.at.clone();
                 let what = format!("the size of accessor {index}, which has no data,");
-                return Err(Error::TooLarge { at, what, asked: a.count as u64, limit: (MAX_ZEROS / width) as u64 });
+                return Err(Error::TooLarge {
+                    at,
+                    what,
+                    asked: a.count as u64,
+                    limit: (MAX_ZEROS / width) as u64,
+                });
             }
             None => vec![0; a.count * wide],
         };
         if let Some(sparse) = &a.sparse {
             let Some(index_size) = component_size(sparse.indices.component_type) else {
-                return Err(self.invalid(format!("the sparse indices of accessor {index} have no known type")));
+                return Err(
+                    self.invalid(format!("the sparse indices of accessor {index} have no known type"))
+                );
             };
             let from = &sparse.indices;
-            let indices = self.gather(from.buffer_view, from.byte_offset, index_size, sparse.count, index_size)?;
-            let values = self.gather(sparse.values.buffer_view, sparse.values.byte_offset, wide, sparse.count, wide)?;
+            let indices =
+                self.gather(from.buffer_view, from.byte_offset, index_size, sparse.count, index_size)?;
+            let values =
+                self.gather(sparse.values.buffer_view, sparse.values.byte_offset, wide, sparse.count, wide)?;
             for (i, value) in indices.chunks_exact(index_size).zip(values.chunks_exact(wide)) {
                 let element = unsigned(i) as usize;
                 let Some(slot) = bytes.get_mut(element * wide..(element + 1) * wide) else {
-                    return Err(self.invalid(format!("accessor {index} replaces its element {element}, but has only {}", a.count)));
+                    return Err(self.invalid(format!(
+                        "accessor {index} replaces its element {element}, but has only {}",
+                        a.count
+                    )));
                 };
                 slot.copy_from_slice(value);
             }
@@ -564,9 +597,12 @@ impl Document {
     pub fn floats(&self, index: usize, width: usize) -> Result<Vec<f32>, Error> {
         let (bytes, size) = self.packed(index, width)?;
         let a = &self.root.accessors[index];
-        let values: Vec<f32> = bytes.chunks_exact(size).map(|c| component(c, a.component_type, a.normalized)).collect();
+        let values: Vec<f32> =
+            bytes.chunks_exact(size).map(|c| component(c, a.component_type, a.normalized)).collect();
         if values.iter().any(|v| !v.is_finite()) {
-            return Err(self.invalid(format!("accessor {index} holds values that are not finite; expected numbers")));
+            return Err(
+                self.invalid(format!("accessor {index} holds values that are not finite; expected numbers"))
+            );
         }
         Ok(values)
     }
@@ -580,7 +616,8 @@ impl Document {
     /// Components per element.
     pub fn width(&self, index: usize) -> Result<usize, Error> {
         let a = self.entry(&self.root.accessors, index, "accessor")?;
-        shape_width(&a.shape).ok_or_else(|| self.invalid(format!("accessor {index} is of the unknown type '{}'", a.shape)))
+        shape_width(&a.shape)
+            .ok_or_else(|| self.invalid(format!("accessor {index} is of the unknown type '{}'", a.shape)))
     }
 }
 
@@ -634,7 +671,8 @@ fn split_glb<'a>(bytes: &'a [u8], path: &Path) -> Result<(&'a [u8], Option<&'a [
         let length = word(at)? as usize;
         (bytes.get(at + 4..at + 8)? == kind).then(|| bytes.get(at + 8..)?.get(..length)).flatten()
     };
-    let json = chunk(12, b"JSON").ok_or_else(|| invalid(12, "expected a JSON chunk that lies within the file"))?;
+    let json =
+        chunk(12, b"JSON").ok_or_else(|| invalid(12, "expected a JSON chunk that lies within the file"))?;
     let next = 20 + json.len().next_multiple_of(4);
     match chunk(next, b"BIN\0") {
         Some(binary) => Ok((json, Some(binary))),
@@ -678,7 +716,9 @@ fn percent_decode(text: &str) -> String {
     let mut rest = text.as_bytes();
     while let [first, tail @ ..] = rest {
         let hex = (*first == b'%').then(|| tail.get(..2)).flatten().and_then(|h| std::str::from_utf8(h).ok());
-        let code = hex.filter(|h| h.bytes().all(|b| b.is_ascii_hexdigit())).and_then(|h| u8::from_str_radix(h, 16).ok());
+        let code = hex
+            .filter(|h| h.bytes().all(|b| b.is_ascii_hexdigit()))
+            .and_then(|h| u8::from_str_radix(h, 16).ok());
         out.push(code.unwrap_or(*first));
         rest = if code.is_some() { &tail[2..] } else { tail };
     }
@@ -692,7 +732,8 @@ mod tests {
     #[test]
     fn base64_and_escapes_as_in_the_rfcs() {
         // RFC 4648, section 10.
-        for (text, code) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+        for (text, code) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
             assert_eq!(base64(code).unwrap(), text.as_bytes());
         }
         assert_eq!(base64("Zg*="), None);

@@ -2,9 +2,9 @@
 
 use super::document::{MaterialEntry, TextureInfo};
 use super::{Finish, Reader};
+use crate::Error;
 use crate::formats::image;
 use crate::scene::{Material, ModelBuilder, Texture, TextureFilter, TextureId, Value, Wrap};
-use crate::Error;
 use glam::{Affine2, Mat2, Mat3, Vec2, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -35,7 +35,11 @@ impl Reader<'_> {
         let base_colour = match &pbr.base_color_texture {
             Some(info) => {
                 if coloured {
-                    tracing::warn!("{}: the vertex colours under the texture of '{}' are not used", self.doc.at, entry.name);
+                    tracing::warn!(
+                        "{}: the vertex colours under the texture of '{}' are not used",
+                        self.doc.at,
+                        entry.name
+                    );
                 }
                 self.scaled(info, false, None, self.factor([r, g, b]))?
             }
@@ -46,7 +50,8 @@ impl Reader<'_> {
             None => self.colour([r, g, b]),
         };
 
-        let strength = entry.extensions.emissive_strength.as_ref().map_or(1.0, |e| e.emissive_strength).clamp(0.0, 1e9);
+        let strength =
+            entry.extensions.emissive_strength.as_ref().map_or(1.0, |e| e.emissive_strength).clamp(0.0, 1e9);
         let glow = Vec3::from_array(entry.emissive_factor).clamp(Vec3::ZERO, Vec3::splat(1e6)) * strength;
         let mut emission = match (&entry.emissive_texture, glow != Vec3::ZERO) {
             (_, false) => None,
@@ -78,12 +83,19 @@ impl Reader<'_> {
                     None => (a * alpha).clamp(0.0, 1.0),
                 };
                 match &pbr.base_color_texture {
-                    Some(info) => Some(self.baked(info, "A", opacity)?.unwrap_or(Value::Number(opacity(1.0)))),
+                    Some(info) => {
+                        Some(self.baked(info, "A", opacity)?.unwrap_or(Value::Number(opacity(1.0))))
+                    }
                     None => Some(Value::Number(opacity(1.0))),
                 }
             }
             other => {
-                return Err(Error::unknown(self.doc.at.clone(), "alpha mode", other, ["OPAQUE", "MASK", "BLEND"]));
+                return Err(Error::unknown(
+                    self.doc.at.clone(),
+                    "alpha mode",
+                    other,
+                    ["OPAQUE", "MASK", "BLEND"],
+                ));
             }
         };
         if let Some(opacity) = opacity.filter(|o| *o != Value::Number(1.0)) {
@@ -104,31 +116,46 @@ impl Reader<'_> {
         }
         if let Some(s) = &x.specular {
             values.push(("specular", self.number(s.specular_factor, s.specular_texture.as_ref(), 3)?));
-            values.push(("specular_color", self.tinted(s.specular_color_factor, s.specular_color_texture.as_ref())?));
+            values.push((
+                "specular_color",
+                self.tinted(s.specular_color_factor, s.specular_color_texture.as_ref())?,
+            ));
         }
         if let Some(s) = &x.sheen {
             values.push(("sheen_color", self.tinted(s.sheen_color_factor, s.sheen_color_texture.as_ref())?));
-            values.push(("sheen_roughness", self.number(s.sheen_roughness_factor, s.sheen_roughness_texture.as_ref(), 3)?));
+            values.push((
+                "sheen_roughness",
+                self.number(s.sheen_roughness_factor, s.sheen_roughness_texture.as_ref(), 3)?,
+            ));
         }
         if let Some(c) = &x.clearcoat {
             values.push(("clearcoat", self.number(c.clearcoat_factor, c.clearcoat_texture.as_ref(), 0)?));
-            let roughness = self.number(c.clearcoat_roughness_factor, c.clearcoat_roughness_texture.as_ref(), 1)?;
+            let roughness =
+                self.number(c.clearcoat_roughness_factor, c.clearcoat_roughness_texture.as_ref(), 1)?;
             values.push(("clearcoat_roughness", roughness));
         }
         if let Some(a) = &x.anisotropy {
             if a.anisotropy_texture.is_some() {
-                tracing::warn!("{}: of the anisotropy texture of '{}' only the strength is used", self.doc.at, entry.name);
+                tracing::warn!(
+                    "{}: of the anisotropy texture of '{}' only the strength is used",
+                    self.doc.at,
+                    entry.name
+                );
             }
-            values.push(("anisotropy", self.number(a.anisotropy_strength, a.anisotropy_texture.as_ref(), 2)?));
+            values
+                .push(("anisotropy", self.number(a.anisotropy_strength, a.anisotropy_texture.as_ref(), 2)?));
             let turn = a.anisotropy_rotation.rem_euclid(std::f32::consts::TAU);
             values.push(("anisotropy_rotation", Value::Number(turn)));
         }
         if let Some(i) = &x.iridescence {
-            values.push(("iridescence", self.number(i.iridescence_factor, i.iridescence_texture.as_ref(), 0)?));
+            values
+                .push(("iridescence", self.number(i.iridescence_factor, i.iridescence_texture.as_ref(), 0)?));
             values.push(("iridescence_ior", Value::Number(i.iridescence_ior)));
             let (low, high) = (i.iridescence_thickness_minimum, i.iridescence_thickness_maximum);
             let thickness = match &i.iridescence_thickness_texture {
-                Some(info) => self.baked(info, "G", |g| low + g * (high - low))?.unwrap_or(Value::Number(high)),
+                Some(info) => {
+                    self.baked(info, "G", |g| low + g * (high - low))?.unwrap_or(Value::Number(high))
+                }
                 None => Value::Number(high),
             };
             values.push(("iridescence_thickness", thickness));
@@ -154,13 +181,22 @@ impl Reader<'_> {
     /// The set of (u, v) that most of the material's textures use. A mesh carries one.
     fn uv_set(&self, entry: &MaterialEntry) -> usize {
         let pbr = &entry.pbr_metallic_roughness;
-        let infos = [&pbr.base_color_texture, &entry.normal_texture, &pbr.metallic_roughness_texture, &entry.emissive_texture];
+        let infos = [
+            &pbr.base_color_texture,
+            &entry.normal_texture,
+            &pbr.metallic_roughness_texture,
+            &entry.emissive_texture,
+        ];
         let mut sets = infos.into_iter().flatten().map(|info| {
             info.extensions.transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord)
         });
         let first = sets.next().unwrap_or(0);
         if sets.any(|set| set != first) {
-            tracing::warn!("{}: '{}' uses several sets of texture coordinates; only set {first} is read", self.doc.at, entry.name);
+            tracing::warn!(
+                "{}: '{}' uses several sets of texture coordinates; only set {first} is read",
+                self.doc.at,
+                entry.name
+            );
         }
         first
     }
@@ -174,7 +210,9 @@ impl Reader<'_> {
     }
 
     fn colour(&self, rgb: [f32; 3]) -> Value {
-        Value::Rgb(self.to_working(Vec3::from_array(rgb).clamp(Vec3::ZERO, Vec3::ONE)).clamp(Vec3::ZERO, Vec3::ONE))
+        Value::Rgb(
+            self.to_working(Vec3::from_array(rgb).clamp(Vec3::ZERO, Vec3::ONE)).clamp(Vec3::ZERO, Vec3::ONE),
+        )
     }
 
     fn tinted(&mut self, factor: [f32; 3], info: Option<&TextureInfo>) -> Result<Value, Error> {
@@ -192,7 +230,13 @@ impl Reader<'_> {
         }
     }
 
-    fn scaled(&mut self, info: &TextureInfo, raw: bool, channel: Option<usize>, factor: Vec3) -> Result<Value, Error> {
+    fn scaled(
+        &mut self,
+        info: &TextureInfo,
+        raw: bool,
+        channel: Option<usize>,
+        factor: Vec3,
+    ) -> Result<Value, Error> {
         let grey = factor == Vec3::splat(factor.x);
         if raw || grey || self.scene.working_space == ColourSpace::LinearSrgb {
             let id = self.texture(info, raw, channel)?;
@@ -200,7 +244,8 @@ impl Reader<'_> {
         }
         // Factors multiply in linear sRGB. In another space that is no product channel by channel.
         let image = self.image(info, false)?;
-        let Some(at) = ["R", "G", "B"].map(|c| image.channel(c)).into_iter().collect::<Option<Vec<_>>>() else {
+        let Some(at) = ["R", "G", "B"].map(|c| image.channel(c)).into_iter().collect::<Option<Vec<_>>>()
+        else {
             let id = self.texture(info, false, None)?;
             return Ok(Value::Texture(self.times(id, self.to_working(factor))));
         };
@@ -223,7 +268,12 @@ impl Reader<'_> {
     }
 
     /// `f` of one channel, as a picture of its own; `None` where the picture has no such channel.
-    fn baked(&mut self, info: &TextureInfo, channel: &str, f: impl Fn(f32) -> f32) -> Result<Option<Value>, Error> {
+    fn baked(
+        &mut self,
+        info: &TextureInfo,
+        channel: &str,
+        f: impl Fn(f32) -> f32,
+    ) -> Result<Option<Value>, Error> {
         let image = self.image(info, true)?;
         let Some(at) = image.channel(channel) else { return Ok(None) };
         let data = image.data.iter().skip(at).step_by(image.channels.len()).map(|&v| f(v)).collect();
@@ -243,7 +293,12 @@ impl Reader<'_> {
         Ok(self.push(texture))
     }
 
-    fn picture(&self, info: &TextureInfo, image: Arc<Image>, channel: Option<usize>) -> Result<Texture, Error> {
+    fn picture(
+        &self,
+        info: &TextureInfo,
+        image: Arc<Image>,
+        channel: Option<usize>,
+    ) -> Result<Texture, Error> {
         let doc = self.doc;
         let texture = doc.entry(&doc.root.textures, info.index, "texture")?;
         let (mut filter, mut wrap) = (TextureFilter::default(), Wrap::default());
@@ -277,7 +332,9 @@ impl Reader<'_> {
         let doc = self.doc;
         let texture = doc.entry(&doc.root.textures, info.index, "texture")?;
         let source = texture.extensions.webp.as_ref().map(|w| w.source).or(texture.source);
-        let source = source.ok_or_else(|| doc.invalid(format!("texture {} names no picture that can be read", info.index)))?;
+        let source = source.ok_or_else(|| {
+            doc.invalid(format!("texture {} names no picture that can be read", info.index))
+        })?;
         if let Some(image) = self.images.get(&(source, raw)) {
             return Ok(image.clone());
         }

@@ -61,11 +61,17 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error
 }
 
 /// Reads what is in a file, with the colours in `space`, and adds nothing.
-pub(crate) fn read_into(space: ColourSpace, bytes: &[u8], path: &Path, folders: &Folders) -> Result<Scene, Error> {
+pub(crate) fn read_into(
+    space: ColourSpace,
+    bytes: &[u8],
+    path: &Path,
+    folders: &Folders,
+) -> Result<Scene, Error> {
     let folders = folders.inside(path);
     let doc = Document::read(bytes, path, &folders)?;
     if let Some(name) = doc.root.extensions_required.iter().find(|e| !EXTENSIONS.contains(&e.as_str())) {
-        let problem = format!("the file requires the extension {name}, which is not supported; export it without");
+        let problem =
+            format!("the file requires the extension {name}, which is not supported; export it without");
         return Err(doc.invalid(problem));
     }
     let reader = Reader {
@@ -198,7 +204,9 @@ impl Reader<'_> {
         let bent = node.skin.is_some() || node.weights.is_some();
         if !several || bent {
             let skin = match node.skin {
-                Some(skin) => Some(self.joints(self.doc.entry(&self.doc.root.skins, skin, "skin")?, globals)?),
+                Some(skin) => {
+                    Some(self.joints(self.doc.entry(&self.doc.root.skins, skin, "skin")?, globals)?)
+                }
                 None => None,
             };
             let weights = node.weights.as_deref().unwrap_or(&entry.weights);
@@ -288,12 +296,18 @@ impl Reader<'_> {
             None => (0..vertices as u32).collect(),
         };
         if let Some(bad) = corners.iter().find(|&&i| i as usize >= vertices) {
-            return Err(self.doc.invalid(format!("a triangle uses vertex {bad}, but there are only {vertices}")));
+            return Err(self
+                .doc
+                .invalid(format!("a triangle uses vertex {bad}, but there are only {vertices}")));
         }
         Ok(match mode {
             4 => corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
             // Every second triangle of a strip runs the other way round.
-            5 => corners.windows(3).enumerate().map(|(i, c)| if i % 2 == 0 { [c[0], c[1], c[2]] } else { [c[0], c[2], c[1]] }).collect(),
+            5 => corners
+                .windows(3)
+                .enumerate()
+                .map(|(i, c)| if i % 2 == 0 { [c[0], c[1], c[2]] } else { [c[0], c[2], c[1]] })
+                .collect(),
             _ => corners.get(1..).unwrap_or_default().windows(2).map(|c| [corners[0], c[0], c[1]]).collect(),
         })
     }
@@ -327,7 +341,9 @@ impl Reader<'_> {
             Ok(Some(values))
         };
         mesh.normals = attribute("NORMAL", 3)?.map(|v| vectors(&v)).unwrap_or_default();
-        mesh.tangents = attribute("TANGENT", 4)?.map(|v| v.chunks_exact(4).map(Vec4::from_slice).collect()).unwrap_or_default();
+        mesh.tangents = attribute("TANGENT", 4)?
+            .map(|v| v.chunks_exact(4).map(Vec4::from_slice).collect())
+            .unwrap_or_default();
         mesh.uvs = attribute(&format!("TEXCOORD_{uv_set}"), 2)?
             .map(|v| v.chunks_exact(2).map(Vec2::from_slice).collect())
             .unwrap_or_default();
@@ -336,12 +352,20 @@ impl Reader<'_> {
             let to_working = ColourSpace::LinearSrgb.matrix_to(self.scene.working_space);
             let colours = attribute("COLOR_0", width)?.unwrap_or_default();
             if width >= 3 {
-                let colours = colours.chunks_exact(width).map(|c| (to_working * Vec3::from_slice(c)).clamp(Vec3::ZERO, Vec3::ONE));
-                mesh.attributes.push(("vertex_color".into(), 3, colours.flat_map(|c| c.to_array()).collect()));
+                let colours = colours
+                    .chunks_exact(width)
+                    .map(|c| (to_working * Vec3::from_slice(c)).clamp(Vec3::ZERO, Vec3::ONE));
+                mesh.attributes.push((
+                    "vertex_color".into(),
+                    3,
+                    colours.flat_map(|c| c.to_array()).collect(),
+                ));
             }
         }
 
-        for (target, &weight) in primitive.targets.iter().zip(weights).filter(|(_, w)| w.is_finite() && **w != 0.0) {
+        for (target, &weight) in
+            primitive.targets.iter().zip(weights).filter(|(_, w)| w.is_finite() && **w != 0.0)
+        {
             let moved = |target: &BTreeMap<String, usize>, name: &str| -> Result<Vec<Vec3>, Error> {
                 target.get(name).map_or(Ok(Vec::new()), |&i| Ok(vectors(&doc.floats(i, 3)?)))
             };
@@ -359,7 +383,9 @@ impl Reader<'_> {
             if primitive.attributes.contains_key("JOINTS_1") {
                 tracing::warn!("{}: only the first four joints of a vertex are used", doc.at);
             }
-            if let (Some(&which), Some(weights)) = (primitive.attributes.get("JOINTS_0"), attribute("WEIGHTS_0", 4)?) {
+            if let (Some(&which), Some(weights)) =
+                (primitive.attributes.get("JOINTS_0"), attribute("WEIGHTS_0", 4)?)
+            {
                 let which = doc.indices(which, 4)?;
                 bend(&mut mesh, &which, &weights, joints).map_err(|problem| doc.invalid(problem))?;
             }
@@ -390,13 +416,19 @@ impl Reader<'_> {
         let (projection, near, far) = match (&camera.perspective, &camera.orthographic) {
             (Some(p), _) => {
                 set_aspect(&mut film, p.aspect_ratio.unwrap_or(0.0));
-                if !(1e-4..3.14).contains(&p.yfov) {
-                    return Err(self.doc.invalid(format!("a camera has a field of view of {} radians", p.yfov)));
+                if !(1e-4..3.1).contains(&p.yfov) {
+                    return Err(self
+                        .doc
+                        .invalid(format!("a camera has a field of view of {} radians", p.yfov)));
                 }
                 let aspect = film.width as f32 / film.height as f32;
                 let fov_x = 2.0 * ((0.5 * p.yfov).tan() * aspect).atan();
-                let projection =
-                    Projection::Perspective { fov_x, aperture_radius: 0.0, focus_distance: 1.0, principal_point: Vec2::ZERO };
+                let projection = Projection::Perspective {
+                    fov_x,
+                    aperture_radius: 0.0,
+                    focus_distance: 1.0,
+                    principal_point: Vec2::ZERO,
+                };
                 (projection, p.znear, p.zfar.unwrap_or(f32::INFINITY))
             }
             (None, Some(o)) => {
@@ -423,7 +455,8 @@ impl Reader<'_> {
 
     fn light(&self, light: &LightEntry, to_world: Mat4) -> Result<Light, Error> {
         let frame = rigid(to_world);
-        let colour = Vec3::from_array(light.color).clamp(Vec3::ZERO, Vec3::splat(1e6)) * light.intensity.clamp(0.0, 1e12);
+        let colour = Vec3::from_array(light.color).clamp(Vec3::ZERO, Vec3::splat(1e6))
+            * light.intensity.clamp(0.0, 1e12);
         let colour = ColourSpace::LinearSrgb.matrix_to(self.scene.working_space) * colour;
         let position = frame.w_axis.truncate();
         let direction = -frame.z_axis.truncate();
@@ -432,12 +465,20 @@ impl Reader<'_> {
             "directional" => Light::Directional { direction, irradiance: colour },
             "spot" => {
                 let spot = light.spot.as_ref();
-                let outer = spot.map_or(std::f32::consts::FRAC_PI_4, |s| s.outer_cone_angle).clamp(1e-4, 1.5707);
+                let outer =
+                    spot.map_or(std::f32::consts::FRAC_PI_4, |s| s.outer_cone_angle).clamp(1e-4, 1.57);
                 let inner = spot.map_or(0.0, |s| s.inner_cone_angle).clamp(0.0, outer);
                 let to_world = frame * Mat4::from_scale(Vec3::new(-1.0, 1.0, -1.0));
                 Light::Spot { to_world, intensity: colour, beam: inner, cutoff: outer, texture: None }
             }
-            other => return Err(Error::unknown(self.doc.at.clone(), "light", other, ["point", "directional", "spot"])),
+            other => {
+                return Err(Error::unknown(
+                    self.doc.at.clone(),
+                    "light",
+                    other,
+                    ["point", "directional", "spot"],
+                ));
+            }
         })
     }
 }

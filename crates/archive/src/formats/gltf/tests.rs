@@ -10,7 +10,9 @@ fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let groups = bytes.chunks(3).map(|g| {
         let bits = g.iter().fold(0u32, |b, &v| b << 8 | u32::from(v)) << (8 * (3 - g.len()));
-        (0..4).map(move |i| if i <= g.len() { DIGITS[(bits >> (18 - 6 * i)) as usize & 63] as char } else { '=' })
+        (0..4).map(
+            move |i| if i <= g.len() { DIGITS[(bits >> (18 - 6 * i)) as usize & 63] as char } else { '=' },
+        )
     });
     groups.flatten().collect()
 }
@@ -67,9 +69,9 @@ fn param(scene: &Scene, material: usize, name: &str) -> Value {
         Material::Model { kind, params, .. } => {
             params[kind.params().iter().position(|p| p.name == name).unwrap()].clone()
         }
-        Material::TwoSided { front: base, .. } | Material::Mask { base, .. } | Material::NormalMap { base, .. } => {
-            param(scene, *base, name)
-        }
+        Material::TwoSided { front: base, .. }
+        | Material::Mask { base, .. }
+        | Material::NormalMap { base, .. } => param(scene, *base, name),
         other => panic!("{other:?}"),
     }
 }
@@ -119,7 +121,8 @@ fn geometry_instances_cameras_and_lights() {
     let Light::Directional { direction, irradiance } = srgb.lights[1] else { panic!("a sun") };
     assert_eq!((direction, irradiance), (Vec3::NEG_Z, Vec3::splat(3.0)));
     folders = Folders::default();
-    let wide = read_into(ColourSpace::LinearRec2020, json.as_bytes(), "scene.gltf".as_ref(), &folders).unwrap();
+    let wide =
+        read_into(ColourSpace::LinearRec2020, json.as_bytes(), "scene.gltf".as_ref(), &folders).unwrap();
     let Light::Spot { intensity, .. } = wide.lights[0] else { panic!("a spot") };
     assert!((intensity.x - (6.274 + 5.0 * 0.3293)).abs() < 2e-3, "{intensity}");
 }
@@ -143,13 +146,21 @@ fn materials_with_every_extension() {
             "KHR_materials_iridescence": { "iridescenceFactor": 1, "iridescenceIor": 1.4, "iridescenceThicknessMinimum": 100,
               "iridescenceThicknessMaximum": 500, "iridescenceThicknessTexture": { "index": 0 } } } } ],"#;
     let json = document(extra, r#", "material": 0"#, r#"[{ "mesh": 0 }]"#);
-    let scene = read_into(ColourSpace::LinearSrgb, json.as_bytes(), "s.gltf".as_ref(), &Folders::default()).unwrap();
+    let scene =
+        read_into(ColourSpace::LinearSrgb, json.as_bytes(), "s.gltf".as_ref(), &Folders::default()).unwrap();
     let shape = &scene.shapes[0];
     assert_eq!(shape.emission, Some(Value::Rgb(Vec3::new(7.0, 0.0, 0.0))));
     assert!(shape.two_sided_emission);
-    let Material::Mask { opacity: Value::Texture(holes), base } = scene.materials[shape.material] else { panic!("a mask") };
-    let Texture::Image { image, wrap, filter, to_uv, .. } = &scene.textures[holes] else { panic!("a picture") };
-    assert_eq!((&image.data[..], *wrap, *filter), (&[1.0, 0.0][..], crate::scene::Wrap::Clamp, crate::scene::TextureFilter::Nearest));
+    let Material::Mask { opacity: Value::Texture(holes), base } = scene.materials[shape.material] else {
+        panic!("a mask")
+    };
+    let Texture::Image { image, wrap, filter, to_uv, .. } = &scene.textures[holes] else {
+        panic!("a picture")
+    };
+    assert_eq!(
+        (&image.data[..], *wrap, *filter),
+        (&[1.0, 0.0][..], crate::scene::Wrap::Clamp, crate::scene::TextureFilter::Nearest)
+    );
     // Scale, then rotate counter-clockwise as seen with v down, then move.
     let moved = to_uv.transform_point2(Vec2::new(0.25, 0.5));
     assert!((moved - Vec2::new(0.5 + 1.5, -0.5)).length() < 1e-5, "{moved}");
@@ -173,7 +184,9 @@ fn materials_with_every_extension() {
     let channel_and_factor = |name: &str| {
         let Value::Texture(id) = param(&scene, base, name) else { panic!("{name} is textured") };
         let Texture::Scaled { texture, factor } = scene.textures[id] else { panic!("{name} has a factor") };
-        let Texture::Image { channel, image, .. } = &scene.textures[texture] else { panic!("{name} is a picture") };
+        let Texture::Image { channel, image, .. } = &scene.textures[texture] else {
+            panic!("{name} is a picture")
+        };
         (*channel, factor, image.clone())
     };
     assert_eq!(channel_and_factor("metallic").0, Some(2));
@@ -190,7 +203,8 @@ fn materials_with_every_extension() {
     assert!((film.data[0] - (100.0 + 400.0 * green)).abs() < 2.0, "{}", film.data[0]);
 
     // In another space the coloured factor multiplies in linear sRGB all the same.
-    let wide = read_into(ColourSpace::LinearRec2020, json.as_bytes(), "s.gltf".as_ref(), &Folders::default()).unwrap();
+    let wide = read_into(ColourSpace::LinearRec2020, json.as_bytes(), "s.gltf".as_ref(), &Folders::default())
+        .unwrap();
     let Value::Texture(id) = param(&wide, wide.shapes[0].material, "base_color") else { panic!("textured") };
     let Texture::Image { image: baked, .. } = &wide.textures[id] else { panic!("baked") };
     let to = ColourSpace::LinearSrgb.matrix_to(ColourSpace::LinearRec2020);
@@ -230,10 +244,18 @@ fn damaged_files_are_refused_in_words() {
         (r#""mesh": 0 }"#, r#""mesh": 0, "translation": [1e39, 0, 0] }"#, "not finite"),
         (r#""count": 6"#, r#""count": 600"#, "do not lie within buffer view 0"),
         (r#""count": 6"#, r#""count": 18446744073709551615"#, "do not lie within"),
-        (r#""byteOffset": 224"#, r#""byteOffset": 0"#, "uses vertex"),
-        (r#""bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3""#, r#""componentType": 5126, "count": 1099511627776, "type": "VEC3""#, "more than the limit"),
+        (r#""byteOffset": 224"#, r#""byteOffset": 56"#, "uses vertex"),
+        (
+            r#""bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3""#,
+            r#""componentType": 5126, "count": 1099511627776, "type": "VEC3""#,
+            "more than the limit",
+        ),
         (r#""TEXCOORD_0": 2"#, r#""TEXCOORD_0": 3"#, "expected 2 components"),
-        (r#""asset""#, r#""extensionsRequired": ["KHR_draco_mesh_compression"], "asset""#, "requires the extension KHR_draco_mesh_compression"),
+        (
+            r#""asset""#,
+            r#""extensionsRequired": ["KHR_draco_mesh_compression"], "asset""#,
+            "requires the extension KHR_draco_mesh_compression",
+        ),
         ("base64,", "base64,*", "base64"),
         ("data:application/octet-stream;base64,", "../../etc/passwd?", "outside the folders"),
         (r#""nodes": ["#, r#""nodes": [,"#, "scene.gltf:2:"),
@@ -257,8 +279,20 @@ fn real_figures_stand_as_another_reader_sees_them() {
     };
     // Skinning by numpy in double precision from the raw accessors: bounds, triangles, area.
     let cases = [
-        ("Mage.glb", [-1.128499485406345, -2.6840226098032987e-05, -1.017150084337665], [1.2972166979101085, 2.7156481449907246, 1.2542531008882276], 5683, 24.61506996559696),
-        ("gltf/Fox.glb", [-12.592718762206037, -0.12174418434116749, -88.09500578699789], [12.592717486586839, 78.90719764774782, 66.6248597776897], 576, 15070.773809610255),
+        (
+            "Mage.glb",
+            [-1.128499485406345, -2.6840226098032987e-05, -1.017150084337665],
+            [1.2972166979101085, 2.7156481449907246, 1.2542531008882276],
+            5683,
+            24.61506996559696,
+        ),
+        (
+            "gltf/Fox.glb",
+            [-12.592718762206037, -0.12174418434116749, -88.09500578699789],
+            [12.592717486586839, 78.90719764774782, 66.6248597776897],
+            576,
+            15070.773809610255,
+        ),
     ];
     for (file, low, high, triangles, area) in cases {
         let path = Path::new(&folder).join("mesh").join(file);
@@ -273,7 +307,8 @@ fn real_figures_stand_as_another_reader_sees_them() {
         for shape in &scene.shapes {
             let Geometry::Mesh(mesh) = &shape.geometry else { panic!("{file}: each mesh stands once") };
             count += mesh.triangles.len();
-            let world: Vec<Vec3> = mesh.positions.iter().map(|&p| shape.to_world.transform_point3(p)).collect();
+            let world: Vec<Vec3> =
+                mesh.positions.iter().map(|&p| shape.to_world.transform_point3(p)).collect();
             for t in &mesh.triangles {
                 let [a, b, c] = t.map(|i| world[i as usize]);
                 sum += 0.5 * f64::from((b - a).cross(c - a).length());

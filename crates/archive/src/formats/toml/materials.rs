@@ -3,7 +3,7 @@
 use super::document::{Item, Keys};
 use super::{Named, Reader};
 use crate::Error;
-use crate::formats::{image, merl, read_file};
+use crate::formats::{image, measured};
 use crate::scene::{Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, Value, Wrap};
 use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use yugen_optics::spectrum::{Spectrum, blackbody, emission_rgb, reflectance_rgb}
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::metals::{conductor_names, named_conductor};
 use yugen_reflectance::microfacet::f_conductor;
-use yugen_reflectance::{Kind, ModelError, ParamType};
+use yugen_reflectance::{Data, Kind, ModelError, ParamType};
 
 /// Words for metals that people use, and the names of the published measurements.
 const METALS: [(&str, &str); 7] = [
@@ -393,11 +393,10 @@ impl<'a> Reader<'a> {
     /// The numbers of a measured file, by the model that bakes them.
     fn measured(&mut self, kind: Kind, item: &Item<'a>) -> Result<Vec<f32>, Error> {
         let path = self.folders.find(item.text()?, item.place())?;
-        let space = self.scene.working_space;
-        match kind.name() {
-            "merl" => merl::read(&read_file(&path)?, &path, space),
-            other => Err(item.invalid(format!("model '{other}' takes no measured file"))),
+        if kind.data() == Data::None {
+            return Err(item.invalid(format!("model '{}' takes no measured file", kind.name())));
         }
+        measured::read(&path, kind, self.scene.working_space)
     }
 }
 

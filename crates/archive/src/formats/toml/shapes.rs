@@ -3,10 +3,10 @@
 use super::document::{Item, Keys};
 use super::materials::Role;
 use super::{Reader, bare_shape, placed};
-use crate::{Error, Scene};
 use crate::formats::{gltf, obj, ply, read_file, serialized};
 use crate::scene::primitives::{Drape, Support, ball, block, drape, grid};
 use crate::scene::{Geometry, Material, MaterialId, Mesh, Shape, Texture, Value};
+use crate::{Error, Scene};
 use glam::{Mat4, Vec3};
 use std::path::Path;
 use std::sync::Arc;
@@ -228,7 +228,8 @@ impl<'a> Reader<'a> {
                 out.push(shape);
             }
             "glb" | "gltf" => {
-                let scene = gltf::read_into(self.scene.working_space, &read_file(&path)?, &path, &self.folders)?;
+                let scene =
+                    gltf::read_into(self.scene.working_space, &read_file(&path)?, &path, &self.folders)?;
                 self.adopt(scene, to_world, material, out);
             }
             other => {
@@ -266,7 +267,9 @@ impl<'a> Reader<'a> {
             Material::NormalMap { texture, scale, base } => {
                 Material::NormalMap { texture: texture + t, scale, base: base + m }
             }
-            Material::BumpMap { texture, scale, base } => Material::BumpMap { texture: texture + t, scale, base: base + m },
+            Material::BumpMap { texture, scale, base } => {
+                Material::BumpMap { texture: texture + t, scale, base: base + m }
+            }
             Material::Null => Material::Null,
         }));
         let own = |mut shape: Shape| {
@@ -277,7 +280,9 @@ impl<'a> Reader<'a> {
             }
             shape
         };
-        self.scene.groups.extend(other.groups.into_iter().map(|shapes| shapes.into_iter().map(own).collect::<Vec<_>>()));
+        self.scene
+            .groups
+            .extend(other.groups.into_iter().map(|shapes| shapes.into_iter().map(own).collect::<Vec<_>>()));
         out.extend(other.shapes.into_iter().map(own).map(|mut shape| {
             shape.to_world = to_world * shape.to_world;
             shape
