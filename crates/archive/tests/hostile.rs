@@ -5,8 +5,10 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
-use yugen_archive::formats::{Options, mitsuba, obj, ply, serialized};
+use yugen_archive::formats::image::{ReadOptions, WriteOptions, read_bytes, write_bytes};
+use yugen_archive::formats::{Options, gltf, merl, mitsuba, obj, ply, serialized, toml};
 use yugen_optics::random::Pcg32;
+use yugen_optics::{ColourSpace, Image};
 
 /// Counts what each thread holds, so that tests beside each other do not mix.
 struct Counting;
@@ -158,7 +160,6 @@ fn assault_with(name: &str, seeds: &[Vec<u8>], mutate: Mutation, read: impl Fn(&
     }
     println!("{name}: {good} of {ROUNDS} were still readable, at most {worst} bytes were held");
     assert!(good > 0 && good < ROUNDS, "{name}: {good} of {ROUNDS} readable is no test");
-    // Seeds are below 3 kB; DEFLATE may blow up a thousandfold, and the document of a scene has its tables.
     assert!(worst < 4 << 20, "{name}: {worst} bytes for a file of a few kilobytes");
 }
 
@@ -341,4 +342,234 @@ fn claims_of_a_trillion_elements_cost_nothing() {
     lie[at..at + 8].copy_from_slice(&(1u64 << 40).to_le_bytes());
     let bytes = peak(|| assert!(serialized::read(&lie, 0, Path::new(FILE)).is_err()));
     assert!(bytes < 1 << 18, "{bytes} bytes for a serialized mesh");
+}
+
+fn picture(channels: &[&str]) -> Image {
+    let mut image = Image::new(13, 9, channels);
+    for (i, v) in image.data.iter_mut().enumerate() {
+        *v = if i % 5 < 3 { 0.25 } else { (i % 11) as f32 / 10.0 };
+    }
+    image
+}
+
+/// Pictures may have 2^16 samples here, a quarter of a mebibyte. The libraries that decode them hold the
+/// picture up to three times, and tables of their own.
+fn assault_pictures(name: &str, seeds: &[Vec<u8>]) {
+    let options = ReadOptions { max_samples: 1 << 16, ..ReadOptions::default() };
+    assault(name, seeds, |b| match read_bytes(b, Path::new(FILE), &options) {
+        Ok(image) => {
+            assert_eq!(image.data.len(), image.width * image.height * image.channels.len());
+            assert!(image.data.iter().all(|v| v.is_finite()));
+            true
+        }
+        Err(e) => {
+            assert!(e.to_string().contains(FILE), "{e}");
+            false
+        }
+    });
+}
+
+fn written(name: &str, channels: &[&str], options: &WriteOptions) -> Vec<u8> {
+    write_bytes(Path::new(name), &picture(channels), options).unwrap()
+}
+
+/// What others write: parts, tiles and every compression.
+fn exr_seed(compression: exr::prelude::Compression, tiles: bool) -> Vec<u8> {
+    use exr::prelude::*;
+    let blocks = if tiles { Blocks::Tiles(Vec2(8, 8)) } else { Blocks::ScanLines };
+    let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+    let layer = |name: &str| {
+        let colour = |p: Vec2<usize>| (p.x() as f32 / 10.0, f16::from_f32(p.y() as f32), 0.5f32);
+        Layer::new((13, 9), LayerAttributes::named(name), encoding.clone(), SpecificChannels::rgb(colour))
+    };
+    let window = IntegerBounds::from_dimensions((13, 9));
+    let image =
+        Image::empty(ImageAttributes::new(window)).with_layer(layer("beauty")).with_layer(layer("albedo"));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image.write().non_parallel().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn exr_pictures() {
+    use exr::prelude::Compression;
+    let half = WriteOptions { half: true, ..WriteOptions::default() };
+    let seeds = [
+        written("a.exr", &["R", "G", "B", "depth.Z"], &WriteOptions::default()),
+        written("a.exr", &["Y"], &half),
+        exr_seed(Compression::Uncompressed, false),
+        exr_seed(Compression::RLE, true),
+        exr_seed(Compression::ZIP1, false),
+        exr_seed(Compression::PIZ, true),
+        exr_seed(Compression::PXR24, false),
+        exr_seed(Compression::B44, false),
+    ];
+    assault_pictures("EXR", &seeds);
+}
+
+#[test]
+fn hdr_pictures() {
+    let mut old =
+        b"#?RADIANCE\nEXPOSURE=2\nPRIMARIES=0.64 0.33 0.3 0.6 0.15 0.06 0.3127 0.329\n\n+X 3 -Y 5\n".to_vec();
+    old.extend([128, 64, 32, 129, 1, 1, 1, 4].repeat(3));
+    assault_pictures("HDR", &[written("a.hdr", &["R", "G", "B"], &WriteOptions::default()), old]);
+}
+
+#[test]
+fn png_pictures() {
+    let deep = WriteOptions { bits: 16, ..WriteOptions::default() };
+    let seeds = [
+        written("a.png", &["R", "G", "B"], &WriteOptions::default()),
+        written("a.png", &["Y", "A"], &WriteOptions::default()),
+        written("a.png", &["R", "G", "B", "A"], &deep),
+    ];
+    assault_pictures("PNG", &seeds);
+}
+
+#[test]
+fn jpeg_pictures() {
+    let seeds = [["R", "G", "B"].as_slice(), &["Y"]].map(|c| written("a.jpg", c, &WriteOptions::default()));
+    assault_pictures("JPEG", &seeds);
+}
+
+#[test]
+fn webp_pictures() {
+    let mut bytes = Vec::new();
+    let pixels: Vec<u8> = (0..13 * 9 * 4u32).map(|i| (i * i % 251) as u8).collect();
+    let encoder = image::codecs::webp::WebPEncoder::new_lossless(&mut bytes);
+    encoder.encode(&pixels, 13, 9, image::ExtendedColorType::Rgba8).unwrap();
+    assault_pictures("WebP", &[bytes]);
+}
+
+#[test]
+fn toml_scenes() {
+    let seed = br##"[scene]
+working_space = "srgb"
+[camera]
+from = [0, 1, 3]
+to = [0, 0.5, 0]
+fov = 35
+[film]
+size = [64, 48]
+filter = "tent"
+[render]
+samples = 16
+aovs = ["albedo"]
+[texture.t]
+checker = [0, "#ff8000"]
+scale = [2, 3]
+[material.a]
+model = "ward"
+alpha = 0.2
+diffuse = "t"
+[material.b]
+blend = ["a", "a"]
+weight = 0.5
+opacity = 0.5
+[[shape]]
+type = "ball"
+segments = 6
+material = "b"
+rotate = [1, 2, 3]
+[[shape]]
+type = "sphere"
+emission = { blackbody = 1900, scale = 2 }
+[[light]]
+type = "spot"
+at = [0, 2, 0]
+towards = [0, 0, 1]
+"##;
+    // A mesh made here may have four million triangles, which is the scene's wish and not its size: the limit
+    // is that of the reader without it.
+    assault("TOML", &[seed.to_vec()], |b| {
+        if std::str::from_utf8(b)
+            .is_ok_and(|t| t.lines().any(|l| l.contains("segments") && l.trim() != "segments = 6"))
+        {
+            return false;
+        }
+        match toml::read(b, Path::new(FILE), &Options::default()) {
+            Ok(scene) => scene.cameras.len() == 1,
+            Err(e) => {
+                assert!(e.to_string().contains(FILE), "{e}");
+                false
+            }
+        }
+    });
+}
+
+fn gltf_seed() -> (Vec<u8>, Vec<u8>) {
+    let json = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual"],
+"extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","spot":{"outerConeAngle":0.5}}]}},
+"cameras":[{"type":"perspective","perspective":{"yfov":0.7,"znear":0.1}}],
+"scenes":[{"nodes":[0,2,3]}],
+"nodes":[{"mesh":0,"children":[1],"scale":[1,2,3]},{"mesh":0,"rotation":[0,0,0,1]},{"camera":0},
+{"mesh":1,"skin":0,"weights":[0.5],"extensions":{"KHR_lights_punctual":{"light":0}}}],
+"skins":[{"joints":[0,1]}],
+"materials":[{"pbrMetallicRoughness":{"roughnessFactor":0.3},"doubleSided":true,"alphaMode":"BLEND",
+"extensions":{"KHR_materials_sheen":{"sheenRoughnessFactor":0.4}}}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]},
+{"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":2,"WEIGHTS_0":3},"mode":5,"targets":[{"POSITION":0}]}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+{"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"},
+{"bufferView":2,"componentType":5121,"count":3,"type":"VEC4"},
+{"bufferView":2,"byteOffset":12,"componentType":5121,"normalized":true,"count":3,"type":"VEC4",
+"sparse":{"count":1,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":2}}}],
+"bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":3},
+{"buffer":0,"byteOffset":40,"byteLength":24}],"buffers":[{"byteLength":64URI}]}"#;
+    let mut data: Vec<u8> =
+        [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0f32].iter().flat_map(|v| v.to_le_bytes()).collect();
+    data.extend([0, 1, 2, 0]);
+    data.extend([0, 1, 0, 0].repeat(3));
+    data.extend([255, 0, 0, 0].repeat(3));
+    let text = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAECAAABAAAAAQAAAAEAAP8AAAD/AAAA/wAAAA==";
+    let uri = format!(r#","uri":"data:application/octet-stream;base64,{text}""#);
+    let apart = json.replace("URI", &uri).into_bytes();
+    let mut json = json.replace("URI", "").into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut glb = b"glTF\x02\0\0\0".to_vec();
+    glb.extend((28 + json.len() as u32 + data.len() as u32).to_le_bytes());
+    for (kind, chunk) in [(b"JSON", &json), (b"BIN\0", &data)] {
+        glb.extend((chunk.len() as u32).to_le_bytes());
+        glb.extend(kind);
+        glb.extend(chunk);
+    }
+    (apart, glb)
+}
+
+#[test]
+fn gltf_scenes() {
+    let (apart, glb) = gltf_seed();
+    // An accessor without data may ask for 2^24 zeros, and a mesh of them has positions, normals and indices.
+    assault("glTF", &[apart, glb], |b| {
+        match gltf::read(b, Path::new(FILE), &Options::default()) {
+            Ok(scene) => {
+                for shape in scene.shapes.iter().chain(scene.groups.iter().flatten()) {
+                    if let yugen_archive::scene::Geometry::Mesh(m) = &shape.geometry {
+                        assert!(m.triangles.iter().flatten().all(|&i| (i as usize) < m.positions.len()));
+                        assert!(m.positions.iter().all(|p| p.is_finite()));
+                    }
+                }
+                true
+            }
+            Err(e) => {
+                assert!(e.to_string().contains(FILE), "{e}");
+                false
+            }
+        }
+    });
+}
+
+#[test]
+fn merl_headers() {
+    // The smallest whole file has 35 MB, so this is only about what a header may say.
+    let mut rng = Pcg32::new(3, 1);
+    let seed: Vec<u8> = [90, 90, 180i32].iter().flat_map(|v| v.to_le_bytes()).chain([0; 64]).collect();
+    let worst = (0..3000).map(|_| {
+        let bytes = mutate(&seed, &seed, &mut rng);
+        peak(|| {
+            let error = merl::read(&bytes, Path::new(FILE), ColourSpace::LinearSrgb).unwrap_err();
+            assert!(error.to_string().contains(FILE), "{error}");
+        })
+    });
+    assert!(worst.max().unwrap() < 1 << 16);
 }

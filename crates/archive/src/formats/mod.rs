@@ -1,11 +1,8 @@
 //! One file per format.
 
 mod folders;
-<<<<<<< HEAD
-pub mod goniometer;
-=======
 pub mod gltf;
->>>>>>> 45ade42 (Read glTF 2.0: meshes, skins, morphs, instances, cameras, lights and materials with their extensions)
+pub mod goniometer;
 pub mod image;
 pub mod measured;
 pub mod merl;
