@@ -141,25 +141,39 @@ fn rewrite(seed: &[u8], rng: &mut Pcg32) -> Vec<u8> {
 
 /// Reads mutations of the seeds. A seed itself must be good, or its mutations would test nothing.
 fn assault(name: &str, seeds: &[Vec<u8>], read: impl Fn(&[u8]) -> bool) {
-    assault_with(name, seeds, mutate, read);
+    assault_with(name, seeds, 20_000, mutate, read);
 }
 
 type Mutation = fn(&[u8], &[u8], &mut Pcg32) -> Vec<u8>;
 
-fn assault_with(name: &str, seeds: &[Vec<u8>], mutate: Mutation, read: impl Fn(&[u8]) -> bool) {
+fn assault_with(
+    name: &str,
+    seeds: &[Vec<u8>],
+    rounds: usize,
+    mutate: Mutation,
+    read: impl Fn(&[u8]) -> bool,
+) {
     let mut rng = Pcg32::new(20, 1);
     let (mut good, mut worst) = (0, 0);
     for seed in seeds {
         assert!(read(seed), "{name}: the seed itself is refused");
     }
-    const ROUNDS: usize = 20_000;
-    for i in 0..ROUNDS {
+    if let Some(corpus) = std::env::var_os("YUGEN_SEEDS") {
+        // For the fuzzers (see fuzz/README.md): a folder for each target, named as the target is.
+        let (target, kind) = name.split_once(' ').unwrap_or((name, "seed"));
+        let folder = Path::new(&corpus).join(target);
+        std::fs::create_dir_all(&folder).unwrap();
+        for (i, seed) in seeds.iter().enumerate() {
+            std::fs::write(folder.join(format!("{kind}{i}")), seed).unwrap();
+        }
+    }
+    for i in 0..rounds {
         let (seed, other) = (&seeds[i % seeds.len()], &seeds[(i / 7) % seeds.len()]);
         let bytes = mutate(seed, other, &mut rng);
         worst = worst.max(peak(|| good += usize::from(read(&bytes))));
     }
-    println!("{name}: {good} of {ROUNDS} were still readable, at most {worst} bytes were held");
-    assert!(good > 0 && good < ROUNDS, "{name}: {good} of {ROUNDS} readable is no test");
+    println!("{name}: {good} of {rounds} were still readable, at most {worst} bytes were held");
+    assert!(good > 0 && good < rounds, "{name}: {good} of {rounds} readable is no test");
     assert!(worst < 4 << 20, "{name}: {worst} bytes for a file of a few kilobytes");
 }
 
@@ -169,7 +183,7 @@ const FILE: &str = "nowhere/at/all";
 fn obj() {
     let seed = b"# seed\nmtllib a.mtl\no thing\nv 0 0 0\nv 1.5 0 0 1 0 0\nv 1 1e-1 0\nv 0 1 -.5\nvt 0 0\nvt 1 0.5\n\
         vn 0 0 1\nusemtl a\ns off\nf 1/1/1 2/2/1 3/1/1 4/2/1\nusemtl b\nf -4//-1 -3//1 \\\n -2//1\nf 1/1 2/2 3/1\n";
-    assault("OBJ", &[seed.to_vec()], |b| match obj::read(b, Path::new(FILE)) {
+    assault("obj", &[seed.to_vec()], |b| match obj::read(b, Path::new(FILE)) {
         Ok(o) => {
             let parts = o.split();
             let corners = |(_, m): &(Option<String>, yugen_archive::scene::Mesh)| {
@@ -187,7 +201,7 @@ fn obj() {
 #[test]
 fn mtl() {
     let seed = b"newmtl a\nKd 1 0 0.5\nNs 20\nmap_Kd -bm 1 wood.png\n# x\nnewmtl b\nd 0.5\n".to_vec();
-    assault("MTL", &[seed], |b| {
+    assault("mtl", &[seed], |b| {
         let materials = obj::read_mtl(b, Path::new(FILE)).unwrap_or_default();
         materials.iter().any(|m| m.colour("Kd").is_some() && m.file("map_Kd").is_some())
     });
@@ -231,7 +245,7 @@ fn ply_seed(encoding: &str) -> Vec<u8> {
 #[test]
 fn ply() {
     let seeds = ["ascii", "binary_little_endian", "binary_big_endian"].map(ply_seed);
-    assault("PLY", &seeds, |b| match ply::read(b, Path::new(FILE)) {
+    assault("ply", &seeds, |b| match ply::read(b, Path::new(FILE)) {
         Ok(m) => {
             let n = m.positions.len();
             assert!(m.triangles.iter().flatten().all(|&i| (i as usize) < n));
@@ -323,8 +337,8 @@ fn mitsuba_scenes() {
             false
         }
     };
-    assault("Mitsuba XML, bytes", &[seed.to_vec()], read);
-    assault_with("Mitsuba XML, words", &[seed.to_vec()], |seed, _, rng| rewrite(seed, rng), read);
+    assault("mitsuba bytes", &[seed.to_vec()], read);
+    assault_with("mitsuba words", &[seed.to_vec()], 20_000, |seed, _, rng| rewrite(seed, rng), read);
 }
 
 #[test]
@@ -356,7 +370,7 @@ fn picture(channels: &[&str]) -> Image {
 /// picture up to three times, and tables of their own.
 fn assault_pictures(name: &str, seeds: &[Vec<u8>]) {
     let options = ReadOptions { max_samples: 1 << 16, ..ReadOptions::default() };
-    assault(name, seeds, |b| match read_bytes(b, Path::new(FILE), &options) {
+    assault_with(name, seeds, 3_000, mutate, |b| match read_bytes(b, Path::new(FILE), &options) {
         Ok(image) => {
             assert_eq!(image.data.len(), image.width * image.height * image.channels.len());
             assert!(image.data.iter().all(|v| v.is_finite()));
@@ -380,7 +394,7 @@ fn exr_seed(compression: exr::prelude::Compression, tiles: bool) -> Vec<u8> {
     let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
     let layer = |name: &str| {
         let colour = |p: Vec2<usize>| (p.x() as f32 / 10.0, f16::from_f32(p.y() as f32), 0.5f32);
-        Layer::new((13, 9), LayerAttributes::named(name), encoding.clone(), SpecificChannels::rgb(colour))
+        Layer::new((13, 9), LayerAttributes::named(name), encoding, SpecificChannels::rgb(colour))
     };
     let window = IntegerBounds::from_dimensions((13, 9));
     let image =
@@ -404,7 +418,7 @@ fn exr_pictures() {
         exr_seed(Compression::PXR24, false),
         exr_seed(Compression::B44, false),
     ];
-    assault_pictures("EXR", &seeds);
+    assault_pictures("image exr", &seeds);
 }
 
 #[test]
@@ -412,7 +426,7 @@ fn hdr_pictures() {
     let mut old =
         b"#?RADIANCE\nEXPOSURE=2\nPRIMARIES=0.64 0.33 0.3 0.6 0.15 0.06 0.3127 0.329\n\n+X 3 -Y 5\n".to_vec();
     old.extend([128, 64, 32, 129, 1, 1, 1, 4].repeat(3));
-    assault_pictures("HDR", &[written("a.hdr", &["R", "G", "B"], &WriteOptions::default()), old]);
+    assault_pictures("image hdr", &[written("a.hdr", &["R", "G", "B"], &WriteOptions::default()), old]);
 }
 
 #[test]
@@ -423,13 +437,13 @@ fn png_pictures() {
         written("a.png", &["Y", "A"], &WriteOptions::default()),
         written("a.png", &["R", "G", "B", "A"], &deep),
     ];
-    assault_pictures("PNG", &seeds);
+    assault_pictures("image png", &seeds);
 }
 
 #[test]
 fn jpeg_pictures() {
     let seeds = [["R", "G", "B"].as_slice(), &["Y"]].map(|c| written("a.jpg", c, &WriteOptions::default()));
-    assault_pictures("JPEG", &seeds);
+    assault_pictures("image jpeg", &seeds);
 }
 
 #[test]
@@ -438,7 +452,7 @@ fn webp_pictures() {
     let pixels: Vec<u8> = (0..13 * 9 * 4u32).map(|i| (i * i % 251) as u8).collect();
     let encoder = image::codecs::webp::WebPEncoder::new_lossless(&mut bytes);
     encoder.encode(&pixels, 13, 9, image::ExtendedColorType::Rgba8).unwrap();
-    assault_pictures("WebP", &[bytes]);
+    assault_pictures("image webp", &[bytes]);
 }
 
 #[test]
@@ -481,7 +495,7 @@ towards = [0, 0, 1]
 "##;
     // A mesh made here may have four million triangles, which is the scene's wish and not its size: the limit
     // is that of the reader without it.
-    assault("TOML", &[seed.to_vec()], |b| {
+    assault("toml", &[seed.to_vec()], |b| {
         if std::str::from_utf8(b)
             .is_ok_and(|t| t.lines().any(|l| l.contains("segments") && l.trim() != "segments = 6"))
         {
@@ -540,21 +554,19 @@ fn gltf_seed() -> (Vec<u8>, Vec<u8>) {
 fn gltf_scenes() {
     let (apart, glb) = gltf_seed();
     // An accessor without data may ask for 2^24 zeros, and a mesh of them has positions, normals and indices.
-    assault("glTF", &[apart, glb], |b| {
-        match gltf::read(b, Path::new(FILE), &Options::default()) {
-            Ok(scene) => {
-                for shape in scene.shapes.iter().chain(scene.groups.iter().flatten()) {
-                    if let yugen_archive::scene::Geometry::Mesh(m) = &shape.geometry {
-                        assert!(m.triangles.iter().flatten().all(|&i| (i as usize) < m.positions.len()));
-                        assert!(m.positions.iter().all(|p| p.is_finite()));
-                    }
+    assault("gltf", &[apart, glb], |b| match gltf::read(b, Path::new(FILE), &Options::default()) {
+        Ok(scene) => {
+            for shape in scene.shapes.iter().chain(scene.groups.iter().flatten()) {
+                if let yugen_archive::scene::Geometry::Mesh(m) = &shape.geometry {
+                    assert!(m.triangles.iter().flatten().all(|&i| (i as usize) < m.positions.len()));
+                    assert!(m.positions.iter().all(|p| p.is_finite()));
                 }
-                true
             }
-            Err(e) => {
-                assert!(e.to_string().contains(FILE), "{e}");
-                false
-            }
+            true
+        }
+        Err(e) => {
+            assert!(e.to_string().contains(FILE), "{e}");
+            false
         }
     });
 }

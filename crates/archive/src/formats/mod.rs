@@ -6,12 +6,12 @@ pub mod goniometer;
 pub mod image;
 pub mod measured;
 pub mod merl;
-pub mod rgl;
 pub mod mitsuba;
 mod mtl;
 mod numbers;
 pub mod obj;
 pub mod ply;
+pub mod rgl;
 pub mod serialized;
 pub mod toml;
 
