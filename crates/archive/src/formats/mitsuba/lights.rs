@@ -81,17 +81,16 @@ impl Builder<'_> {
     }
 
     fn projector(&mut self, p: Properties) -> Result<Light, Error> {
-        let Some(Value::Texture(texture)) = self.value(p, "irradiance", Role::Light)? else {
-            return Err(
-                p.invalid("a projector needs a picture: a <texture name=\"irradiance\" type=\"bitmap\">")
-            );
+        let texture = match self.value(p, "irradiance", Role::Light)?.unwrap_or(Value::Number(1.0)) {
+            Value::Texture(texture) => texture,
+            Value::Rgb(c) => self.one_texel(c),
+            Value::Number(v) => self.one_texel(Vec3::splat(v)),
         };
-        let Texture::Image { image, .. } = &self.scene.textures[texture] else {
-            return Err(p.invalid(
-                "'irradiance' must be a bitmap, whose size gives the shape of the projected picture",
-            ));
+        // Only a bitmap has a shape of its own.
+        let aspect = match &self.scene.textures[texture] {
+            Texture::Image { image, .. } => image.width as f64 / image.height as f64,
+            _ => 1.0,
         };
-        let aspect = image.width as f64 / image.height as f64;
         let to_world: Mat4 = p.to_world()?;
         Ok(Light::Projector {
             to_world,

@@ -476,15 +476,7 @@ impl Builder<'_> {
                         Value::Number(v) => Vec3::splat(v),
                         Value::Texture(_) => return Err(p.unknown_plugin(KNOWN)),
                     };
-                    let mut image = Image::rgb(1, 1);
-                    image.data = c.to_array().to_vec();
-                    Texture::Image {
-                        image: Arc::new(image),
-                        filter: TextureFilter::Nearest,
-                        wrap: Wrap::Repeat,
-                        to_uv: Affine2::IDENTITY,
-                        channel: None,
-                    }
+                    one_texel(c)
                 }
                 None => return Err(p.unknown_plugin(KNOWN)),
             },
@@ -494,6 +486,12 @@ impl Builder<'_> {
         self.scene.textures.push(texture);
         self.textures.insert((p.index, as_number), id);
         Ok(id)
+    }
+
+    /// A texture that is the same everywhere.
+    pub(super) fn one_texel(&mut self, colour: Vec3) -> TextureId {
+        self.scene.textures.push(one_texel(colour));
+        self.scene.textures.len() - 1
     }
 
     /// A picture with one channel, or with three.
@@ -513,6 +511,18 @@ impl Builder<'_> {
         })?);
         self.images.insert(key, image.clone());
         Ok(image)
+    }
+}
+
+fn one_texel(colour: Vec3) -> Texture {
+    let mut image = Image::rgb(1, 1);
+    image.data = colour.to_array().to_vec();
+    Texture::Image {
+        image: Arc::new(image),
+        filter: TextureFilter::Nearest,
+        wrap: Wrap::Repeat,
+        to_uv: Affine2::IDENTITY,
+        channel: None,
     }
 }
 

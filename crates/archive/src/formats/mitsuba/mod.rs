@@ -74,6 +74,10 @@ impl<'a> Builder<'a> {
         if self.scene.cameras.is_empty() {
             return Err(root.invalid("the scene has no camera; add a <sensor>"));
         }
+        // Parts of sensors that stand by themselves are used where something refers to them.
+        for class in [Class::Sampler, Class::Film, Class::Filter] {
+            root.children(class);
+        }
         for p in root.children(Class::Bsdf) {
             self.material(p)?;
         }
@@ -115,7 +119,7 @@ const AOVS: &[(&str, &str)] = &[
 ];
 
 fn integrator(p: Properties) -> Result<Integrator, Error> {
-    const KNOWN: &[&str] = &["path", "direct", "depth", "aov", "moment"];
+    const KNOWN: &[&str] = &["path", "direct", "depth", "aov", "moment", "volpath", "volpathmis"];
     p.accept(&["block_size", "samples_per_pass", "timeout"]);
     let mut out = match p.plugin() {
         "moment" => {
@@ -147,7 +151,12 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
             }
             out
         }
-        "path" => Integrator::default(),
+        // Without media, which shapes refuse, those for volumes find the same light.
+        "path" | "volpath" => Integrator::default(),
+        "volpathmis" => {
+            p.accept(&["use_spectral_mis"]);
+            Integrator::default()
+        }
         "direct" => {
             let both = p.count("shading_samples", 1, 0, 1 << 20)?;
             let light_samples = p.count("emitter_samples", both, 0, 1 << 20)?;
@@ -168,7 +177,8 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
         "depth" => Integrator { kind: IntegratorKind::Depth, ..Integrator::default() },
         _ => return Err(p.unknown_plugin(KNOWN)),
     };
-    if p.plugin() == "path" {
+    let follows_paths = matches!(p.plugin(), "path" | "volpath" | "volpathmis");
+    if follows_paths {
         let max_depth = p.integer("max_depth", -1)?;
         out.max_depth = match max_depth {
             -1 => None,
@@ -179,7 +189,7 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
         };
         out.rr_depth = p.count("rr_depth", 5, 1, u32::MAX)?;
     }
-    if matches!(p.plugin(), "path" | "direct") || p.has("hide_emitters") {
+    if follows_paths || p.plugin() == "direct" || p.has("hide_emitters") {
         out.hide_emitters = p.boolean("hide_emitters", out.hide_emitters)?;
     }
     p.finish()?;

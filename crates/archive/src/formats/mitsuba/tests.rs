@@ -393,7 +393,7 @@ fn mistakes_are_named_with_file_line_column_and_the_nearest_word() {
         ("<shape type=\"instance\"/>", "2:14: an instance needs a <ref> to a shape of type 'shapegroup'"),
         ("<shape type=\"obj\"/>", "2:14: shape 'obj' needs the property 'filename'"),
         ("<scene version=\"3.0.0\"/>", "2:1: <scene> can only be the outermost element"),
-        ("<film type=\"hdrfilm\"/>", "2:1: <scene> has no use for the film 'hdrfilm'"),
+        ("<phase type=\"hg\"/>", "2:1: <scene> has no use for the phase 'hg'"),
         (
             "<bsdf type=\"measured\"><string name=\"filename\" value=\"a.bsdf\"/></bsdf>",
             "2:23: there is no file 'a.bsdf'",
@@ -899,5 +899,20 @@ fn nested_integrators_add_up() {
     );
     assert_eq!((moment.moment, moment.max_depth, moment.rr_depth), (true, Some(0), 5));
     assert_eq!(integrator("<integrator type=\"path\"/>").max_depth, None);
+    let volume = "<integrator type=\"volpath\"><integer name=\"max_depth\" value=\"4\"/></integrator>";
+    assert_eq!((integrator(volume).kind, integrator(volume).max_depth), (IntegratorKind::Path, Some(4)));
     assert_eq!(integrator("<integrator type=\"depth\"/>").kind, IntegratorKind::Depth);
+}
+
+#[test]
+fn a_projector_throws_a_plain_colour_as_a_square() {
+    let scene = parse(
+        "<emitter type=\"projector\"><float name=\"fov\" value=\"60\"/><string name=\"fov_axis\" value=\"y\"/>\
+         <rgb name=\"irradiance\" value=\"1 2 3\"/></emitter><sampler type=\"ldsampler\" id=\"s\"/>",
+    )
+    .unwrap();
+    let Light::Projector { texture, fov_x, .. } = scene.lights[0] else { panic!() };
+    assert!((fov_x.to_degrees() - 60.0).abs() < 1e-4);
+    let Texture::Image { image, .. } = &scene.textures[texture] else { panic!() };
+    assert_eq!((image.width, image.height, &image.data[..]), (1, 1, &[1.0, 2.0, 3.0][..]));
 }
