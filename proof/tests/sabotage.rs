@@ -19,7 +19,7 @@ enum Fault {
     OneSided,
     /// NaN where both directions agree.
     Nan,
-    /// Draws crowd towards the normal by one percent.
+    /// Draws crowd towards the normal by two percent.
     Crowded,
     /// Draws leave out a wedge of azimuths, with the density to match elsewhere.
     Wedge,
@@ -37,7 +37,7 @@ impl Wrong {
     fn sampled(&self, u: Vec3) -> Vec3 {
         let mut wi = cosine_hemisphere(u.truncate());
         match self.0 {
-            Fault::Crowded => wi = Vec3::new(wi.x * 0.99, wi.y * 0.99, wi.z).normalize(),
+            Fault::Crowded => wi = Vec3::new(wi.x * 0.98, wi.y * 0.98, wi.z).normalize(),
             Fault::Wedge if wi.x > 3.0 * wi.y.abs() => wi.x = -wi.x,
             Fault::Below if u.z < 0.001 => wi.z = -wi.z,
             _ => {}
