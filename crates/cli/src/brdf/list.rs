@@ -1,9 +1,11 @@
 //! `yugen brdf list`.
 
+use super::show::{promises, range};
 use anyhow::Result;
 use clap::Args;
 use serde_json::json;
-use yugen_reflectance::Kind;
+use std::fmt::Write;
+use yugen_reflectance::{Data, Kind};
 
 /// All models, a line each.
 #[derive(Args)]
@@ -11,6 +13,10 @@ pub struct List {
     /// As JSON.
     #[arg(long)]
     json: bool,
+
+    /// As the page docs/models.md, with everything `show` tells of each.
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
 }
 
 impl List {
@@ -31,10 +37,52 @@ impl List {
             println!("{}", serde_json::to_string_pretty(&all)?);
             return Ok(());
         }
+        if self.markdown {
+            print!("{}", page());
+            return Ok(());
+        }
         let width = Kind::ALL.iter().map(|k| k.name().len()).max().unwrap_or(0);
         for kind in Kind::ALL {
             println!("{:width$}  {}", kind.name(), kind.source());
         }
         Ok(())
     }
+}
+
+/// A page in Markdown: every model in full.
+fn page() -> String {
+    let mut out = String::from(
+        "# Models\n\nWritten by `yugen brdf list --markdown` from what the models say of themselves; a test keeps it \
+         true. Colours are linear RGB; a range is followed by the default in brackets.\n\n| model | source |\n|---|---|\n",
+    );
+    for kind in Kind::ALL {
+        let _ = writeln!(out, "| [{0}](#{0}) | {1} |", kind.name(), cell(kind.source()));
+    }
+    for kind in Kind::ALL {
+        let _ = write!(out, "\n## {}\n\n{}\n\n{}\n", kind.name(), kind.source(), kind.doc());
+        match kind.data() {
+            Data::None => {}
+            Data::Required(what) => _ = write!(out, "\nNeeds {what}.\n"),
+            Data::Optional(what) => _ = write!(out, "\nCan take {what}.\n"),
+        }
+        if !kind.params().is_empty() {
+            out.push_str("\n| parameter | range [default] | meaning |\n|---|---|---|\n");
+        }
+        for p in kind.params() {
+            let _ = writeln!(out, "| `{}` | {} | {} |", p.name, cell(&range(p)), cell(p.doc));
+        }
+        if !kind.presets().is_empty() {
+            out.push_str("\n| preset | |\n|---|---|\n");
+        }
+        for p in kind.presets() {
+            let _ = writeln!(out, "| `{}` | {} |", p.name, cell(p.doc));
+        }
+        let _ = write!(out, "\nPromises: {}.\n", promises(*kind).join("; "));
+    }
+    out
+}
+
+/// Text as a cell of a table.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|")
 }

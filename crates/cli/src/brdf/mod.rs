@@ -1,15 +1,17 @@
 //! `yugen brdf`: what a reflectance model really does.
 
 mod check;
+mod convert;
 mod eval;
 mod list;
+mod plot;
 mod show;
 mod subject;
 
 use anyhow::Result;
 use clap::Subcommand;
 
-/// Looks into reflectance models: list, show, eval, check.
+/// Looks into reflectance models: list, show, eval, plot, check, convert.
 #[derive(Subcommand)]
 pub enum Brdf {
     /// All models, a line each.
@@ -18,8 +20,12 @@ pub enum Brdf {
     Show(show::Show),
     /// Values of f in 1/sr, without the cosine, linear RGB.
     Eval(eval::Eval),
+    /// Pictures: lobes, a lit sphere, a Rusinkiewicz slice, albedo against angle.
+    Plot(plot::Plot),
     /// Proofs: sampling by chi-square, reciprocity, energy, furnace, edges.
     Check(check::Check),
+    /// Writes a model or a measurement as a MERL .binary or a goniometer .gonio.
+    Convert(convert::Convert),
 }
 
 impl Brdf {
@@ -29,7 +35,9 @@ impl Brdf {
             Self::List(v) => v.run(),
             Self::Show(v) => v.run(),
             Self::Eval(v) => v.run(),
+            Self::Plot(v) => v.run(),
             Self::Check(v) => v.run(),
+            Self::Convert(v) => v.run(),
         }
     }
 }

@@ -43,31 +43,38 @@ impl Show {
             Data::Required(what) => println!("\nNeeds {what} (--data FILE)."),
             Data::Optional(what) => println!("\nCan take {what} (--data FILE)."),
         }
-        let laws = kind.laws();
         println!("\nPromises");
-        let promise = |holds: bool, yes: &str, no: &str| println!("  {}", if holds { yes } else { no });
-        promise(laws.reciprocal, "reciprocal: f(wo, wi) = f(wi, wo)", "not reciprocal");
-        promise(
-            laws.conserves_energy,
-            "reflects no more than it receives",
-            "may reflect more than it receives",
-        );
-        promise(laws.isotropic, "isotropic by default", "anisotropic");
-        if laws.transmits {
-            println!("  lets light through");
+        for promise in promises(kind) {
+            println!("  {promise}");
         }
-        if laws.delta {
-            println!("  a perfect mirror direction only (Dirac peak)");
-        }
-        if !laws.why.is_empty() {
-            println!("  {}", laws.why);
-        }
-        println!("  {}", if kind.wgsl().is_some() { "has a WGSL twin" } else { "has no WGSL twin" });
         Ok(())
     }
 }
 
-fn range(p: &Param) -> String {
+/// What a model promises with its default parameters, a sentence each.
+pub fn promises(kind: Kind) -> Vec<&'static str> {
+    let laws = kind.laws();
+    let pick = |holds: bool, yes, no| if holds { yes } else { no };
+    let mut all = vec![
+        pick(laws.reciprocal, "reciprocal: f(wo, wi) = f(wi, wo)", "not reciprocal"),
+        pick(laws.conserves_energy, "reflects no more than it receives", "may reflect more than it receives"),
+        pick(laws.isotropic, "isotropic by default", "anisotropic"),
+    ];
+    if laws.transmits {
+        all.push("lets light through");
+    }
+    if laws.delta {
+        all.push("a perfect mirror direction only (Dirac peak)");
+    }
+    if !laws.why.is_empty() {
+        all.push(laws.why);
+    }
+    all.push(pick(kind.wgsl().is_some(), "has a WGSL twin", "has no WGSL twin"));
+    all
+}
+
+/// Range, unit and default of a parameter.
+pub fn range(p: &Param) -> String {
     let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
     match p.kind {
         ParamType::Choice(names) => format!("{} [{}]", names.join("|"), names[p.default[0] as usize]),

@@ -10,7 +10,7 @@ use yugen_reflectance::{Bsdf, Kind, ParamType};
 /// Which model with which parameters.
 #[derive(Args)]
 pub struct Subject {
-    /// The model, as `yugen brdf list` names it.
+    /// The model, as `yugen brdf list` names it; or a measured file: MERL .binary, RGL .bsdf, goniometer .gonio.
     pub model: String,
 
     /// Named parameters to start from, as `yugen brdf show MODEL` lists them.
@@ -25,7 +25,7 @@ pub struct Subject {
     #[arg(short, long, value_name = "NAME=VALUE")]
     pub param: Vec<String>,
 
-    /// Measured file for models that need one: MERL .binary, RGL .bsdf, or a table.
+    /// Measured file for models that need one: MERL .binary, RGL .bsdf, or a goniometer .gonio.
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,
 
@@ -68,9 +68,32 @@ impl Subject {
         ColourSpace::from_name(&self.space).unwrap_or_default()
     }
 
+    /// What was asked for, in a line.
+    pub fn title(&self) -> String {
+        let name = |file: &PathBuf| file.file_name().map(|n| n.to_string_lossy().into_owned());
+        let mut words = vec![self.file().as_ref().and_then(name).unwrap_or_else(|| self.model.clone())];
+        words.extend(self.preset.clone());
+        words.extend(self.form.iter().map(|f| format!("form={f}")));
+        words.extend(self.param.iter().cloned());
+        words.extend(self.data.iter().filter_map(name));
+        words.join(" ")
+    }
+
+    /// The measured file that stands in the place of a model's name. No name of a model has a dot.
+    fn file(&self) -> Option<PathBuf> {
+        self.model.contains('.').then(|| PathBuf::from(&self.model))
+    }
+
     /// Builds it.
     pub fn build(&self) -> Result<Model> {
-        let kind = find(&self.model)?;
+        let file = self.file();
+        let kind = match &file {
+            Some(file) if self.data.is_some() => {
+                bail!("{} and --data are two measured files", file.display())
+            }
+            Some(file) => measured::kind(file)?,
+            None => find(&self.model)?,
+        };
         let (mut slots, mut data) = match &self.preset {
             Some(name) => kind.preset(name, self.space())?,
             None => (kind.defaults(), Vec::new()),
@@ -81,7 +104,7 @@ impl Subject {
                 setting.split_once('=').with_context(|| format!("'{setting}': expected name=value"))?;
             set(kind, &mut slots, name.trim(), value.trim())?;
         }
-        if let Some(file) = &self.data {
+        if let Some(file) = self.data.as_ref().or(file.as_ref()) {
             data = measured::read(file, kind, self.space())?;
         }
         let table = kind.bake(&slots, &data)?;

@@ -1,0 +1,258 @@
+//! A figure as a list of marks, written as SVG or drawn as PNG. Neither needs a font of the system: SVG leaves text
+//! to its reader, PNG uses glyphs that come with the program.
+
+use anyhow::{Context, Result};
+use base64::Engine;
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster};
+use std::fmt::Write;
+use tiny_skia::{
+    FillRule, FilterQuality, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Stroke,
+    StrokeDash, Transform,
+};
+use yugen_optics::Vec2;
+
+/// sRGB, as on a display.
+pub type Colour = [u8; 3];
+
+/// What text is written in.
+pub const INK: Colour = [45, 48, 54];
+/// What axes are drawn in.
+pub const RULE: Colour = [205, 208, 214];
+/// Curves, told apart by people who see few colours too (Okabe and Ito 2008).
+pub const CURVES: [Colour; 6] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
+/// Red, green and blue channels.
+pub const CHANNELS: [Colour; 3] = [[200, 40, 40], [30, 145, 60], [40, 80, 200]];
+
+/// Where text stands to its point.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+enum Mark {
+    Line { points: Vec<Vec2>, colour: Colour, width: f32, dashed: bool },
+    Area { points: Vec<Vec2>, colour: Colour, opacity: f32 },
+    Text { at: Vec2, text: String, anchor: Anchor },
+    Picture { at: Vec2, size: Vec2, pixels: Pixmap },
+}
+
+/// Marks on white paper, the last on top; y points down.
+pub struct Figure {
+    size: Vec2,
+    marks: Vec<Mark>,
+}
+
+/// Height of letters in units of the figure.
+const LETTERS: f32 = 14.0;
+const DASH: [f32; 2] = [6.0, 4.0];
+/// Around a filled area, so that no paper shines through between neighbours.
+const SEAM: f32 = 0.7;
+
+impl Figure {
+    pub fn new(width: f32, height: f32) -> Self {
+        Self { size: Vec2::new(width, height), marks: Vec::new() }
+    }
+
+    pub fn line(&mut self, points: Vec<Vec2>, colour: Colour, width: f32) {
+        self.marks.push(Mark::Line { points, colour, width, dashed: false });
+    }
+
+    pub fn dashes(&mut self, points: Vec<Vec2>, colour: Colour, width: f32) {
+        self.marks.push(Mark::Line { points, colour, width, dashed: true });
+    }
+
+    pub fn area(&mut self, points: Vec<Vec2>, colour: Colour, opacity: f32) {
+        self.marks.push(Mark::Area { points, colour, opacity });
+    }
+
+    /// Text whose baseline stands at a point.
+    pub fn text(&mut self, x: f32, y: f32, anchor: Anchor, text: impl Into<String>) {
+        self.marks.push(Mark::Text { at: Vec2::new(x, y), text: text.into(), anchor });
+    }
+
+    /// Rows of `width` pixels, stretched to `size`.
+    pub fn picture(&mut self, at: Vec2, size: Vec2, width: u32, rgb: &[Colour]) -> Result<()> {
+        let height = rgb.len() as u32 / width.max(1);
+        let mut pixels = Pixmap::new(width, height).context("a picture without pixels")?;
+        for (to, [r, g, b]) in pixels.data_mut().chunks_exact_mut(4).zip(rgb) {
+            to.copy_from_slice(&[*r, *g, *b, 255]);
+        }
+        self.marks.push(Mark::Picture { at, size, pixels });
+        Ok(())
+    }
+
+    /// An arrow that ends at `to`.
+    pub fn arrow(&mut self, from: Vec2, to: Vec2, colour: Colour) {
+        let along = (to - from).normalize_or_zero();
+        let (back, side) = (to - 10.0 * along, 4.0 * along.perp());
+        self.dashes(vec![from, back], colour, 1.5);
+        self.area(vec![to, back + side, back - side], colour, 1.0);
+    }
+
+    pub fn svg(&self) -> Result<String> {
+        let Vec2 { x: w, y: h } = self.size;
+        let mut out = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\" \
+             font-family=\"sans-serif\" font-size=\"{}\">\n<rect width=\"{w}\" height=\"{h}\" fill=\"#fff\"/>\n",
+            LETTERS - 1.0
+        );
+        for mark in &self.marks {
+            match mark {
+                Mark::Line { points, colour, width, dashed } => {
+                    let dash = if *dashed {
+                        format!(" stroke-dasharray=\"{} {}\"", DASH[0], DASH[1])
+                    } else {
+                        String::new()
+                    };
+                    writeln!(
+                        out,
+                        "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\" \
+                         stroke-linejoin=\"round\"{dash}/>",
+                        list(points),
+                        hex(*colour)
+                    )?;
+                }
+                Mark::Area { points, colour, opacity } => {
+                    let how = if *opacity < 1.0 {
+                        format!("fill-opacity=\"{opacity}\"")
+                    } else {
+                        format!(
+                            "stroke=\"{}\" stroke-width=\"{SEAM}\" stroke-linejoin=\"round\"",
+                            hex(*colour)
+                        )
+                    };
+                    writeln!(out, "<polygon points=\"{}\" fill=\"{}\" {how}/>", list(points), hex(*colour))?;
+                }
+                Mark::Text { at, text, anchor } => {
+                    let anchor = match anchor {
+                        Anchor::Start => "start",
+                        Anchor::Middle => "middle",
+                        Anchor::End => "end",
+                    };
+                    writeln!(
+                        out,
+                        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\" fill=\"{}\">{}</text>",
+                        at.x,
+                        at.y,
+                        hex(INK),
+                        text.replace('&', "&amp;").replace('<', "&lt;")
+                    )?;
+                }
+                Mark::Picture { at, size, pixels } => {
+                    let png = base64::engine::general_purpose::STANDARD.encode(pixels.encode_png()?);
+                    writeln!(
+                        out,
+                        "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" href=\"data:image/png;base64,{png}\"/>",
+                        at.x, at.y, size.x, size.y
+                    )?;
+                }
+            }
+        }
+        out.push_str("</svg>\n");
+        Ok(out)
+    }
+
+    /// As a PNG `width` pixels wide.
+    pub fn png(&self, width: u32) -> Result<Vec<u8>> {
+        let scale = width as f32 / self.size.x;
+        let mut paper =
+            Pixmap::new(width, (self.size.y * scale).round() as u32).context("a picture without pixels")?;
+        paper.fill(tiny_skia::Color::WHITE);
+        let zoom = Transform::from_scale(scale, scale);
+        for mark in &self.marks {
+            match mark {
+                Mark::Line { points, colour, width, dashed } => {
+                    let stroke = Stroke {
+                        width: *width,
+                        line_join: LineJoin::Round,
+                        line_cap: if *dashed { LineCap::Butt } else { LineCap::Round },
+                        dash: dashed.then(|| StrokeDash::new(DASH.to_vec(), 0.0)).flatten(),
+                        ..Stroke::default()
+                    };
+                    if let Some(path) = path(points, false) {
+                        paper.stroke_path(&path, &paint(*colour, 1.0), &stroke, zoom, None);
+                    }
+                }
+                Mark::Area { points, colour, opacity } => {
+                    let Some(path) = path(points, true) else { continue };
+                    let paint = paint(*colour, *opacity);
+                    paper.fill_path(&path, &paint, FillRule::Winding, zoom, None);
+                    if *opacity >= 1.0 {
+                        let stroke = Stroke { width: SEAM, line_join: LineJoin::Round, ..Stroke::default() };
+                        paper.stroke_path(&path, &paint, &stroke, zoom, None);
+                    }
+                }
+                Mark::Text { at, text, anchor } => write(&mut paper, scale, *at, text, *anchor),
+                Mark::Picture { at, size, pixels } => {
+                    let (x, y) = (size.x / pixels.width() as f32, size.y / pixels.height() as f32);
+                    let place = Transform::from_translate(at.x, at.y).pre_scale(x, y).post_concat(zoom);
+                    let how = PixmapPaint { quality: FilterQuality::Bilinear, ..PixmapPaint::default() };
+                    paper.draw_pixmap(0, 0, pixels.as_ref(), &how, place, None);
+                }
+            }
+        }
+        Ok(paper.encode_png()?)
+    }
+}
+
+fn write(paper: &mut Pixmap, scale: f32, at: Vec2, text: &str, anchor: Anchor) {
+    let glyph = |c| get_raster(c, FontWeight::Regular, RasterHeight::Size32);
+    let glyphs: Vec<_> = text.chars().filter_map(|c| glyph(c).or_else(|| glyph('?'))).collect();
+    let width: usize = glyphs.iter().map(|g| g.width()).sum();
+    let Some(mut line) = Pixmap::new(width as u32, RasterHeight::Size32.val() as u32) else { return };
+    let mut left = 0;
+    for glyph in &glyphs {
+        for (y, row) in glyph.rows().enumerate() {
+            for (x, &cover) in row.iter().enumerate() {
+                let at = 4 * (y * width + left + x);
+                let part = |c: u8| (u16::from(c) * u16::from(cover) / 255) as u8;
+                line.data_mut()[at..at + 4].copy_from_slice(&[
+                    part(INK[0]),
+                    part(INK[1]),
+                    part(INK[2]),
+                    cover,
+                ]);
+            }
+        }
+        left += glyph.width();
+    }
+    // A line of glyphs is 32 high, its baseline at 25.
+    let zoom = LETTERS / 26.0;
+    let shift = match anchor {
+        Anchor::Start => 0.0,
+        Anchor::Middle => 0.5,
+        Anchor::End => 1.0,
+    };
+    let place = Transform::from_scale(scale * zoom, scale * zoom)
+        .post_translate((at.x - shift * width as f32 * zoom) * scale, (at.y - 25.0 * zoom) * scale);
+    let how = PixmapPaint { quality: FilterQuality::Bicubic, ..PixmapPaint::default() };
+    paper.draw_pixmap(0, 0, line.as_ref(), &how, place, None);
+}
+
+fn paint(colour: Colour, opacity: f32) -> Paint<'static> {
+    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    paint.set_color_rgba8(colour[0], colour[1], colour[2], (255.0 * opacity).round() as u8);
+    paint
+}
+
+fn path(points: &[Vec2], closed: bool) -> Option<Path> {
+    let mut builder = PathBuilder::new();
+    let (first, rest) = points.split_first()?;
+    builder.move_to(first.x, first.y);
+    rest.iter().for_each(|p| builder.line_to(p.x, p.y));
+    if closed {
+        builder.close();
+    }
+    builder.finish()
+}
+
+fn hex([r, g, b]: Colour) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+fn list(points: &[Vec2]) -> String {
+    points.iter().map(|p| format!("{:.2},{:.2}", p.x, p.y)).collect::<Vec<_>>().join(" ")
+}

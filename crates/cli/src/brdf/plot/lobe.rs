@@ -1,0 +1,136 @@
+//! The lobe in three dimensions: a surface as far from the origin as the value is large.
+
+use super::Scene;
+use super::figure::{Anchor, Figure, INK, RULE};
+use super::scale::digits;
+use anyhow::{Result, bail};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use yugen_optics::frame::spherical;
+use yugen_optics::{Vec2, Vec3};
+
+const WIDTH: f32 = 720.0;
+const RADIUS: f32 = 300.0;
+/// Where the eye stands: aside of the plane of incidence and a little above the surface.
+const EYE: (f32, f32) = (65.0 * PI / 180.0, -70.0 * PI / 180.0);
+
+/// `n` numbers from `low` to `high`, half of them even and half close to `centre`.
+pub fn clustered(n: usize, low: f32, high: f32, centre: f32) -> Vec<f32> {
+    let width = 0.04;
+    let (a, b) = (((low - centre) / width).atan(), ((high - centre) / width).atan());
+    let half = n / 2;
+    let mut all: Vec<f32> = (0..=half).map(|i| low + (high - low) * i as f32 / half as f32).collect();
+    all.extend((1..half).map(|i| centre + width * (a + (b - a) * i as f32 / half as f32).tan()));
+    all.sort_by(f32::total_cmp);
+    all
+}
+
+pub fn draw(scene: &Scene) -> Result<Figure> {
+    let theta_i = scene.theta_i[0];
+    let wi = spherical(theta_i, scene.phi + PI);
+    let transmits = scene.model.bsdf().laws().transmits;
+    let height = if transmits { 700.0 } else { 520.0 };
+    let mut figure = Figure::new(WIDTH, height);
+    let origin = Vec2::new(WIDTH / 2.0, if transmits { height / 2.0 + 20.0 } else { height - 150.0 });
+
+    // Orthographic, from `eye`; turned with the plane of incidence so that it is always seen from aside.
+    let eye = spherical(EYE.0, EYE.1 + scene.phi);
+    let right = Vec3::Z.cross(eye).normalize();
+    let up = eye.cross(right);
+    let project = |p: Vec3| origin + RADIUS * Vec2::new(p.dot(right), -p.dot(up));
+
+    // Nodes over polar angle and azimuth, close around the mirror direction.
+    let top = FRAC_PI_2 - 1e-4;
+    let mut thetas = clustered(72, 0.0, top, theta_i);
+    if transmits {
+        thetas.extend(clustered(72, PI - top, PI, PI - theta_i));
+    }
+    let phis = clustered(144, -PI, PI, 0.0);
+    let nodes: Vec<Vec<(Vec3, Vec3)>> = thetas
+        .iter()
+        .map(|&theta| {
+            phis.iter()
+                .map(|&phi| {
+                    let wo = spherical(theta, phi + scene.phi);
+                    (wo, scene.value(wo, wi))
+                })
+                .collect()
+        })
+        .collect();
+    let length = |v: Vec3| scene.space.luminance(v);
+    let max = nodes.iter().flatten().fold(0.0f32, |a, (_, v)| a.max(length(*v)));
+    if !max.is_finite() || max <= 0.0 {
+        bail!("{} has no finite positive value at this angle", scene.title);
+    }
+    let point = |&(wo, v): &(Vec3, Vec3)| wo * scene.scale.unit(length(v), max);
+
+    // The lamp of the picture shines over the eye's shoulder; the colour is that of the value.
+    let lamp = (eye + 0.6 * up - 0.5 * right).normalize();
+    let mut facets = Vec::new();
+    for rows in nodes.windows(2) {
+        if rows[0][0].0.z > 0.0 && rows[1][0].0.z < 0.0 {
+            continue;
+        }
+        for j in 0..phis.len() - 1 {
+            let corners = [&rows[0][j], &rows[1][j], &rows[1][j + 1], &rows[0][j + 1]];
+            let p = corners.map(point);
+            let cross = (p[2] - p[0]).cross(p[3] - p[1]);
+            if cross.length_squared() < 1e-14 {
+                continue;
+            }
+            let middle = p.iter().sum::<Vec3>() / 4.0;
+            let value = corners.iter().map(|c| c.1).sum::<Vec3>();
+            let normal = cross.normalize() * cross.dot(eye).signum();
+            let light = 0.25 + 0.75 * normal.dot(lamp).max(0.0);
+            let hue = value / value.max_element().max(f32::MIN_POSITIVE);
+            facets.push((middle, p.map(project).to_vec(), scene.display(hue * 0.85 * light)));
+        }
+    }
+    facets.sort_by(|a, b| a.0.dot(eye).total_cmp(&b.0.dot(eye)));
+
+    let (above, below): (Vec<_>, Vec<_>) = facets.into_iter().partition(|f| f.0.z >= 0.0);
+    for (_, corners, colour) in below {
+        figure.area(corners, colour, 1.0);
+    }
+    // The surface: a disc with its rings, the tangent and the plane of incidence.
+    let ring = |r: f32| (0..=96).map(|i| project(r * spherical(FRAC_PI_2, i as f32 / 96.0 * TAU))).collect();
+    figure.area(ring(1.0), [238, 240, 244], if transmits { 0.7 } else { 1.0 });
+    for r in [0.25, 0.5, 0.75, 1.0] {
+        figure.line(ring(r), RULE, 1.0);
+    }
+    for i in 0..12 {
+        let spoke = spherical(FRAC_PI_2, i as f32 / 6.0 * PI);
+        figure.line(vec![project(Vec3::ZERO), project(spoke)], RULE, 0.7);
+    }
+    let tangent = project(1.12 * Vec3::X);
+    figure.line(vec![project(Vec3::ZERO), project(1.06 * Vec3::X)], INK, 1.2);
+    figure.text(tangent.x, tangent.y + 5.0, Anchor::Middle, "x");
+    let normal = project(1.12 * Vec3::Z);
+    figure.dashes(vec![project(Vec3::ZERO), project(1.08 * Vec3::Z)], INK, 1.0);
+    figure.text(normal.x, normal.y, Anchor::Middle, "n");
+    let arrow = |figure: &mut Figure| figure.arrow(project(1.15 * wi), project(0.0 * wi), INK);
+    // The light comes from behind the lobe or from before it.
+    if wi.dot(eye) < 0.0 {
+        arrow(&mut figure);
+    }
+    for (_, corners, colour) in above {
+        figure.area(corners, colour, 1.0);
+    }
+    if wi.dot(eye) >= 0.0 {
+        arrow(&mut figure);
+    }
+
+    figure.text(20.0, 26.0, Anchor::Start, scene.title.clone());
+    figure.text(
+        20.0,
+        46.0,
+        Anchor::Start,
+        format!(
+            "{}, {} scale; light at {}°, longest {} 1/sr",
+            scene.value.name(),
+            scene.scale.name(),
+            digits(theta_i.to_degrees()),
+            digits(max)
+        ),
+    );
+    Ok(figure)
+}

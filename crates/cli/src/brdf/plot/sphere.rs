@@ -1,0 +1,110 @@
+//! A sphere under a lamp and a soft sky, seen from far away.
+
+use super::figure::{Colour, Figure};
+use super::{Scene, bytes};
+use anyhow::Result;
+use std::f32::consts::TAU;
+use yugen_optics::frame::Frame;
+use yugen_optics::random::hash_combine;
+use yugen_optics::tonemap::{Curve, Display};
+use yugen_optics::{Vec2, Vec3};
+
+/// Draws a pixel, each for the sky and for the lamp.
+const DRAWS: u32 = 64;
+/// The share of the picture's half width that the sphere takes.
+const FILL: f32 = 0.86;
+const BACKDROP: Vec3 = Vec3::new(0.05, 0.052, 0.056);
+
+/// The lamp is soft, a von Mises-Fisher lobe of this concentration: about five degrees wide.
+const KAPPA: f32 = 150.0;
+/// Its irradiance on a surface that faces it.
+const LAMP: f32 = 2.4;
+
+/// Towards the lamp; x right, y up, z to the eye.
+fn lamp() -> Vec3 {
+    Vec3::new(-0.5, 0.62, 0.6).normalize()
+}
+
+fn lamp_pdf(d: Vec3) -> f32 {
+    KAPPA / TAU * (KAPPA * (d.dot(lamp()) - 1.0)).exp()
+}
+
+fn lamp_draw(u: Vec2) -> Vec3 {
+    let z = 1.0 + (1.0 - u.x + u.x * (-2.0 * KAPPA).exp()).ln() / KAPPA;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    Frame::from_normal(lamp()).to_world(Vec3::new(r * cos, r * sin, z))
+}
+
+/// Light from above, a warm floor, and a dim wall of light behind to the right that rims the sphere.
+fn sky(d: Vec3) -> Vec3 {
+    let up = 0.5 + 0.5 * d.y;
+    let floor = Vec3::new(0.10, 0.09, 0.08);
+    let air = Vec3::new(0.42, 0.45, 0.50);
+    let rim =
+        Vec3::new(0.9, 0.85, 0.8) * (6.0 * (d.dot(Vec3::new(0.85, 0.25, -0.45).normalize()) - 1.0)).exp();
+    floor.lerp(air, up * up * (3.0 - 2.0 * up)) + rim
+}
+
+/// Points of the R3 sequence (Roberts 2018), shifted by a hash of the pixel.
+fn point(pixel: u32, i: u32, dimension: u32) -> Vec3 {
+    const STEP: [f64; 3] = [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3];
+    Vec3::from_array(std::array::from_fn(|k| {
+        let shift = f64::from(hash_combine(pixel, 3 * dimension + k as u32)) / f64::from(u32::MAX);
+        // The largest float below one.
+        ((shift + STEP[k] * f64::from(i)).fract() as f32).min(1.0 - f32::EPSILON / 2.0)
+    }))
+}
+
+/// Radiance at one point of the picture; x right and y up in units of the radius.
+fn radiance(scene: &Scene, at: Vec2, for_sky: Vec3, for_lamp: Vec2) -> Vec3 {
+    let r2 = at.length_squared();
+    if r2 >= 1.0 {
+        return BACKDROP;
+    }
+    let normal = Vec3::new(at.x, at.y, (1.0 - r2).sqrt());
+    // The tangent goes around the upright axis.
+    let frame = Frame::from_normal_tangent(normal, Vec3::Y.cross(normal));
+    let bsdf = scene.model.bsdf();
+    let wo = frame.to_local(Vec3::Z);
+    let mut sum = Vec3::ZERO;
+    // Both ways of finding the lamp, weighted by the balance heuristic (Veach and Guibas 1995).
+    if let Some(s) = bsdf.sample(wo, for_sky) {
+        let d = frame.to_world(s.wi);
+        let lamp = lamp_pdf(d);
+        let share = if s.delta { 1.0 } else { s.pdf / (s.pdf + lamp) };
+        sum += s.weight * (sky(d) + LAMP * lamp * share);
+    }
+    let d = lamp_draw(for_lamp);
+    let wi = frame.to_local(d);
+    let (f, pdf) = bsdf.eval_pdf(wo, wi);
+    let lamp = lamp_pdf(d);
+    sum + f * wi.z.abs() * LAMP * lamp / (lamp + pdf)
+}
+
+pub fn draw(scene: &Scene) -> Result<Figure> {
+    let n = scene.size as usize;
+    let display = Display::new(scene.space, 0.3, Curve::Aces);
+    let rows = super::parallel(n, "sphere", |y| {
+        (0..n)
+            .map(|x| {
+                let pixel = (y * n + x) as u32;
+                let mut sum = Vec3::ZERO;
+                for i in 0..DRAWS {
+                    let (a, b) = (point(pixel, i, 0), point(pixel, i, 1));
+                    let film = Vec2::new(x as f32 + b.z, y as f32 + point(pixel, i, 2).x) / n as f32;
+                    let at = (2.0 * film - 1.0) * Vec2::new(1.0, -1.0) / FILL;
+                    let light = radiance(scene, at, a, Vec2::new(b.x, b.y));
+                    if light.is_finite() {
+                        sum += light;
+                    }
+                }
+                bytes(display.show(sum / DRAWS as f32))
+            })
+            .collect::<Vec<Colour>>()
+    });
+    let side = scene.size as f32;
+    let mut figure = Figure::new(side, side);
+    figure.picture(Vec2::ZERO, Vec2::splat(side), scene.size, &rows.concat())?;
+    Ok(figure)
+}

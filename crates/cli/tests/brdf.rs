@@ -1,0 +1,191 @@
+//! `yugen brdf` from outside, as a person or a script meets it.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+/// Exit status, what it printed, what it complained.
+fn yugen(args: &[&str]) -> (bool, String, String) {
+    let out = Command::new(env!("CARGO_BIN_EXE_yugen")).arg("brdf").args(args).output().unwrap();
+    (out.status.success(), String::from_utf8(out.stdout).unwrap(), String::from_utf8(out.stderr).unwrap())
+}
+
+/// What it printed; it must succeed and complain of nothing.
+fn good(args: &[&str]) -> String {
+    let (success, out, err) = yugen(args);
+    assert!(success && err.is_empty(), "yugen brdf {args:?}: {err}");
+    out
+}
+
+/// What it complained; it must fail and print nothing.
+fn bad(args: &[&str]) -> String {
+    let (success, out, err) = yugen(args);
+    assert!(!success && out.is_empty(), "yugen brdf {args:?}: {out}");
+    err
+}
+
+fn models() -> Vec<String> {
+    let all: serde_json::Value = serde_json::from_str(&good(&["list", "--json"])).unwrap();
+    all.as_array().unwrap().iter().map(|m| m["name"].as_str().unwrap().to_string()).collect()
+}
+
+/// A path of this test run, in a folder that goes with the build.
+fn scratch(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("brdf");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder.join(name)
+}
+
+#[test]
+fn list_names_every_model_and_show_knows_each() {
+    let names = models();
+    assert!(names.len() > 20);
+    let lines = good(&["list"]);
+    assert_eq!(lines.lines().count(), names.len());
+    for (line, name) in lines.lines().zip(&names) {
+        assert!(line.split_whitespace().next() == Some(name), "{line}");
+        let shown = good(&["show", name]);
+        assert!(shown.starts_with(name.as_str()) && shown.contains("Promises"), "{shown}");
+        let shown: serde_json::Value = serde_json::from_str(&good(&["show", name, "--json"])).unwrap();
+        assert_eq!(shown["name"], name.as_str());
+        assert!(shown["params"].as_array().unwrap().iter().all(|p| !p["doc"].as_str().unwrap().is_empty()));
+    }
+}
+
+#[test]
+fn eval_prints_three_numbers_a_pair() {
+    let pair = ["--wi", "0,0,1", "--wo", "0.6,0,0.8"];
+    let out = good(&[["eval", "lambert", "-p", "reflectance=0.2,0.4,0.6"].as_slice(), &pair].concat());
+    let f: Vec<f32> = out.split_whitespace().map(|v| v.parse().unwrap()).collect();
+    assert_eq!(f.len(), 3);
+    for (f, rho) in f.iter().zip([0.2, 0.4, 0.6]) {
+        assert!((f * std::f32::consts::PI - rho).abs() < 1e-6, "{out}");
+    }
+
+    let out = good(&[["eval", "lambert", "--json"].as_slice(), &pair].concat());
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["values"][0]["f"].as_array().unwrap().len(), 3);
+    let pdf = json["values"][0]["pdf"].as_f64().unwrap();
+    assert!((pdf - std::f64::consts::FRAC_1_PI).abs() < 1e-6, "{pdf}");
+
+    let file = scratch("pairs.txt");
+    let pairs = ["eval", "lambert", "--pairs", file.to_str().unwrap()];
+    std::fs::write(&file, "# wi then wo\n0 0 1  0 0 1\n\n0.6,0,0.8, 0,0,2 # any length\n").unwrap();
+    assert_eq!(good(&pairs).lines().count(), 2);
+    std::fs::write(&file, "0 0 1 0 0 1\n0 0 1 0 0\n").unwrap();
+    assert!(bad(&pairs).contains("pairs.txt:2: expected six"));
+}
+
+#[test]
+fn mistakes_are_answered_with_what_would_do() {
+    let pair = ["--wi", "0,0,1", "--wo", "0,0,1"];
+    let eval = |args: &[&str]| bad(&[&["eval"], args, &pair].concat());
+    assert!(bad(&["show", "lamberd"]).contains("did you mean 'lambert'?"));
+    assert!(eval(&["blin_phong"]).contains("did you mean 'blinn_phong'?"));
+    let range = eval(&["lambert", "-p", "reflectance=1.5"]);
+    assert!(range.contains("reflectance is 1.5; expected 0 to 1"), "{range}");
+    assert!(eval(&["lambert", "-p", "reflectanse=0.5"]).contains("reflectance"));
+    assert!(eval(&["lambert", "-p", "reflectance"]).contains("expected name=value"));
+    assert!(eval(&["lambert", "-p", "reflectance=NaN"]).contains("expected r,g,b or one number"));
+    assert!(eval(&["microcylinder", "--preset", "linnen"]).contains("linen_plain"));
+    assert!(eval(&["microcylinder", "--form", "papier"]).contains("paper"));
+    assert!(eval(&["merl", "--data", "/nowhere/gold.binary"]).contains("/nowhere/gold.binary"));
+    assert!(bad(&["eval", "lambert", "--wi", "0,0,0", "--wo", "0,0,1"]).contains("three numbers"));
+}
+
+#[test]
+fn check_proves_a_model_and_says_so() {
+    let (success, out, _) = yugen(&["check", "--quick", "lambert"]);
+    assert!(success && out.contains("1 passed, 0 failed, 0 skipped"), "{out}");
+    let json: serde_json::Value =
+        serde_json::from_str(&good(&["check", "--quick", "lambert", "--json"])).unwrap();
+    assert_eq!(json[0]["model"], "lambert");
+    assert_eq!(json[0]["passed"], true);
+    assert!(json[0]["laws"].as_array().unwrap().len() > 5);
+}
+
+/// The page of the models is what the models say of themselves; `BLESS=1` writes it anew.
+#[test]
+fn the_page_of_models_is_up_to_date() {
+    let page = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/models.md");
+    let told = good(&["list", "--markdown"]);
+    for name in models() {
+        assert!(told.contains(&format!("\n## {name}\n")), "{name} has no section");
+    }
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&page, &told).unwrap();
+    }
+    let written = std::fs::read_to_string(&page).unwrap_or_default();
+    let how = "run `BLESS=1 cargo test --release -p yugen-cli` to write it anew";
+    if let Some((i, (a, b))) = told.lines().zip(written.lines()).enumerate().find(|(_, (a, b))| a != b) {
+        panic!("docs/models.md:{}: '{b}' should be '{a}'; {how}", i + 1);
+    }
+    assert!(told == written, "docs/models.md has too few or too many lines; {how}");
+}
+
+/// Width and height of a PNG, from its header.
+fn png_size(file: &PathBuf) -> (u32, u32) {
+    let bytes = std::fs::read(file).unwrap();
+    assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
+    assert_eq!(bytes[12..16], *b"IHDR");
+    let word = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
+    (word(16), word(20))
+}
+
+#[test]
+fn plot_draws_every_kind_as_svg_and_png() {
+    for kind in ["polar", "lobe", "sphere", "slice", "albedo"] {
+        for (extension, size) in [("svg", "64"), ("png", "100")] {
+            let file = scratch(&format!("{kind}.{extension}"));
+            let _ = std::fs::remove_file(&file);
+            let name = file.to_str().unwrap();
+            good(&["plot", "blinn_phong", "--kind", kind, "--size", size, "-o", name]);
+            if extension == "png" {
+                let (width, height) = png_size(&file);
+                assert!(width == 100 && (40..200).contains(&height), "{kind}: {width} x {height}");
+            } else {
+                let text = std::fs::read_to_string(&file).unwrap();
+                assert!(text.starts_with("<svg ") && text.ends_with("</svg>\n"));
+                assert!(!text.contains("NaN") && !text.contains("inf"), "{kind}");
+                assert!(
+                    text.contains(if kind == "sphere" { "<image" } else { "blinn_phong</text>" }),
+                    "{kind}"
+                );
+            }
+        }
+    }
+    // A mirror has no lobe, but a picture.
+    let file = scratch("mirror.png");
+    let name = file.to_str().unwrap();
+    assert!(bad(&["plot", "conductor", "-o", name]).contains("--kind sphere"));
+    good(&["plot", "conductor", "--kind", "sphere", "--size", "64", "-o", name]);
+    assert_eq!(png_size(&file), (64, 64));
+    assert!(bad(&["plot", "lambert", "-o", "a.gif"]).contains("expected the name of an .svg or a .png"));
+    assert!(bad(&["plot", "lambert", "--theta-i", "95", "-o", name]).contains("0 to less than 90 degrees"));
+    assert!(bad(&["plot", "lambert", "-o", "/nowhere/a.svg"]).contains("/nowhere/a.svg"));
+}
+
+/// The differences that `convert` found.
+fn converted(args: &[&str]) -> (f64, f64) {
+    let json: serde_json::Value =
+        serde_json::from_str(&good(&[&["convert", "--json"], args].concat())).unwrap();
+    (json["mean"].as_f64().unwrap(), json["largest"].as_f64().unwrap())
+}
+
+#[test]
+fn convert_writes_tables_that_are_near_their_source() {
+    let (merl, gonio) = (scratch("converted.binary"), scratch("converted.gonio"));
+    let (merl, gonio) = (merl.to_str().unwrap(), gonio.to_str().unwrap());
+    // Lambert is constant: only the rounding of colours between spaces is left.
+    let (_, largest) = converted(&["lambert", merl]);
+    assert!(largest < 1e-5, "{largest}");
+    // From a measured file to the other format.
+    let (mean, largest) = converted(&[merl, gonio, "--step", "15"]);
+    assert!(mean < 1e-5 && largest < 1e-5, "{mean} {largest}");
+    good(&["eval", gonio, "--wi", "0,0,1", "--wo", "0,0,1"]);
+
+    assert!(bad(&["convert", "lambert", "a.bsdf"]).contains("can be read, not written"));
+    assert!(bad(&["convert", "lambert", "a.binari"]).contains("binary"));
+    assert!(bad(&["convert", "conductor", merl]).contains("single directions"));
+    assert!(bad(&["convert", "microcylinder", merl]).contains("write a .gonio"));
+    assert!(bad(&["convert", "lambert", gonio, "--step", "0"]).contains("1 to 30 degrees"));
+}
