@@ -1,10 +1,11 @@
 //! Importance sampling of any reflection from a table: for a grid of eye directions, a piecewise-constant
 //! density of the half vector, made once from the model itself.
 //!
-//! Polar angles are cut at equal steps of √θ_h, as MERL cuts them, because highlights are narrow; within a
-//! cell the half vector is uniform in θ_h² and φ_h. Azimuth is counted from the plane that holds the eye. Between
-//! the grid's eye directions one of the neighbours is drawn at random, so that the density is their mixture and
-//! exact. One draw in ten goes to a cosine lobe instead: no light is ever missed, however coarse the table.
+//! Polar angles are cut nearly at equal steps of √θ_h, as MERL cuts them, because highlights are narrow. The
+//! density is linear between the centres of the cells, so that it has no steps: a cell is drawn, then a point from
+//! the tent around its centre. Azimuth is counted from the plane that holds the eye. Between the grid's eye directions
+//! one of the neighbours is drawn at random, so that the density is their mixture and exact. One draw in ten goes
+//! to a cosine lobe instead: no light is ever missed, however coarse the table.
 
 use crate::model::Sample;
 use glam::{Vec2, Vec3};
@@ -15,6 +16,10 @@ use yugen_optics::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 /// The functions in WGSL, spliced in after `frame.wgsl`.
 pub const IMPORTANCE_WGSL: &str = include_str!("importance.wgsl");
+
+/// The part of π/2 below which cells are even in θ_h² rather than in √θ_h, well within the first cell: a density over
+/// √θ_h alone would be infinite at the pole.
+const POLE: f32 = 1e-4;
 
 /// The part of the draws that goes to the cosine lobe.
 pub const COSINE_SHARE: f32 = 0.1;
@@ -67,17 +72,18 @@ impl HalfVectorTable {
                     *cell = 0.0;
                     for s in 0..SUB * SUB {
                         let (x, y) = ((s / SUB) as f32 + 0.5, (s % SUB) as f32 + 0.5);
-                        let theta = self.theta(a, x / SUB as f32);
+                        let u = (a as f32 + x / SUB as f32) / self.n_u as f32;
+                        let theta = theta_of(u);
                         let h = spherical(theta, phi_o + TAU * (b as f32 + y / SUB as f32) / self.n_v as f32);
                         let cos = wo.dot(h);
                         let wi = 2.0 * cos * h - wo;
                         if cos > 0.0 && wi.z > 0.0 {
-                            let density = f(wo, wi).element_sum() * wi.z * 4.0 * cos * (theta.sin() / theta);
-                            *cell +=
-                                if density > 0.0 && density.is_finite() { f64::from(density) } else { 0.0 };
+                            let density = f(wo, wi).element_sum() * wi.z * 4.0 * cos * solid_angle(u, theta);
+                            if density > 0.0 && density.is_finite() {
+                                *cell += f64::from(density);
+                            }
                         }
                     }
-                    *cell *= f64::from(self.theta_squares(a));
                 }
                 self.push_node(&cells, &mut table);
             }
@@ -91,23 +97,6 @@ impl HalfVectorTable {
         for row in cells.chunks_exact(self.n_v) {
             push_cdf(row, table);
         }
-    }
-
-    /// Polar angle at `t` in [0, 1] of cell `a`, uniform in θ².
-    fn theta(&self, a: usize, t: f32) -> f32 {
-        let low = self.edge(a);
-        (low * low + t * self.theta_squares(a)).sqrt()
-    }
-
-    fn edge(&self, a: usize) -> f32 {
-        let u = a as f32 / self.n_u as f32;
-        u * u * FRAC_PI_2
-    }
-
-    /// Difference of θ² across cell `a`.
-    fn theta_squares(&self, a: usize) -> f32 {
-        let (low, high) = (self.edge(a), self.edge(a + 1));
-        (high - low) * (high + low)
     }
 
     /// The up to four grid directions around `wo` with their shares.
@@ -141,20 +130,29 @@ impl HalfVectorTable {
         let length = h.length();
         let cos = 0.5 * length;
         let theta = h.truncate().length().atan2(h.z);
-        let a = (((theta / FRAC_PI_2).sqrt() * self.n_u as f32) as usize).min(self.n_u - 1);
+        let u = u_of(theta);
         let v = (azimuth(h) - azimuth(wo)) / TAU;
-        let b = (((v - v.floor()) * self.n_v as f32) as usize).min(self.n_v - 1);
+        // The cells whose centres lie around the point; the first and last go on to the ends.
+        let x = (u * self.n_u as f32 - 0.5).clamp(0.0, (self.n_u - 1) as f32);
+        let a = (x as usize).min(self.n_u - 2);
+        let x = x - a as f32;
+        let y = (v - v.floor()) * self.n_v as f32 - 0.5;
+        let low = y.floor();
+        let y = y - low;
+        let b = (low as i32).rem_euclid(self.n_v as i32) as usize;
+        let c = (b + 1) % self.n_v;
         let mut p = 0.0;
         for (node, share) in self.nodes(wo) {
             if share > 0.0 {
-                let row = node + self.n_u + 1 + a * (self.n_v + 1) + b;
-                p += share * (table[node + a + 1] - table[node + a]) * (table[row + 1] - table[row]);
+                for (a, x) in [(a, 1.0 - x), (a + 1, x)] {
+                    let row = node + self.n_u + 1 + a * (self.n_v + 1);
+                    let cell = |b: usize| table[row + b + 1] - table[row + b];
+                    let along = (1.0 - y) * cell(b) + y * cell(c);
+                    p += share * x * (table[node + a + 1] - table[node + a]) * along;
+                }
             }
         }
-        // θ/sin θ and the step of θ² turn the cell's probability into a density per solid angle of h; 4 cos
-        // turns that into one of wi.
-        let spread = if theta > 1e-4 { theta / theta.sin() } else { 1.0 };
-        let per_h = 2.0 * spread / self.theta_squares(a) * (self.n_v as f32 / TAU);
+        let per_h = (self.n_u * self.n_v) as f32 / (TAU * solid_angle(u, theta));
         COSINE_SHARE * cosine_hemisphere_pdf(wi) + (1.0 - COSINE_SHARE) * p * per_h / (4.0 * cos)
     }
 
@@ -181,7 +179,10 @@ impl HalfVectorTable {
         let (a, s) = find(&table[node..=node + self.n_u], u.x);
         let row = node + self.n_u + 1 + a * (self.n_v + 1);
         let (b, t) = find(&table[row..=row + self.n_v], u.y);
-        let h = spherical(self.theta(a, s), azimuth(wo) + TAU * (b as f32 + t) / self.n_v as f32);
+        // Beyond the ends the tent folds back.
+        let u = ((a as f32 + tent(s)) / self.n_u as f32).abs();
+        let theta = theta_of(if u > 1.0 { 2.0 - u } else { u });
+        let h = spherical(theta, azimuth(wo) + TAU * (b as f32 + tent(t)) / self.n_v as f32);
         let wi = 2.0 * wo.dot(h) * h - wo;
         (wo.dot(h) > 0.0 && wi.z > 0.0).then(|| wi.normalize())
     }
@@ -199,6 +200,40 @@ impl HalfVectorTable {
         let weight = f(wo, wi) * (wi.z / pdf);
         (pdf > 0.0 && weight.is_finite()).then_some(Sample { wi, weight, pdf, delta: false, eta: 1.0 })
     }
+}
+
+/// u⁴ is (θ² + ε²)/(π/2)² but for offset and scale, which map θ from 0 to π/2 to u from 0 to 1.
+fn fourth_root_scale() -> (f32, f32) {
+    let offset = POLE.sqrt();
+    (offset, (1.0 + POLE * POLE).sqrt().sqrt() - offset)
+}
+
+fn u_of(theta: f32) -> f32 {
+    let (offset, scale) = fourth_root_scale();
+    let t = theta / FRAC_PI_2;
+    ((t * t + POLE * POLE).sqrt().sqrt() - offset) / scale
+}
+
+fn theta_of(u: f32) -> f32 {
+    let (offset, scale) = fourth_root_scale();
+    // y⁴ − ε² as a product, without cancellation for small u.
+    let d = u * scale;
+    let y = d + offset;
+    let t2 = d * (y + offset) * (y * y + POLE);
+    FRAC_PI_2 * t2.max(0.0).sqrt()
+}
+
+/// sin θ dθ/du: solid angle per u and radian of azimuth.
+fn solid_angle(u: f32, theta: f32) -> f32 {
+    let (offset, scale) = fourth_root_scale();
+    let y = u * scale + offset;
+    let sinc = if theta > 1e-4 { theta.sin() / theta } else { 1.0 };
+    2.0 * FRAC_PI_2 * FRAC_PI_2 * y * y * y * scale * sinc
+}
+
+/// Where in [−1/2, 3/2] the tent around 1/2 puts a uniform number.
+fn tent(s: f32) -> f32 {
+    if s < 0.5 { (2.0 * s).sqrt() - 0.5 } else { 1.5 - (2.0 - 2.0 * s).sqrt() }
 }
 
 /// Azimuth of `w`, 0 where it has none.

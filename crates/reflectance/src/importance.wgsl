@@ -17,15 +17,36 @@ struct HalfVectorNodes {
     share: vec4<f32>,
 }
 
-fn half_vector_edge(h: HalfVectorTable, a: u32) -> f32 {
-    let u = f32(a) / f32(h.n_u);
-    return u * u * HALF_PI;
+const HALF_VECTOR_POLE: f32 = 1e-4;
+// The root of it, and (1 + pole^2)^(1/4) less that.
+const HALF_VECTOR_OFFSET: f32 = 0.01;
+const HALF_VECTOR_SCALE: f32 = 0.99;
+
+fn half_vector_u(theta: f32) -> f32 {
+    let t = theta / HALF_PI;
+    return (sqrt(sqrt(t * t + HALF_VECTOR_POLE * HALF_VECTOR_POLE)) - HALF_VECTOR_OFFSET) / HALF_VECTOR_SCALE;
 }
 
-fn half_vector_theta_squares(h: HalfVectorTable, a: u32) -> f32 {
-    let low = half_vector_edge(h, a);
-    let high = half_vector_edge(h, a + 1u);
-    return (high - low) * (high + low);
+fn half_vector_theta(u: f32) -> f32 {
+    let d = u * HALF_VECTOR_SCALE;
+    let y = d + HALF_VECTOR_OFFSET;
+    return HALF_PI * sqrt(max(d * (y + HALF_VECTOR_OFFSET) * (y * y + HALF_VECTOR_POLE), 0.0));
+}
+
+fn half_vector_solid_angle(u: f32, theta: f32) -> f32 {
+    let y = u * HALF_VECTOR_SCALE + HALF_VECTOR_OFFSET;
+    var sinc = 1.0;
+    if (theta > 1e-4) {
+        sinc = sin(theta) / theta;
+    }
+    return 2.0 * HALF_PI * HALF_PI * y * y * y * HALF_VECTOR_SCALE * sinc;
+}
+
+fn half_vector_tent(s: f32) -> f32 {
+    if (s < 0.5) {
+        return sqrt(2.0 * s) - 0.5;
+    }
+    return 1.5 - sqrt(2.0 - 2.0 * s);
 }
 
 fn half_vector_azimuth(w: vec3<f32>) -> f32 {
@@ -64,23 +85,30 @@ fn half_vector_pdf(h: HalfVectorTable, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> 
     let sum = wo + wi;
     let cosine = 0.5 * length(sum);
     let theta = atan2(length(sum.xy), sum.z);
-    let a = min(u32(sqrt(theta / HALF_PI) * f32(h.n_u)), h.n_u - 1u);
+    let u = half_vector_u(theta);
     let v = (half_vector_azimuth(sum) - half_vector_azimuth(wo)) / TAU;
-    let b = min(u32((v - floor(v)) * f32(h.n_v)), h.n_v - 1u);
+    var x = clamp(u * f32(h.n_u) - 0.5, 0.0, f32(h.n_u - 1u));
+    let a = min(u32(x), h.n_u - 2u);
+    x = x - f32(a);
+    let around = (v - floor(v)) * f32(h.n_v) - 0.5;
+    let y = around - floor(around);
+    let b = u32(i32(floor(around)) + i32(h.n_v)) % h.n_v;
+    let c = (b + 1u) % h.n_v;
     let nodes = half_vector_nodes(h, wo);
     var p = 0.0;
     for (var n = 0u; n < 4u; n++) {
         if (nodes.share[n] > 0.0) {
             let node = t + nodes.at[n];
-            let row = node + h.n_u + 1u + a * (h.n_v + 1u) + b;
-            p += nodes.share[n] * (table_at(node + a + 1u) - table_at(node + a)) * (table_at(row + 1u) - table_at(row));
+            for (var k = 0u; k < 2u; k++) {
+                let row = node + h.n_u + 1u + (a + k) * (h.n_v + 1u);
+                let along = (1.0 - y) * (table_at(row + b + 1u) - table_at(row + b))
+                    + y * (table_at(row + c + 1u) - table_at(row + c));
+                let share = nodes.share[n] * select(1.0 - x, x, k == 1u);
+                p += share * (table_at(node + a + k + 1u) - table_at(node + a + k)) * along;
+            }
         }
     }
-    var spread = 1.0;
-    if (theta > 1e-4) {
-        spread = theta / sin(theta);
-    }
-    let per_h = 2.0 * spread / half_vector_theta_squares(h, a) * (f32(h.n_v) / TAU);
+    let per_h = f32(h.n_u * h.n_v) / (TAU * half_vector_solid_angle(u, theta));
     return COSINE_SHARE * cosine_hemisphere_pdf(wi) + (1.0 - COSINE_SHARE) * p * per_h / (4.0 * cosine);
 }
 
@@ -128,9 +156,9 @@ fn half_vector_sample(h: HalfVectorTable, t: u32, wo: vec3<f32>, u: vec3<f32>) -
     let first = half_vector_find(t + node, h.n_u, u.x);
     let a = u32(first.x);
     let second = half_vector_find(t + node + h.n_u + 1u + a * (h.n_v + 1u), h.n_v, u.y);
-    let low = half_vector_edge(h, a);
-    let theta = sqrt(low * low + first.y * half_vector_theta_squares(h, a));
-    let phi = half_vector_azimuth(wo) + TAU * (second.x + second.y) / f32(h.n_v);
+    let folded = abs((first.x + half_vector_tent(first.y)) / f32(h.n_u));
+    let theta = half_vector_theta(select(folded, 2.0 - folded, folded > 1.0));
+    let phi = half_vector_azimuth(wo) + TAU * (second.x + half_vector_tent(second.y)) / f32(h.n_v);
     let m = vec3<f32>(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta));
     let cosine = dot(wo, m);
     let wi = 2.0 * cosine * m - wo;

@@ -123,6 +123,12 @@ impl StructuralColour {
     }
 }
 
+/// Cosine between the half vector and either direction, the same for both to the last bit: the table is steep
+/// along the surface.
+fn cos_d(wo: Vec3, wi: Vec3) -> f32 {
+    0.5 * (wo + wi).length()
+}
+
 impl Model for StructuralColour {
     const NAME: &'static str = "structural_colour";
     const SOURCE: &'static str =
@@ -201,7 +207,8 @@ impl Model for StructuralColour {
                 1.0 + self.thickness_range * (2.0 * row as f32 / (ROWS - 1) as f32 - 1.0)
             };
             for i in 0..COSINES {
-                let cos = i as f64 / (COSINES - 1) as f64;
+                // Not quite along the surface, where even nothing at all would reflect.
+                let cos = (i as f64 / (COSINES - 1) as f64).max(1e-4);
                 table.extend(self.rgb(&sensor, cos, f64::from(factor)).to_array());
             }
         }
@@ -217,11 +224,11 @@ impl Model for StructuralColour {
     }
 
     fn eval_pdf(&self, table: &[f32], wo: Vec3, wi: Vec3) -> (Vec3, f32) {
-        let (f, pdf, cos) = self.facets().reflect(wo, wi);
+        let (f, pdf, _) = self.facets().reflect(wo, wi);
         if f <= 0.0 {
             return (Vec3::ZERO, pdf);
         }
-        (f * self.fresnel(table, cos), pdf)
+        (f * self.fresnel(table, cos_d(wo, wi)), pdf)
     }
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
@@ -230,11 +237,12 @@ impl Model for StructuralColour {
         }
         let facets = self.facets();
         let wi = facets.sample_reflection(wo, u.truncate());
-        let (f, pdf, cos) = facets.reflect(wo, wi);
+        let (f, pdf, _) = facets.reflect(wo, wi);
         if pdf <= 0.0 {
             return None;
         }
-        Some(Sample { wi, weight: f * wi.z / pdf * self.fresnel(table, cos), pdf, delta: false, eta: 1.0 })
+        let weight = f * wi.z / pdf * self.fresnel(table, cos_d(wo, wi));
+        Some(Sample { wi, weight, pdf, delta: false, eta: 1.0 })
     }
 
     fn albedo(&self, table: &[f32]) -> Vec3 {
@@ -301,9 +309,9 @@ mod tests {
     fn reflects_as_its_facets_and_films_say() {
         let (model, table) = made("gold_leaf_on_lacquer", ColourSpace::LinearRec2020);
         let (wo, wi) = (spherical(0.7, 0.3), spherical(0.9, 2.9));
-        let (f, pdf, cos) = model.facets().reflect(wo, wi);
+        let (f, pdf, _) = model.facets().reflect(wo, wi);
         let got = model.eval(&table, wo, wi);
-        let want = f * model.fresnel(&table, cos);
+        let want = f * model.fresnel(&table, cos_d(wo, wi));
         assert_eq!((got, model.pdf(&table, wo, wi)), (want, pdf));
         assert!((got - model.eval(&table, wi, wo)).abs().max_element() < 1e-5 * got.max_element());
         let s = model.sample(&table, wo, Vec3::new(0.3, 0.6, 0.1)).unwrap();

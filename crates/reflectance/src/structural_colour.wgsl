@@ -28,7 +28,7 @@ fn structural_colour_fresnel(m: StructuralColour, t: u32, cosine: f32) -> vec3<f
 
 fn structural_colour_eval(m: StructuralColour, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     let r = microfacet_reflect(structural_colour_facets(m), wo, wi);
-    return r.f * structural_colour_fresnel(m, t, r.cos_oh);
+    return r.f * structural_colour_fresnel(m, t, 0.5 * length(wo + wi));
 }
 
 fn structural_colour_pdf(m: StructuralColour, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
@@ -45,5 +45,5 @@ fn structural_colour_sample(m: StructuralColour, t: u32, wo: vec3<f32>, u: vec3<
     if (r.pdf <= 0.0) {
         return bsdf_no_sample();
     }
-    return BsdfSample(wi, r.pdf, r.f * wi.z / r.pdf * structural_colour_fresnel(m, t, r.cos_oh), 0u);
+    return BsdfSample(wi, r.pdf, r.f * wi.z / r.pdf * structural_colour_fresnel(m, t, 0.5 * length(wo + wi)), 0u);
 }

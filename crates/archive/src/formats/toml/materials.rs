@@ -350,6 +350,11 @@ impl<'a> Reader<'a> {
             }
             None => ModelBuilder::new(kind),
         };
+        // Models that turn spectra into colours do so for this scene.
+        if kind.param("space").is_ok() {
+            let space = self.scene.working_space.name();
+            builder.choose("space", space).map_err(|e| Error::model(item.place(), e))?;
+        }
         // A metal gives both optical constants at once.
         if ["eta", "k"].iter().all(|name| kind.param(name).is_ok())
             && let Some(metal) = keys.get("metal")
