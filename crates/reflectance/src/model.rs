@@ -465,25 +465,25 @@ macro_rules! models {
             }
         }
 
-        /// A model at one point: its parameters, textured or not, and its table.
+        /// A model at one point: its parameters, textured or not, and its table. Borrows both, so that it is
+        /// free to make.
         #[derive(Clone, Copy, Debug)]
         pub struct Bsdf<'a> {
             /// Which model.
             pub kind: Kind,
-            /// Its parameters in table order; the first `kind.slots()` count.
-            pub slots: [f32; MAX_SLOTS],
+            /// Its parameters in table order.
+            pub slots: &'a [f32],
             /// Its table; empty for most.
             pub table: &'a [f32],
         }
 
         impl<'a> Bsdf<'a> {
             /// From parameter slots and a baked table.
-            pub fn new(kind: Kind, slots: &[f32], table: &'a [f32]) -> Self {
-                let mut all = [0.0; MAX_SLOTS];
-                all[..slots.len()].copy_from_slice(slots);
-                Self { kind, slots: all, table }
+            pub fn new(kind: Kind, slots: &'a [f32], table: &'a [f32]) -> Self {
+                Self { kind, slots, table }
             }
 
+            #[inline]
             fn params<P: Params>(&self) -> &P {
                 bytemuck::from_bytes(bytemuck::cast_slice(&self.slots[..std::mem::size_of::<P>() / 4]))
             }

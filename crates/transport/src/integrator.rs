@@ -6,7 +6,7 @@
 use crate::accel::{Hit, Ray};
 use crate::geometry::{Geometry, Surface};
 use crate::lights::Lights;
-use crate::material::{Materials, Point};
+use crate::material::{Materials, Point, scratch};
 use crate::sampler::Sampler;
 use crate::texture::{Lookup, Textures};
 use glam::Vec3;
@@ -117,6 +117,7 @@ impl World {
             return if self.geometry.occluded(&ray) { 0.0 } else { 1.0 };
         }
         let mut through = 1.0;
+        let mut room = scratch();
         for _ in 0..=layers.min(64) {
             let Some(hit) = self.geometry.intersect(&ray) else { return through };
             let surface = self.geometry.surface(&ray, &hit);
@@ -125,7 +126,7 @@ impl World {
             }
             let lookup = self.lookup(&hit, &surface, Cone { width: 0.0, spread: 0.0 }, &ray);
             let point = point(&surface, lookup);
-            through *= self.materials.shade(&self.textures, surface.material, &point, -dir).through;
+            through *= self.materials.shade(&self.textures, surface.material, &point, -dir, &mut room).through;
             if through <= 0.0 {
                 return 0.0;
             }
@@ -151,6 +152,7 @@ impl World {
             IntegratorKind::Depth | IntegratorKind::Aov => 0,
         };
         let mut out = Radiance::default();
+        let mut room = scratch();
         let mut cone = Cone { width, spread };
         let mut ray = ray;
         let mut throughput = Vec3::ONE;
@@ -192,7 +194,7 @@ impl World {
                 out.rgb += throughput * radiance * weight;
             }
             let point = point(&surface, lookup);
-            let shading = self.materials.shade(&self.textures, surface.material, &point, wo);
+            let shading = self.materials.shade(&self.textures, surface.material, &point, wo, &mut room);
             if out.alpha == 0.0 && shading.through < 1.0 {
                 out.alpha = 1.0;
                 out.first = FirstHit {

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use std::sync::Arc;
 use yugen_archive::scene::{Material, MaterialId, Scene, Value};
 use yugen_optics::Frame;
-use yugen_reflectance::{Bsdf, Kind, ParamType};
+use yugen_reflectance::{Bsdf, Kind, MAX_SLOTS, ParamType};
 
 /// Most lobes a material may resolve to; more is refused when the scene is prepared.
 pub const MAX_LOBES: usize = 8;
@@ -49,23 +49,38 @@ pub struct Point<'a> {
     pub lookup: Lookup<'a>,
 }
 
+/// How a branch of the material tree is seen.
 #[derive(Clone, Copy)]
-struct Lobe<'a> {
-    bsdf: Bsdf<'a>,
+struct Seen {
     frame: Frame,
     wo: Vec3,
-    /// Seen from below and turned over: z of both directions is negated.
+    /// From below and turned over: z of both directions is negated.
     flipped: bool,
     /// Frame differs from the surface's: directions that change sides between the two are dropped.
     perturbed: bool,
+}
+
+#[derive(Clone, Copy)]
+struct Lobe<'a> {
+    bsdf: Bsdf<'a>,
+    seen: Seen,
     weight: f32,
     probability: f32,
 }
 
+/// Room for the textured parameters of the lobes at one hit.
+pub type Scratch = [[f32; MAX_SLOTS]; MAX_LOBES];
+
+/// Fresh room.
+pub fn scratch() -> Scratch {
+    [[0.0; MAX_SLOTS]; MAX_LOBES]
+}
+
 /// A material at one point, seen from one direction.
 pub struct Shading<'a> {
-    lobes: [Option<Lobe<'a>>; MAX_LOBES],
-    count: usize,
+    /// Nearly always the only one.
+    first: Option<Lobe<'a>>,
+    rest: Vec<Lobe<'a>>,
     /// Surface frame, for the side test of perturbed lobes.
     frame: Frame,
     /// Part of the light that goes straight through.
@@ -165,80 +180,62 @@ impl Materials {
 
     /// The material at `point`, seen along world direction `wo` (towards the eye).
     #[inline]
-    pub fn shade<'a>(&'a self, textures: &Textures, id: MaterialId, point: &Point, wo: Vec3) -> Shading<'a> {
-        let mut shading = Shading {
-            lobes: [None; MAX_LOBES],
-            count: 0,
-            frame: point.frame,
-            through: 0.0,
-            through_probability: 0.0,
-        };
-        let local = point.frame.to_local(wo);
-        self.resolve(textures, id, point, point.frame, local, false, false, 1.0, 1.0, &mut shading);
+    pub fn shade<'a>(
+        &'a self,
+        textures: &Textures,
+        id: MaterialId,
+        point: &Point,
+        wo: Vec3,
+        scratch: &'a mut Scratch,
+    ) -> Shading<'a> {
+        let mut shading =
+            Shading { first: None, rest: Vec::new(), frame: point.frame, through: 0.0, through_probability: 0.0 };
+        let seen = Seen { frame: point.frame, wo: point.frame.to_local(wo), flipped: false, perturbed: false };
+        let mut room: &'a mut [[f32; MAX_SLOTS]] = scratch;
+        self.resolve(textures, id, point, seen, [1.0; 2], &mut room, &mut shading);
         shading
     }
 
+    /// `share`: weight and probability of this branch of the tree.
     fn resolve<'a>(
         &'a self,
         textures: &Textures,
         id: MaterialId,
         point: &Point,
-        frame: Frame,
-        wo: Vec3,
-        flipped: bool,
-        perturbed: bool,
-        weight: f32,
-        probability: f32,
+        seen: Seen,
+        share @ [weight, probability]: [f32; 2],
+        room: &mut &'a mut [[f32; MAX_SLOTS]],
         out: &mut Shading<'a>,
     ) {
         match &self.nodes[id] {
             Node::Model { kind, slots, textured, table } => {
-                let mut bsdf = Bsdf::new(*kind, slots, table);
-                for t in textured {
-                    match t.kind {
-                        ParamType::Rgb => {
-                            let c = textures.rgb(&t.value, &point.lookup);
-                            let c = c.clamp(Vec3::splat(t.min), Vec3::splat(t.max));
-                            bsdf.slots[t.slot..t.slot + 3].copy_from_slice(&c.to_array());
-                        }
-                        ParamType::Number => {
-                            bsdf.slots[t.slot] = textures.number(&t.value, &point.lookup).clamp(t.min, t.max);
-                        }
-                        ParamType::Choice(_) => {}
+                let slots: &'a [f32] = if textured.is_empty() {
+                    slots
+                } else {
+                    // `Materials::new` made sure that there is room for every lobe.
+                    let Some((own, rest)) = std::mem::take(room).split_first_mut() else { return };
+                    *room = rest;
+                    let own = &mut own[..slots.len()];
+                    own.copy_from_slice(slots);
+                    for t in textured {
+                        t.look_up(textures, &point.lookup, own);
                     }
+                    own
+                };
+                let lobe = Lobe { bsdf: Bsdf::new(*kind, slots, table), seen, weight, probability };
+                if out.first.is_none() {
+                    out.first = Some(lobe);
+                } else {
+                    out.rest.push(lobe);
                 }
-                out.lobes[out.count] =
-                    Some(Lobe { bsdf, frame, wo, flipped, perturbed, weight, probability });
-                out.count += 1;
             }
             Node::TwoSided { front, back } => {
-                if wo.z >= 0.0 {
-                    self.resolve(
-                        textures,
-                        *front,
-                        point,
-                        frame,
-                        wo,
-                        flipped,
-                        perturbed,
-                        weight,
-                        probability,
-                        out,
-                    );
+                if seen.wo.z >= 0.0 {
+                    self.resolve(textures, *front, point, seen, share, room, out);
                 } else {
-                    let wo = Vec3::new(wo.x, wo.y, -wo.z);
-                    self.resolve(
-                        textures,
-                        *back,
-                        point,
-                        frame,
-                        wo,
-                        !flipped,
-                        perturbed,
-                        weight,
-                        probability,
-                        out,
-                    );
+                    let wo = Vec3::new(seen.wo.x, seen.wo.y, -seen.wo.z);
+                    let seen = Seen { wo, flipped: !seen.flipped, ..seen };
+                    self.resolve(textures, *back, point, seen, share, room, out);
                 }
             }
             Node::Mask { opacity, base } => {
@@ -246,23 +243,21 @@ impl Materials {
                 out.through += (1.0 - opacity) * weight;
                 out.through_probability += (1.0 - opacity) * probability;
                 if opacity > 0.0 {
-                    let (w, p) = (weight * opacity, probability * opacity);
-                    self.resolve(textures, *base, point, frame, wo, flipped, perturbed, w, p, out);
+                    self.resolve(textures, *base, point, seen, share.map(|s| s * opacity), room, out);
                 }
             }
-            Node::Blend { weight: share, first, second } => {
-                let t = textures.number(share, &point.lookup).clamp(0.0, 1.0);
+            Node::Blend { weight: of_second, first, second } => {
+                let t = textures.number(of_second, &point.lookup).clamp(0.0, 1.0);
                 for (id, t) in [(first, 1.0 - t), (second, t)] {
                     if t > 0.0 {
-                        let (w, p) = (weight * t, probability * t);
-                        self.resolve(textures, *id, point, frame, wo, flipped, perturbed, w, p, out);
+                        self.resolve(textures, *id, point, seen, share.map(|s| s * t), room, out);
                     }
                 }
             }
             Node::Sum(all) => {
                 for id in all {
-                    let p = probability / all.len() as f32;
-                    self.resolve(textures, *id, point, frame, wo, flipped, perturbed, weight, p, out);
+                    let share = [weight, probability / all.len() as f32];
+                    self.resolve(textures, *id, point, seen, share, room, out);
                 }
             }
             Node::NormalMap { texture, scale, base } => {
@@ -270,24 +265,34 @@ impl Materials {
                 let n = Vec3::new(c.x * scale, c.y * scale * point.handedness, c.z).normalize_or(Vec3::Z);
                 // Around the old tangent, as Mitsuba does.
                 let local = Frame::from_normal_tangent(n, Vec3::X);
-                let turned = Frame {
-                    s: frame.to_world(local.s),
-                    t: frame.to_world(local.t),
-                    n: frame.to_world(local.n),
-                };
-                let wo = local.to_local(wo);
-                self.resolve(textures, *base, point, turned, wo, flipped, true, weight, probability, out);
+                let old = seen.frame;
+                let frame = Frame { s: old.to_world(local.s), t: old.to_world(local.t), n: old.to_world(local.n) };
+                let seen = Seen { frame, wo: local.to_local(seen.wo), perturbed: true, ..seen };
+                self.resolve(textures, *base, point, seen, share, room, out);
             }
             Node::BumpMap { texture, scale, base } => {
                 let slope = textures.gradient(texture, &point.lookup) * *scale;
-                let turned = bumped(point, frame, slope);
-                let wo = turned.to_local(frame.to_world(wo));
-                self.resolve(textures, *base, point, turned, wo, flipped, true, weight, probability, out);
+                let frame = bumped(point, seen.frame, slope);
+                let seen = Seen { frame, wo: frame.to_local(seen.frame.to_world(seen.wo)), perturbed: true, ..seen };
+                self.resolve(textures, *base, point, seen, share, room, out);
             }
             Node::Null => {
                 out.through += weight;
                 out.through_probability += probability;
             }
+        }
+    }
+}
+
+impl Textured {
+    fn look_up(&self, textures: &Textures, at: &Lookup, slots: &mut [f32]) {
+        match self.kind {
+            ParamType::Rgb => {
+                let c = textures.rgb(&self.value, at).clamp(Vec3::splat(self.min), Vec3::splat(self.max));
+                slots[self.slot..self.slot + 3].copy_from_slice(&c.to_array());
+            }
+            ParamType::Number => slots[self.slot] = textures.number(&self.value, at).clamp(self.min, self.max),
+            ParamType::Choice(_) => {}
         }
     }
 }
@@ -366,28 +371,28 @@ impl Lobe<'_> {
     /// World to the frame the model is evaluated in; `None` where a turned frame and the surface disagree
     /// about the side.
     fn local(&self, surface: &Frame, wi: Vec3) -> Option<Vec3> {
-        let mut local = self.frame.to_local(wi);
-        if self.perturbed && local.z * surface.n.dot(wi) <= 0.0 {
+        let mut local = self.seen.frame.to_local(wi);
+        if self.seen.perturbed && local.z * surface.n.dot(wi) <= 0.0 {
             return None;
         }
-        if self.flipped {
+        if self.seen.flipped {
             local.z = -local.z;
         }
         Some(local)
     }
 
     fn world(&self, surface: &Frame, mut wi: Vec3) -> Option<Vec3> {
-        if self.flipped {
+        if self.seen.flipped {
             wi.z = -wi.z;
         }
-        let world = self.frame.to_world(wi);
-        (!self.perturbed || wi.z * surface.n.dot(world) > 0.0).then_some(world)
+        let world = self.seen.frame.to_world(wi);
+        (!self.seen.perturbed || wi.z * surface.n.dot(world) > 0.0).then_some(world)
     }
 }
 
 impl Shading<'_> {
     fn iter(&self) -> impl Iterator<Item = &Lobe<'_>> {
-        self.lobes[..self.count].iter().flatten()
+        self.first.iter().chain(&self.rest)
     }
 
     /// Whether light sampling can find anything: some lobe is not a mere Dirac peak.
@@ -401,7 +406,7 @@ impl Shading<'_> {
         let (mut f, mut pdf) = (Vec3::ZERO, 0.0);
         for lobe in self.iter() {
             if let Some(local) = lobe.local(&self.frame, wi) {
-                let (lobe_f, lobe_pdf) = lobe.bsdf.eval_pdf(lobe.wo, local);
+                let (lobe_f, lobe_pdf) = lobe.bsdf.eval_pdf(lobe.seen.wo, local);
                 f += lobe_f * (lobe.weight * local.z.abs());
                 pdf += lobe_pdf * lobe.probability;
             }
@@ -423,14 +428,14 @@ impl Shading<'_> {
         }
         for (i, lobe) in self.iter().enumerate() {
             // The last takes what rounding left over.
-            if choice >= lobe.probability && i + 1 < self.count {
+            if choice >= lobe.probability && i < self.rest.len() {
                 choice -= lobe.probability;
                 continue;
             }
             let u = Vec3::new(u[0], u[1], (choice / lobe.probability).clamp(0.0, 1.0 - f32::EPSILON / 2.0));
-            let s = lobe.bsdf.sample(lobe.wo, u)?;
+            let s = lobe.bsdf.sample(lobe.seen.wo, u)?;
             let wi = lobe.world(&self.frame, s.wi)?;
-            if s.delta || (self.count == 1 && self.through == 0.0) {
+            if s.delta || (self.rest.is_empty() && self.through == 0.0) {
                 let weight = s.weight * (lobe.weight / lobe.probability);
                 return Some(ShadingSample {
                     wi,

@@ -6,7 +6,8 @@
 
 use super::analytic::{Analytic, Form};
 use super::{BuildError, ERROR, MeshShape, Surface, double_area_normal, invertible};
-use glam::{DMat3, DVec3, Vec2, Vec3};
+use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3};
+use std::f32::consts;
 use std::f64::consts::{PI, TAU};
 use yugen_archive::scene::{self, Shape};
 use yugen_optics::{Frame, distribution::ONE_MINUS_EPSILON, warp};
@@ -73,27 +74,28 @@ enum Flat {
 
 #[derive(Debug)]
 struct Quad {
-    corner: DVec3,
-    edges: [DVec3; 2],
-    lengths: [f64; 2],
-    axes: DMat3,
+    corner: Vec3,
+    edges: [Vec3; 2],
+    lengths: Vec2,
+    axes: Mat3,
     normal: Vec3,
 }
 
-/// Below this solid angle a rectangle is sampled by area: the two are the same, and the angle's digits fade.
-const SMALLEST_ANGLE: f64 = 1e-7;
+/// Smaller than this share of the squared distance, a rectangle is sampled evenly by area: the two ways differ
+/// by a few per cent then, and single precision has no digits to lose in the sum of four angles.
+const SMALL: f32 = 0.05;
 
 /// A rectangle seen from a point; the names are the paper's.
 struct SphericalRectangle {
-    x0: f64,
-    x1: f64,
-    y0: f64,
-    y1: f64,
-    z0: f64,
-    b0: f64,
-    b1: f64,
-    k: f64,
-    solid_angle: f64,
+    x0: f32,
+    x1: f32,
+    y0: f32,
+    y1: f32,
+    z0: f32,
+    b0: f32,
+    b1: f32,
+    k: f32,
+    solid_angle: f32,
 }
 
 impl Quad {
@@ -103,16 +105,27 @@ impl Quad {
         // Single-precision files are not exactly square.
         (x.dot(y).abs() < 1e-6).then(|| {
             let z = x.cross(y).normalize();
-            Self { corner, edges, lengths, axes: DMat3::from_cols(x, z.cross(x), z), normal }
+            Self {
+                corner: corner.as_vec3(),
+                edges: edges.map(|e| e.as_vec3()),
+                lengths: DVec2::from_array(lengths).as_vec2(),
+                axes: DMat3::from_cols(x, z.cross(x), z).as_mat3(),
+                normal,
+            }
         })
     }
 
+    /// `None`: sample it by area instead.
     fn seen_from(&self, reference: Vec3) -> Option<SphericalRectangle> {
-        let d = self.axes.transpose() * (self.corner - reference.as_dvec3());
+        let d = self.axes.transpose() * (self.corner - reference);
+        let centre2 = (d.truncate() + 0.5 * self.lengths).length_squared() + d.z * d.z;
+        if self.lengths.x * self.lengths.y < SMALL * centre2 {
+            return None;
+        }
         // The side on which the reference lies does not matter: z0 is made negative.
         let z0 = -d.z.abs();
         let (x0, y0) = (d.x, d.y);
-        let (x1, y1) = (x0 + self.lengths[0], y0 + self.lengths[1]);
+        let (x1, y1) = (x0 + self.lengths.x, y0 + self.lengths.y);
         let z2 = z0 * z0;
         // z of the normals of the four planes through the reference and an edge.
         let n = [
@@ -121,11 +134,12 @@ impl Quad {
             y1 / (y1 * y1 + z2).sqrt(),
             -x0 / (x0 * x0 + z2).sqrt(),
         ];
-        let angle = |a: f64, b: f64| (-a * b).clamp(-1.0, 1.0).acos();
+        let angle = |a: f32, b: f32| (-a * b).clamp(-1.0, 1.0).acos();
         let [g0, g1, g2, g3] = [angle(n[0], n[1]), angle(n[1], n[2]), angle(n[2], n[3]), angle(n[3], n[0])];
-        let solid_angle = g0 + g1 + g2 + g3 - TAU;
-        let k = TAU - g2 - g3;
-        (z0 != 0.0 && solid_angle > SMALLEST_ANGLE).then_some(SphericalRectangle {
+        let solid_angle = (g0 + g1 - consts::PI) + (g2 + g3 - consts::PI);
+        let k = consts::TAU - g2 - g3;
+        // Nearly edge-on the angle vanishes, however near it is.
+        (z0 != 0.0 && solid_angle > 2e-3).then_some(SphericalRectangle {
             x0,
             x1,
             y0,
@@ -142,16 +156,17 @@ impl Quad {
 impl SphericalRectangle {
     /// Coordinates in [0, 1]² along the edges.
     fn sample(&self, u: Vec2) -> Vec2 {
-        let au = f64::from(u.x) * self.solid_angle + self.k;
-        let fu = (au.cos() * self.b0 - self.b1) / au.sin();
+        let au = u.x * self.solid_angle + self.k;
+        let (sin, cos) = au.sin_cos();
+        let fu = (cos * self.b0 - self.b1) / sin;
         let cu = (1.0 / (fu * fu + self.b0 * self.b0).sqrt()).copysign(fu).clamp(-1.0, 1.0);
-        let xu = (-(cu * self.z0) / (1.0 - cu * cu).max(1e-300).sqrt()).clamp(self.x0, self.x1);
-        let d = (xu * xu + self.z0 * self.z0).sqrt();
-        let h0 = self.y0 / (d * d + self.y0 * self.y0).sqrt();
-        let h1 = self.y1 / (d * d + self.y1 * self.y1).sqrt();
-        let hv = h0 + f64::from(u.y) * (h1 - h0);
-        let yv = (hv * d / (1.0 - hv * hv).max(1e-300).sqrt()).clamp(self.y0, self.y1);
-        glam::DVec2::new((xu - self.x0) / (self.x1 - self.x0), (yv - self.y0) / (self.y1 - self.y0)).as_vec2()
+        let xu = (-(cu * self.z0) / (1.0 - cu * cu).max(1e-30).sqrt()).clamp(self.x0, self.x1);
+        let d2 = xu * xu + self.z0 * self.z0;
+        let h0 = self.y0 / (d2 + self.y0 * self.y0).sqrt();
+        let h1 = self.y1 / (d2 + self.y1 * self.y1).sqrt();
+        let hv = h0 + u.y * (h1 - h0);
+        let yv = (hv * (d2 / (1.0 - hv * hv).max(1e-30)).sqrt()).clamp(self.y0, self.y1);
+        Vec2::new((xu - self.x0) / (self.x1 - self.x0), (yv - self.y0) / (self.y1 - self.y0))
     }
 }
 
@@ -261,7 +276,7 @@ impl ShapeSampler {
             Kind::Rectangle { quad, shape } => {
                 let Some(seen) = quad.seen_from(reference) else { return self.by_area(reference, u) };
                 let st = seen.sample(u);
-                Some(LightPoint { pdf: (1.0 / seen.solid_angle) as f32, ..self.flat_point(quad, shape, st) })
+                Some(LightPoint { pdf: 1.0 / seen.solid_angle, ..self.flat_point(quad, shape, st) })
             }
             _ => self.by_area(reference, u),
         }
@@ -278,7 +293,7 @@ impl ShapeSampler {
             }
             Kind::Rectangle { quad, .. } => {
                 if let Some(seen) = quad.seen_from(reference) {
-                    return (1.0 / seen.solid_angle) as f32;
+                    return 1.0 / seen.solid_angle;
                 }
             }
             _ => {}
@@ -335,8 +350,7 @@ impl ShapeSampler {
     }
 
     fn flat_point(&self, quad: &Quad, shape: &Flat, st: Vec2) -> LightPoint {
-        let position =
-            (quad.corner + quad.edges[0] * f64::from(st.x) + quad.edges[1] * f64::from(st.y)).as_vec3();
+        let position = quad.corner + quad.edges[0] * st.x + quad.edges[1] * st.y;
         let mut point = LightPoint {
             position,
             normal: if self.flip { -quad.normal } else { quad.normal },
@@ -397,20 +411,20 @@ fn rectangle_of(shape: &MeshShape) -> Option<(Quad, [[Vec2; 3]; 2])> {
         let normal = (b - a).cross(c - a).normalize().as_vec3();
         Quad::new(a, [b - a, c - a], normal)
     })?;
-    let size = quad.lengths[0].max(quad.lengths[1]);
+    let size = quad.lengths.max_element();
     let mut seen = [0; 4];
     let mut corners = [[Vec2::ZERO; 3]; 2];
     for (t, triangle) in triangles.iter().enumerate() {
         for (i, p) in triangle.iter().enumerate() {
-            let d = quad.axes.transpose() * (p.as_dvec3() - quad.corner);
-            let st = glam::DVec2::new(d.x / quad.lengths[0], d.y / quad.lengths[1]);
+            let d = quad.axes.transpose() * (p - quad.corner);
+            let st = d.truncate() / quad.lengths;
             let rounded = st.round();
             let off = (st - rounded).abs().max_element().max(d.z.abs() / size);
             if off > 1e-5 || !(0.0..=1.0).contains(&rounded.x) || !(0.0..=1.0).contains(&rounded.y) {
                 return None;
             }
             seen[rounded.x as usize + 2 * rounded.y as usize] += 1;
-            corners[t][i] = rounded.as_vec2();
+            corners[t][i] = rounded;
         }
         // Both wound the same way.
         if double_area_normal(*triangle).dot(quad.normal.as_dvec3()) <= 0.0 {
