@@ -80,6 +80,7 @@ fn setup() -> Outcome {
 fn test(rest: &[String]) -> Outcome {
     setup()?;
     cargo(&["fmt", "--all", "--check"])?;
+    format_models()?;
     cargo(&[
         "clippy",
         "--workspace",
@@ -94,6 +95,17 @@ fn test(rest: &[String]) -> Outcome {
         vec!["test", "--release", "--workspace", "--no-fail-fast", "--features", "yugen-proof/gpu"];
     args.extend(rest.iter().map(String::as_str));
     counted(&args)
+}
+
+/// The models are declared by the `models!` list, where `cargo fmt` does not find them.
+fn format_models() -> Outcome {
+    let folder = root().join("crates/reflectance/src");
+    let files = std::fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let mut files: Vec<PathBuf> = files.filter_map(Result::ok).map(|f| f.path()).collect();
+    files.retain(|f| f.extension().is_some_and(|e| e == "rs"));
+    files.sort();
+    step("rustfmt --check crates/reflectance/src/*.rs");
+    run(Command::new("rustfmt").args(["--check", "--edition", "2024"]).args(files).current_dir(root()))
 }
 
 /// Runs the tests, adds up what each program of them reports, and closes with one line.

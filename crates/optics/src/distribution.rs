@@ -40,16 +40,19 @@ impl Distribution1d {
     }
 
     /// The mean of the values it was made from.
+    #[inline]
     pub fn integral(&self) -> f32 {
         self.integral
     }
 
     /// Probability of cell `i`.
+    #[inline]
     pub fn probability(&self, i: usize) -> f32 {
         self.cdf[i + 1] - self.cdf[i]
     }
 
     /// The cell that `u` falls into, and `u` stretched back to [0, 1) within it.
+    #[inline]
     pub fn sample_discrete(&self, u: f32) -> (usize, f32) {
         // The last cell whose lower edge is ≤ u, never one of zero width.
         let i = self.cdf.partition_point(|&c| c <= u).clamp(1, self.len()) - 1;
@@ -59,12 +62,14 @@ impl Distribution1d {
     }
 
     /// A point in [0, 1) and its density.
+    #[inline]
     pub fn sample(&self, u: f32) -> (f32, f32) {
         let (i, v) = self.sample_discrete(u);
         ((i as f32 + v) / self.len() as f32, self.probability(i) * self.len() as f32)
     }
 
     /// Density at `x` in [0, 1).
+    #[inline]
     pub fn pdf(&self, x: f32) -> f32 {
         let i = ((x * self.len() as f32) as usize).min(self.len() - 1);
         self.probability(i) * self.len() as f32
@@ -91,6 +96,7 @@ impl Distribution2d {
     }
 
     /// A point of the unit square and its density.
+    #[inline]
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let (row, v) = self.marginal.sample_discrete(u.y);
         let (x, pdf_x) = self.rows[row].sample(u.x);
@@ -99,6 +105,7 @@ impl Distribution2d {
     }
 
     /// Density at a point of the unit square.
+    #[inline]
     pub fn pdf(&self, p: Vec2) -> f32 {
         let row = ((p.y * self.rows.len() as f32) as usize).min(self.rows.len() - 1);
         self.rows[row].pdf(p.x) * self.marginal.pdf(p.y)

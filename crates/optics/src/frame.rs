@@ -15,6 +15,7 @@ pub struct Frame {
 
 impl Frame {
     /// Any frame around a unit normal. Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
+    #[inline]
     pub fn from_normal(n: Vec3) -> Self {
         let sign = 1f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -28,6 +29,7 @@ impl Frame {
 
     /// The frame whose normal is `n` (unit) and whose tangent is the part of `tangent` perpendicular to it
     /// (Gram-Schmidt); any frame around `n` where the two are parallel.
+    #[inline]
     pub fn from_normal_tangent(n: Vec3, tangent: Vec3) -> Self {
         let s = tangent - n * n.dot(tangent);
         let length = s.length();
@@ -40,17 +42,20 @@ impl Frame {
     }
 
     /// World to local.
+    #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }
 
     /// Local to world.
+    #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         self.s * v.x + self.t * v.y + self.n * v.z
     }
 }
 
 /// The unit vector at polar angle `theta` from +z and azimuth `phi` from +x, both in radians.
+#[inline]
 pub fn spherical(theta: f32, phi: f32) -> Vec3 {
     let (sin_theta, cos_theta) = theta.sin_cos();
     let (sin_phi, cos_phi) = phi.sin_cos();
@@ -58,11 +63,13 @@ pub fn spherical(theta: f32, phi: f32) -> Vec3 {
 }
 
 /// Mirror of `w` about +z: the direction a mirror sends it.
+#[inline]
 pub fn mirror(w: Vec3) -> Vec3 {
     Vec3::new(-w.x, -w.y, w.z)
 }
 
 /// `|tan θ|²`-safe square root: `sqrt(max(x, 0))`.
+#[inline]
 pub fn safe_sqrt(x: f32) -> f32 {
     x.max(0.0).sqrt()
 }

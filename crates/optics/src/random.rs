@@ -18,6 +18,7 @@ impl Pcg32 {
     }
 
     /// 32 random bits.
+    #[inline]
     pub fn next_u32(&mut self) -> u32 {
         let old = self.state;
         self.state = old.wrapping_mul(6364136223846793005).wrapping_add(self.inc);
@@ -26,22 +27,26 @@ impl Pcg32 {
     }
 
     /// Uniform in [0, 1): 24 bits, so that 1 is never reached.
+    #[inline]
     pub fn next_f32(&mut self) -> f32 {
         unit_f32(self.next_u32())
     }
 
     /// Three uniforms in [0, 1).
+    #[inline]
     pub fn next_vec3(&mut self) -> glam::Vec3 {
         glam::Vec3::new(self.next_f32(), self.next_f32(), self.next_f32())
     }
 }
 
 /// The top 24 bits as a number in [0, 1).
+#[inline]
 pub fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
 /// A good 32-bit mixer. Wellons 2018, "Prospecting for Hash Functions" (lowbias32).
+#[inline]
 pub fn hash_u32(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
@@ -51,6 +56,7 @@ pub fn hash_u32(mut x: u32) -> u32 {
 }
 
 /// A hash of two words.
+#[inline]
 pub fn hash_combine(a: u32, b: u32) -> u32 {
     hash_u32(a ^ b.wrapping_mul(0x9e37_79b9).wrapping_add(0x85eb_ca6b))
 }

@@ -1,7 +1,7 @@
 //! Fresnel 1823, as in Born and Wolf 1999, "Principles of Optics", 14.2: a polished metal.
 
-use crate::microfacet::f_conductor;
 use crate::metals::Metal;
+use crate::microfacet::f_conductor;
 use crate::model::{Laws, Model, Preset, Sample, Spec, params};
 use glam::Vec3;
 use yugen_optics::ColourSpace;
@@ -63,7 +63,12 @@ mod tests {
             let (m, _) = Conductor::preset(p.name, ColourSpace::default()).expect(p.name);
             // What is averaged is the index: the colour comes near the metal's own.
             let own = Metal::from_name(p.name).expect(p.name).f0(ColourSpace::default());
-            assert!((m.albedo(&[]) - own).abs().max_element() < 0.06, "{}: {} for {own}", p.name, m.albedo(&[]));
+            assert!(
+                (m.albedo(&[]) - own).abs().max_element() < 0.06,
+                "{}: {} for {own}",
+                p.name,
+                m.albedo(&[])
+            );
         }
     }
 }

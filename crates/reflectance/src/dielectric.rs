@@ -42,7 +42,13 @@ impl Model for Dielectric {
         let eta = if wo.z > 0.0 { self.int_ior / self.ext_ior } else { self.ext_ior / self.int_ior };
         let f = f_dielectric(wo.z.abs(), eta);
         if u.z < f {
-            return Some(Sample { wi: mirror(wo), weight: self.specular_reflectance, pdf: f, delta: true, eta: 1.0 });
+            return Some(Sample {
+                wi: mirror(wo),
+                weight: self.specular_reflectance,
+                pdf: f,
+                delta: true,
+                eta: 1.0,
+            });
         }
         let wi = refract(wo, Vec3::new(0.0, 0.0, 1f32.copysign(wo.z)), eta)?;
         let weight = self.specular_transmittance / (eta * eta);

@@ -44,7 +44,8 @@ impl Ggx {
 
 impl Model for Ggx {
     const NAME: &'static str = "ggx";
-    const SOURCE: &'static str = "Walter et al. 2007, Microfacet Models for Refraction through Rough Surfaces";
+    const SOURCE: &'static str =
+        "Walter et al. 2007, Microfacet Models for Refraction through Rough Surfaces";
     const DOC: &'static str = "The standard rough mirror: GGX or Beckmann facets, isotropic or brushed, with \
         Schlick's Fresnel. Anything glossy whose colour head on is known. Rough surfaces lose up to two thirds of \
         the light unless multiple_scattering is on (Kulla and Conty 2017), which makes the white furnace white; then the \
@@ -193,7 +194,9 @@ mod tests {
                 ..Ggx::default()
             };
             let table = m.bake(&[]).unwrap();
-            for (theta, phi) in [(0f32, 0f32), (25.0, 40.0), (50.0, 75.0), (65.0, 10.0), (80.0, 30.0), (87.0, 60.0)] {
+            for (theta, phi) in
+                [(0f32, 0f32), (25.0, 40.0), (50.0, 75.0), (65.0, 10.0), (80.0, 30.0), (87.0, 60.0)]
+            {
                 let got = albedo(&m, &table, spherical(theta.to_radians(), phi.to_radians()));
                 worst = worst.max((got - 1.0).abs());
             }

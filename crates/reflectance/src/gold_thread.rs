@@ -15,10 +15,10 @@
 //! without interference as the coat is many wavelengths thick. It turns gold redder. A split into body and
 //! surface colour does not hold for either make: all of it is surface.
 
+use crate::metals::Metal;
+use crate::microcylinder::r3_sequence;
 use crate::microfacet::{Distribution, Masking, Microfacets, f_conductor, f_dielectric};
 use crate::model::{Choice, Laws, Model, ModelError, Preset, Sample, Spec, params};
-use crate::microcylinder::r3_sequence;
-use crate::metals::Metal;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use yugen_optics::{ColourSpace, frame::spherical};
@@ -76,7 +76,8 @@ impl GoldThread {
         let top = f_dielectric(cos, n);
         let cos_within = (1.0 - (1.0 - cos * cos).max(0.0) / (n * n)).sqrt();
         let base = f_conductor(cos_within, self.eta / n, self.k / n);
-        let coated = Vec3::splat(top) + (1.0 - top) * (1.0 - top) * base / (Vec3::ONE - top * base).max(Vec3::splat(1e-6));
+        let coated = Vec3::splat(top)
+            + (1.0 - top) * (1.0 - top) * base / (Vec3::ONE - top * base).max(Vec3::splat(1e-6));
         bare.lerp(coated, self.lacquer)
     }
 
@@ -256,7 +257,10 @@ mod tests {
                 let theirs = coat(1.0, f64::from(cos), n, 1.0, |inside| stack(550.0, n, inside, &[], index));
                 // films keeps the polarisations apart between the faces; unpolarised light between them differs
                 // by 0.013 at most here, at cos 0.2.
-                assert!((f64::from(ours[c]) - theirs.reflectance()).abs() < 0.03, "{cos} {c}: {ours} {theirs:?}");
+                assert!(
+                    (f64::from(ours[c]) - theirs.reflectance()).abs() < 0.03,
+                    "{cos} {c}: {ours} {theirs:?}"
+                );
             }
         }
     }
@@ -264,8 +268,10 @@ mod tests {
     #[test]
     fn gold_is_gold_and_lacquer_makes_it_redder() {
         let bare = GoldThread::preset("hirakinshi", ColourSpace::LinearRec2020).unwrap().0.reflectance(1.0);
-        let coated =
-            GoldThread::preset("hirakinshi_lacquered", ColourSpace::LinearRec2020).unwrap().0.reflectance(1.0);
+        let coated = GoldThread::preset("hirakinshi_lacquered", ColourSpace::LinearRec2020)
+            .unwrap()
+            .0
+            .reflectance(1.0);
         // Spectrally (Olmon et al. 2012, D65) gold is (0.9236, 0.7875, 0.3848); indices averaged per channel come
         // within 0.06 of it.
         assert!((bare - Vec3::new(0.9236, 0.7875, 0.3848)).abs().max_element() < 0.06, "{bare}");

@@ -228,7 +228,8 @@ impl MetallicRoughness {
         let coat = self.coat_fresnel(wo.z);
         let (dielectric, metal) = self.fresnel_bare(wo.z);
         let specular = dielectric.lerp(metal, self.metallic).max_element();
-        let diffuse = (1.0 - self.metallic) * (1.0 - dielectric.max_element()) * self.base_color.max_element();
+        let diffuse =
+            (1.0 - self.metallic) * (1.0 - dielectric.max_element()) * self.base_color.max_element();
         let sheen = self.sheen_color.max_element();
         let sheen = if sheen > 0.0 { sheen * sheen_albedo(table, wo.z, self.sheen_roughness) } else { 0.0 };
         let total = specular + diffuse + sheen;
@@ -344,7 +345,9 @@ mod tests {
         let turned = MetallicRoughness { anisotropy_rotation: 0.7, ..m };
         for (a, b, c, d) in PAIRS {
             let f = m.eval(&[], spherical(a, b), spherical(c, d));
-            assert!((turned.eval(&[], spherical(a, b + 0.7), spherical(c, d + 0.7)) / f - 1.0).x.abs() < 1e-4);
+            assert!(
+                (turned.eval(&[], spherical(a, b + 0.7), spherical(c, d + 0.7)) / f - 1.0).x.abs() < 1e-4
+            );
         }
         // Rougher along the grain: the highlight is longer there.
         let wo = Vec3::Z;

@@ -101,7 +101,17 @@ const FABRICS: [Fabric; 6] = [
         name: "silk_crepe_de_chine",
         doc: "Silk crêpe de Chine, flat and twisted threads (Sadeghi et al. 2013, Table II)",
         threads: [
-            (1.345, [1.0, 0.95, 0.05], 0.12, 0.2, 5.0, 10.0, 0.75, &[-35.0, -35.0, 35.0, 35.0], &[1.0, 1.0, 1.0]),
+            (
+                1.345,
+                [1.0, 0.95, 0.05],
+                0.12,
+                0.2,
+                5.0,
+                10.0,
+                0.75,
+                &[-35.0, -35.0, 35.0, 35.0],
+                &[1.0, 1.0, 1.0],
+            ),
             (1.345, [1.0, 0.95, 0.05], 0.16, 0.3, 18.0, 32.0, 0.25, &[0.0, 0.0], &[1.0]),
         ],
     },
@@ -145,7 +155,17 @@ const FABRICS: [Fabric; 6] = [
         name: "silk_shot",
         doc: "Shot silk, two colours of thread (Sadeghi et al. 2013, Table II)",
         threads: [
-            (1.345, [0.1, 1.0, 0.4], 0.2, 0.1, 4.0, 8.0, 0.86, &[-25.0, -25.0, 25.0, 25.0], &[1.33, 2.67, 1.33]),
+            (
+                1.345,
+                [0.1, 1.0, 0.4],
+                0.2,
+                0.1,
+                4.0,
+                8.0,
+                0.86,
+                &[-25.0, -25.0, 25.0, 25.0],
+                &[1.33, 2.67, 1.33],
+            ),
             (1.345, [1.0, 0.0, 0.1], 0.6, 0.1, 5.0, 10.0, 0.14, &[0.0, 0.0], &[1.0]),
         ],
     },
@@ -154,7 +174,17 @@ const FABRICS: [Fabric; 6] = [
         doc: "Velvet, whose pile stands up (Sadeghi et al. 2013, Table II)",
         threads: [
             (1.46, [0.05, 0.02, 0.0], 0.3, 0.1, 6.0, 12.0, 0.5, &[-90.0, -50.0], &[1.0]),
-            (1.46, [0.05, 0.02, 0.0], 0.3, 0.1, 6.0, 12.0, 0.5, &[-90.0, -55.0, 55.0, 90.0], &[0.5, 0.0, 0.5]),
+            (
+                1.46,
+                [0.05, 0.02, 0.0],
+                0.3,
+                0.1,
+                6.0,
+                12.0,
+                0.5,
+                &[-90.0, -55.0, 55.0, 90.0],
+                &[0.5, 0.0, 0.5],
+            ),
         ],
     },
 ];
@@ -398,7 +428,14 @@ impl Course {
 
 /// Adds the sums over four tangents.
 #[inline(always)]
-fn add_block<const IS_PHYSICAL: bool>(sums: &mut Lanes, sin: Vec4, cos: Vec4, weight: Vec4, th: &Thread, w: &Pair) {
+fn add_block<const IS_PHYSICAL: bool>(
+    sums: &mut Lanes,
+    sin: Vec4,
+    cos: Vec4,
+    weight: Vec4,
+    th: &Thread,
+    w: &Pair,
+) {
     let normal_i = cos * w.wi.z - sin * w.wi.x;
     let normal_o = cos * w.wo.z - sin * w.wo.x;
     let (seen_i, seen_o) = (normal_i.max(Vec4::ZERO), normal_o.max(Vec4::ZERO));
@@ -457,7 +494,12 @@ fn sin_cos(a: Vec4) -> (Vec4, Vec4) {
 
 /// The sums over one thread. Straight pieces of the curve are one tangent each. A sloped piece is cut at the
 /// kinks of M and P, whose places are known, and integrated between them, where the kernel is smooth.
-fn sums<const IS_PHYSICAL: bool>(straight: &[[f32; BLOCK]], sloped: &[[f32; SLOPE]], th: &Thread, w: &Pair) -> Sums {
+fn sums<const IS_PHYSICAL: bool>(
+    straight: &[[f32; BLOCK]],
+    sloped: &[[f32; SLOPE]],
+    th: &Thread,
+    w: &Pair,
+) -> Sums {
     let mut sums = Lanes::default();
     for block in straight {
         let (sin, cos, weight) = lanes(block);
@@ -474,7 +516,14 @@ fn sums<const IS_PHYSICAL: bool>(straight: &[[f32; BLOCK]], sloped: &[[f32; SLOP
                     let half = 0.5 * course.reach(at, next, stretch);
                     for side in [-half, half] {
                         let (sin, cos) = sin_cos(Vec4::splat(at + half) + side * GAUSS_X);
-                        add_block::<IS_PHYSICAL>(&mut sums, sin, cos, GAUSS_W * (2.0 * half * density), th, w);
+                        add_block::<IS_PHYSICAL>(
+                            &mut sums,
+                            sin,
+                            cos,
+                            GAUSS_W * (2.0 * half * density),
+                            th,
+                            w,
+                        );
                     }
                     let after = at + 2.0 * half;
                     // What is left by rounding is no stretch of its own.
@@ -538,12 +587,20 @@ fn seen<const IS_PHYSICAL: bool>(block: &[f32; BLOCK], th: &Thread, wo: Vec3) ->
 fn lobe_range(sin_theta: Vec4, cos_theta: Vec4, tan: f32) -> (Vec4, Vec4) {
     let width = cos_theta * cos_theta * (tan * tan);
     let (up, down) = ((Vec4::ONE + sin_theta).max(Vec4::ZERO), (Vec4::ONE - sin_theta).max(Vec4::ZERO));
-    (-down / (width + down * down + Vec4::splat(TINY)).sqrt(), up / (width + up * up + Vec4::splat(TINY)).sqrt())
+    (
+        -down / (width + down * down + Vec4::splat(TINY)).sqrt(),
+        up / (width + up * up + Vec4::splat(TINY)).sqrt(),
+    )
 }
 
 /// Σ of lobe weights, and Σ of weight times density, over one thread.
 #[inline(always)]
-fn densities<const IS_PHYSICAL: bool>(blocks: &[[f32; BLOCK]], th: &Thread, wo: Vec3, wi: Vec3) -> (f32, f32) {
+fn densities<const IS_PHYSICAL: bool>(
+    blocks: &[[f32; BLOCK]],
+    th: &Thread,
+    wo: Vec3,
+    wi: Vec3,
+) -> (f32, f32) {
     let (mut total, mut density) = (Vec4::ZERO, Vec4::ZERO);
     for block in blocks {
         let Seen { sin_theta, cos_theta, lobes } = seen::<IS_PHYSICAL>(block, th, wo);
@@ -681,10 +738,10 @@ impl Microcylinder {
             };
             4.0 * thetas.iter().map(half).sum::<f64>()
         };
-        let gauss = |gamma: f64, x: f64| {
-            (-0.5 * (x / gamma).powi(2)).exp() / (std::f64::consts::TAU.sqrt() * gamma)
-        };
-        let (gamma_s, gamma_v) = if j == 0 { (self.gamma_s_1, self.gamma_v_1) } else { (self.gamma_s_2, self.gamma_v_2) };
+        let gauss =
+            |gamma: f64, x: f64| (-0.5 * (x / gamma).powi(2)).exp() / (std::f64::consts::TAU.sqrt() * gamma);
+        let (gamma_s, gamma_v) =
+            if j == 0 { (self.gamma_s_1, self.gamma_v_1) } else { (self.gamma_s_2, self.gamma_v_2) };
         let (gamma_s, gamma_v) = (f64::from(gamma_s).to_radians(), f64::from(gamma_v).to_radians());
         let volume = |h: f64, fresnel: f64| (1.0 - fresnel).powi(2) / (1.0 + (2.0 * h).cos());
         [
@@ -752,7 +809,10 @@ impl Microcylinder {
     /// A tangent and a lobe in proportion to their weights: thread, (sin α, cos α), sin θ_o, cos θ_o, lobe and
     /// the lobe's width.
     fn choose_in<const IS_PHYSICAL: bool>(
-        &self, table: &[f32], wo: Vec3, u: f32,
+        &self,
+        table: &[f32],
+        wo: Vec3,
+        u: f32,
     ) -> Option<(usize, Vec2, f32, f32, usize, f32)> {
         let threads = [self.thread(0, table), self.thread(1, table)];
         let scale = [0, 1].map(|j| thread_scale::<IS_PHYSICAL>(in_thread(j, wo)));
@@ -856,7 +916,10 @@ fn curves(data: &[f32]) -> Result<[Offsets<'_>; 2], ModelError> {
         let (offsets, tail) = tail.split_at(n);
         let (lengths, tail) = tail.split_at(n - 1);
         if let Some(x) = offsets.iter().find(|x| !(-90.0..=90.0).contains(*x)) {
-            return Err(bad(format!("wants tangent offsets within ±90 degrees, got {x} for thread {}", j + 1)));
+            return Err(bad(format!(
+                "wants tangent offsets within ±90 degrees, got {x} for thread {}",
+                j + 1
+            )));
         }
         let total: f32 = lengths.iter().sum();
         if lengths.iter().any(|&x| x < 0.0) || !total.is_finite() || (n > 1 && total <= 0.0) {
@@ -869,7 +932,11 @@ fn curves(data: &[f32]) -> Result<[Offsets<'_>; 2], ModelError> {
         Ok((offsets, lengths))
     };
     let both = [curve(0)?, curve(1)?];
-    if rest.is_empty() { Ok(both) } else { Err(bad(format!("has {} numbers left over after both curves", rest.len()))) }
+    if rest.is_empty() {
+        Ok(both)
+    } else {
+        Err(bad(format!("has {} numbers left over after both curves", rest.len())))
+    }
 }
 
 fn curve_data(fabric: &Fabric) -> Vec<f32> {
@@ -914,7 +981,11 @@ impl Model for Microcylinder {
         let [t1, t2] = &fabric.threads;
         let colour = |t: &ThreadRow| {
             let srgb = Vec3::from_array(t.1) * t.2;
-            if space == ColourSpace::LinearSrgb { srgb } else { ColourSpace::LinearSrgb.matrix_to(space) * srgb }
+            if space == ColourSpace::LinearSrgb {
+                srgb
+            } else {
+                ColourSpace::LinearSrgb.matrix_to(space) * srgb
+            }
         };
         let model = Self {
             eta_1: t1.0,
@@ -937,7 +1008,8 @@ impl Model for Microcylinder {
     fn bake(&self, data: &[f32]) -> Result<Vec<f32>, ModelError> {
         let default = curve_data(&FABRICS[0]);
         let curves = curves(if data.is_empty() { &default } else { data })?;
-        let curves = curves.map(|(offsets, lengths)| Curve::new(offsets, lengths, self.form.index() == POINTS));
+        let curves =
+            curves.map(|(offsets, lengths)| Curve::new(offsets, lengths, self.form.index() == POINTS));
         let mut table = vec![0.0; HEAD];
         for (j, curve) in curves.iter().enumerate() {
             table[STRAIGHT + j] = push_blocks(&mut table, &curve.straight) as f32;
@@ -945,7 +1017,8 @@ impl Model for Microcylinder {
         for (j, curve) in curves.iter().enumerate() {
             table[SLOPED + j] = curve.sloped.len() as f32;
             for &(from, to, weight) in &curve.sloped {
-                table.extend([from, to, from.sin(), to.sin(), from.cos(), to.cos(), weight].map(|x| x as f32));
+                table
+                    .extend([from, to, from.sin(), to.sin(), from.cos(), to.cos(), weight].map(|x| x as f32));
             }
         }
         for (j, curve) in curves.iter().enumerate() {

@@ -139,7 +139,8 @@ impl Principled {
 
 impl Model for Principled {
     const NAME: &'static str = "principled";
-    const SOURCE: &'static str = "Burley 2012, Physically-Based Shading at Disney; 2015, Extending the Disney BRDF";
+    const SOURCE: &'static str =
+        "Burley 2012, Physically-Based Shading at Disney; 2015, Extending the Disney BRDF";
     const DOC: &'static str = "Disney's material: one set of sliders for plastic, metal, cloth, lacquer and glass. \
         Matches Mitsuba 3. Sheen and clear coat are added without taking from what lies below, so that bright \
         materials can gain energy.";
@@ -197,7 +198,12 @@ impl Model for Principled {
             }
             let h = (wo + wi).normalize_or_zero();
             let d = d_gtr1(h.z, self.coat_alpha());
-            let coat = 0.25 * self.clearcoat * (0.04 + 0.96 * schlick_weight(cos)) * d * g1_coat(wo.z) * g1_coat(wi.z);
+            let coat = 0.25
+                * self.clearcoat
+                * (0.04 + 0.96 * schlick_weight(cos))
+                * d
+                * g1_coat(wo.z)
+                * g1_coat(wi.z);
             return (f + coat, pdf + lobes.coat * d * h.z / (4.0 * cos).max(1e-9));
         }
         let h = o + eta * i;

@@ -1,8 +1,8 @@
 //! Torrance and Sparrow 1967, in the form of Walter et al. 2007, "Microfacet Models for Refraction through
 //! Rough Surfaces": a rough metal with its exact Fresnel reflectance.
 
-use crate::microfacet::{DISTRIBUTIONS, MASKINGS, Microfacets, f_conductor};
 use crate::metals::Metal;
+use crate::microfacet::{DISTRIBUTIONS, MASKINGS, Microfacets, f_conductor};
 use crate::model::{Choice, Laws, Model, Preset, Sample, Spec, params};
 use glam::Vec3;
 use yugen_optics::ColourSpace;
@@ -29,7 +29,8 @@ impl RoughConductor {
 
 impl Model for RoughConductor {
     const NAME: &'static str = "rough_conductor";
-    const SOURCE: &'static str = "Walter et al. 2007, Microfacet Models for Refraction through Rough Surfaces";
+    const SOURCE: &'static str =
+        "Walter et al. 2007, Microfacet Models for Refraction through Rough Surfaces";
     const DOC: &'static str = "Rough or brushed metal by its complex index of refraction. The defaults (Beckmann, \
         separable masking) are those of Mitsuba 3. Light that meets several facets is lost: rough metal is \
         too dark beyond a roughness of about 0.4; ggx can give it back.";

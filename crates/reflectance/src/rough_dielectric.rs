@@ -39,7 +39,8 @@ fn to_upper(w: Vec3, side: f32) -> Vec3 {
 
 impl Model for RoughDielectric {
     const NAME: &'static str = "rough_dielectric";
-    const SOURCE: &'static str = "Walter et al. 2007, Microfacet Models for Refraction through Rough Surfaces";
+    const SOURCE: &'static str =
+        "Walter et al. 2007, Microfacet Models for Refraction through Rough Surfaces";
     const DOC: &'static str = "Frosted or etched glass. The defaults (Beckmann, separable masking) are those of \
         Mitsuba 3. Closed shapes only. Radiance changes by the square of the index of refraction as it crosses.";
     const LAWS: Laws = Laws {
@@ -71,7 +72,7 @@ impl Model for RoughDielectric {
         }
         // The facet that refracts one into the other, turned to face up.
         let h = o + eta * i;
-    let h = h.normalize_or_zero() * 1f32.copysign(h.z);
+        let h = h.normalize_or_zero() * 1f32.copysign(h.z);
         let (oh, ih) = (o.dot(h), i.dot(h));
         if oh <= 0.0 || ih >= 0.0 {
             return (Vec3::ZERO, 0.0);
@@ -105,7 +106,13 @@ impl Model for RoughDielectric {
         if pdf <= 0.0 {
             return None;
         }
-        Some(Sample { wi, weight: f * wi.z.abs() / pdf, pdf, delta: false, eta: if reflects { 1.0 } else { eta } })
+        Some(Sample {
+            wi,
+            weight: f * wi.z.abs() / pdf,
+            pdf,
+            delta: false,
+            eta: if reflects { 1.0 } else { eta },
+        })
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

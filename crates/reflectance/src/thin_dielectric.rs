@@ -37,7 +37,13 @@ impl Model for ThinDielectric {
         let once = f_dielectric(wo.z.abs(), self.int_ior / self.ext_ior);
         let r = 2.0 * once / (1.0 + once);
         if u.z < r {
-            return Some(Sample { wi: mirror(wo), weight: self.specular_reflectance, pdf: r, delta: true, eta: 1.0 });
+            return Some(Sample {
+                wi: mirror(wo),
+                weight: self.specular_reflectance,
+                pdf: r,
+                delta: true,
+                eta: 1.0,
+            });
         }
         Some(Sample { wi: -wo, weight: self.specular_transmittance, pdf: 1.0 - r, delta: true, eta: 1.0 })
     }

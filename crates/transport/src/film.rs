@@ -107,6 +107,32 @@ pub struct Tile {
     pub moments: Vec<[f32; 7]>,
 }
 
+/// The samples of one visit to a tile, in single precision: few enough that nothing is lost.
+#[derive(Debug)]
+pub struct Visit {
+    sums: Vec<f32>,
+    width: usize,
+    height: usize,
+    stride: usize,
+    /// The sample at hand, its weight's one behind the channels.
+    value: Vec<f32>,
+}
+
+impl Visit {
+    #[inline]
+    fn splat(&mut self, x: usize, y: usize, weight: f32) {
+        debug_assert!(x < self.width && y < self.height);
+        let o = (y * self.width + x) * self.stride;
+        let (to, _) = self.sums[o..o + self.stride].as_chunks_mut::<4>();
+        let (from, _) = self.value.as_chunks::<4>();
+        for (t, f) in to.iter_mut().zip(from) {
+            for c in 0..4 {
+                t[c] += weight * f[c];
+            }
+        }
+    }
+}
+
 /// The layout all tiles share.
 #[derive(Clone, Debug)]
 pub struct FilmLayout {
@@ -149,9 +175,26 @@ impl FilmLayout {
         tiles
     }
 
+    /// Room for the samples of one visit to `tile`; [`FilmLayout::flush`] adds it to the tile's sums.
+    pub fn visit(&self, tile: &Tile) -> Visit {
+        let border = self.filter.border();
+        let width = (tile.size[0] + 2 * border) as usize;
+        let height = (tile.size[1] + 2 * border) as usize;
+        // Whole vectors of four: channels and their weight, then nothing.
+        let stride = (self.channels.len() + 1).next_multiple_of(4);
+        Visit { sums: vec![0.0; width * height * stride], width, height, stride, value: vec![0.0; stride] }
+    }
+
     /// Adds a sample taken at `position` (pixel coordinates, pixel (x, y) covering [x, x+1)) inside pixel
     /// `pixel` of `tile`. `values` are the channels. A value that is not finite is counted and dropped.
-    pub fn add(&self, tile: &mut Tile, pixel: [u32; 2], position: [f32; 2], values: &[f32]) {
+    pub fn add(
+        &self,
+        tile: &mut Tile,
+        visit: &mut Visit,
+        pixel: [u32; 2],
+        position: [f32; 2],
+        values: &[f32],
+    ) {
         if values.iter().any(|v| !v.is_finite()) {
             tile.rejected += 1;
             return;
@@ -159,44 +202,43 @@ impl FilmLayout {
         let local = ((pixel[1] - tile.origin[1]) * tile.size[0] + (pixel[0] - tile.origin[0])) as usize;
         let m = &mut tile.moments[local];
         m[6] += 1.0;
+        let n = 1.0 / m[6];
         for c in 0..3 {
             let delta = values[c] - m[c];
-            m[c] += delta / m[6];
+            m[c] += delta * n;
             m[3 + c] += delta * (values[c] - m[c]);
         }
 
         let border = self.filter.border();
-        let n = values.len() + 1;
-        let stride = (tile.size[0] + 2 * border) as usize;
+        visit.value[..values.len()].copy_from_slice(values);
+        visit.value[values.len()] = 1.0;
         // Pixel (0, 0) of the padded tile.
-        let (left, top) =
-            (tile.origin[0] as i64 - i64::from(border), tile.origin[1] as i64 - i64::from(border));
+        let (left, top) = (tile.origin[0] as i32 - border as i32, tile.origin[1] as i32 - border as i32);
         if self.filter.is_box {
-            let o =
-                ((i64::from(pixel[1]) - top) as usize * stride + (i64::from(pixel[0]) - left) as usize) * n;
-            let sums = &mut tile.sums[o..o + n];
-            for (sum, v) in sums.iter_mut().zip(values) {
-                *sum += f64::from(*v);
-            }
-            sums[n - 1] += 1.0;
+            visit.splat((pixel[0] as i32 - left) as usize, (pixel[1] as i32 - top) as usize, 1.0);
             return;
         }
-        let [x, y] = position;
+        let [x, y] = [position[0] - left as f32, position[1] - top as f32];
         let r = self.filter.radius;
         // Pixel centres within the radius, inside the padded tile.
-        let (x0, x1) = ((x - r - 0.5).ceil() as i64 - left, (x + r - 0.5).floor() as i64 - left);
-        let (y0, y1) = ((y - r - 0.5).ceil() as i64 - top, (y + r - 0.5).floor() as i64 - top);
-        let rows = i64::from(tile.size[1] + 2 * border);
-        for py in y0.max(0)..=y1.min(rows - 1) {
-            let wy = self.filter.at((py + top) as f32 + 0.5 - y);
-            for px in x0.max(0)..=x1.min(stride as i64 - 1) {
-                let w = f64::from(wy * self.filter.at((px + left) as f32 + 0.5 - x));
-                let o = (py as usize * stride + px as usize) * n;
-                let sums = &mut tile.sums[o..o + n];
-                for (sum, v) in sums.iter_mut().zip(values) {
-                    *sum += w * f64::from(*v);
-                }
-                sums[n - 1] += w;
+        let first = |v: f32| ((v - r - 0.5).ceil() as i32).max(0) as usize;
+        let last = |v: f32, size: usize| ((v + r - 0.5).floor() as i32).min(size as i32 - 1);
+        let (x0, x1) = (first(x), last(x, visit.width));
+        let (y0, y1) = (first(y), last(y, visit.height));
+        for py in y0..(y1 + 1).max(0) as usize {
+            let wy = self.filter.at(py as f32 + 0.5 - y);
+            for px in x0..(x1 + 1).max(0) as usize {
+                visit.splat(px, py, wy * self.filter.at(px as f32 + 0.5 - x));
+            }
+        }
+    }
+
+    /// Adds what a visit gathered to the tile.
+    pub fn flush(&self, tile: &mut Tile, visit: &Visit) {
+        let n = self.channels.len() + 1;
+        for (to, from) in tile.sums.chunks_exact_mut(n).zip(visit.sums.chunks_exact(visit.stride)) {
+            for (t, f) in to.iter_mut().zip(from) {
+                *t += f64::from(*f);
             }
         }
     }
@@ -284,6 +326,7 @@ mod tests {
             let mut tiles = layout.tiles();
             assert_eq!(tiles.len(), 4);
             for tile in &mut tiles {
+                let mut visit = layout.visit(tile);
                 for y in 0..tile.size[1] {
                     for x in 0..tile.size[0] {
                         for k in 0..16 {
@@ -292,10 +335,11 @@ mod tests {
                                 p[0] as f32 + (k % 4) as f32 / 4.0 + 0.1,
                                 p[1] as f32 + (k / 4) as f32 / 4.0 + 0.1,
                             ];
-                            layout.add(tile, p, at, &[2.0, 3.0, 4.0]);
+                            layout.add(tile, &mut visit, p, at, &[2.0, 3.0, 4.0]);
                         }
                     }
                 }
+                layout.flush(tile, &visit);
             }
             let image = layout.develop(&tiles, true);
             assert_eq!((image.width, image.height), (45, 33));
@@ -313,9 +357,11 @@ mod tests {
             vec!["R".into(), "G".into(), "B".into()],
         );
         let mut tiles = layout.tiles();
-        layout.add(&mut tiles[0], [1, 1], [1.5, 1.5], &[1.0, f32::NAN, 1.0]);
-        layout.add(&mut tiles[0], [1, 1], [1.5, 1.5], &[f32::INFINITY, 0.0, 1.0]);
-        layout.add(&mut tiles[0], [1, 1], [1.5, 1.5], &[1.0, 1.0, 1.0]);
+        let mut visit = layout.visit(&tiles[0]);
+        layout.add(&mut tiles[0], &mut visit, [1, 1], [1.5, 1.5], &[1.0, f32::NAN, 1.0]);
+        layout.add(&mut tiles[0], &mut visit, [1, 1], [1.5, 1.5], &[f32::INFINITY, 0.0, 1.0]);
+        layout.add(&mut tiles[0], &mut visit, [1, 1], [1.5, 1.5], &[1.0, 1.0, 1.0]);
+        layout.flush(&mut tiles[0], &visit);
         assert_eq!(tiles[0].rejected, 2);
         assert!(layout.develop(&tiles, true).data.iter().all(|v| v.is_finite()));
     }

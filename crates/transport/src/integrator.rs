@@ -77,6 +77,19 @@ pub struct Radiance {
     pub first: FirstHit,
 }
 
+/// How camera rays are followed.
+#[derive(Clone, Copy, Debug)]
+pub struct Follow<'a> {
+    /// What the scene or the caller wants.
+    pub settings: &'a Integrator,
+    /// Whether the first surface's albedo is wanted.
+    pub albedo: bool,
+    /// Footprint of a ray at the camera, scene units.
+    pub width: f32,
+    /// And how it grows, radians.
+    pub spread: f32,
+}
+
 /// How the ray's footprint grows.
 #[derive(Clone, Copy)]
 struct Cone {
@@ -126,7 +139,8 @@ impl World {
             }
             let lookup = self.lookup(&hit, &surface, Cone { width: 0.0, spread: 0.0 }, &ray);
             let point = point(&surface, lookup);
-            through *= self.materials.shade(&self.textures, surface.material, &point, -dir, &mut room).through;
+            through *=
+                self.materials.shade(&self.textures, surface.material, &point, -dir, &mut room).through;
             if through <= 0.0 {
                 return 0.0;
             }
@@ -137,15 +151,9 @@ impl World {
         0.0
     }
 
-    /// Radiance along `ray`, whose footprint is `spread` radians (or `width` scene units) wide.
-    pub fn radiance(
-        &self,
-        settings: &Integrator,
-        ray: Ray,
-        width: f32,
-        spread: f32,
-        sampler: &mut Sampler,
-    ) -> Radiance {
+    /// Radiance along `ray`.
+    pub fn radiance(&self, follow: &Follow, ray: Ray, sampler: &mut Sampler) -> Radiance {
+        let settings = follow.settings;
         let max_depth = match settings.kind {
             IntegratorKind::Path => settings.max_depth.unwrap_or(u32::MAX),
             IntegratorKind::Direct { .. } => 2,
@@ -153,7 +161,7 @@ impl World {
         };
         let mut out = Radiance::default();
         let mut room = scratch();
-        let mut cone = Cone { width, spread };
+        let mut cone = Cone { width: follow.width, spread: follow.spread };
         let mut ray = ray;
         let mut throughput = Vec3::ONE;
         let mut eta = 1.0f32;
@@ -198,7 +206,7 @@ impl World {
             if out.alpha == 0.0 && shading.through < 1.0 {
                 out.alpha = 1.0;
                 out.first = FirstHit {
-                    albedo: shading.albedo(),
+                    albedo: if follow.albedo { shading.albedo() } else { Vec3::ZERO },
                     normal: surface.geometric_normal,
                     shading_normal: surface.frame.n,
                     depth: hit.t,

@@ -188,9 +188,15 @@ impl Materials {
         wo: Vec3,
         scratch: &'a mut Scratch,
     ) -> Shading<'a> {
-        let mut shading =
-            Shading { first: None, rest: Vec::new(), frame: point.frame, through: 0.0, through_probability: 0.0 };
-        let seen = Seen { frame: point.frame, wo: point.frame.to_local(wo), flipped: false, perturbed: false };
+        let mut shading = Shading {
+            first: None,
+            rest: Vec::new(),
+            frame: point.frame,
+            through: 0.0,
+            through_probability: 0.0,
+        };
+        let seen =
+            Seen { frame: point.frame, wo: point.frame.to_local(wo), flipped: false, perturbed: false };
         let mut room: &'a mut [[f32; MAX_SLOTS]] = scratch;
         self.resolve(textures, id, point, seen, [1.0; 2], &mut room, &mut shading);
         shading
@@ -266,14 +272,16 @@ impl Materials {
                 // Around the old tangent, as Mitsuba does.
                 let local = Frame::from_normal_tangent(n, Vec3::X);
                 let old = seen.frame;
-                let frame = Frame { s: old.to_world(local.s), t: old.to_world(local.t), n: old.to_world(local.n) };
+                let frame =
+                    Frame { s: old.to_world(local.s), t: old.to_world(local.t), n: old.to_world(local.n) };
                 let seen = Seen { frame, wo: local.to_local(seen.wo), perturbed: true, ..seen };
                 self.resolve(textures, *base, point, seen, share, room, out);
             }
             Node::BumpMap { texture, scale, base } => {
                 let slope = textures.gradient(texture, &point.lookup) * *scale;
                 let frame = bumped(point, seen.frame, slope);
-                let seen = Seen { frame, wo: frame.to_local(seen.frame.to_world(seen.wo)), perturbed: true, ..seen };
+                let seen =
+                    Seen { frame, wo: frame.to_local(seen.frame.to_world(seen.wo)), perturbed: true, ..seen };
                 self.resolve(textures, *base, point, seen, share, room, out);
             }
             Node::Null => {
@@ -291,7 +299,9 @@ impl Textured {
                 let c = textures.rgb(&self.value, at).clamp(Vec3::splat(self.min), Vec3::splat(self.max));
                 slots[self.slot..self.slot + 3].copy_from_slice(&c.to_array());
             }
-            ParamType::Number => slots[self.slot] = textures.number(&self.value, at).clamp(self.min, self.max),
+            ParamType::Number => {
+                slots[self.slot] = textures.number(&self.value, at).clamp(self.min, self.max)
+            }
             ParamType::Choice(_) => {}
         }
     }

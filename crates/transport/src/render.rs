@@ -6,7 +6,7 @@
 
 use crate::camera::Lens;
 use crate::film::{FilmLayout, Tile};
-use crate::integrator::{FirstHit, PrepareError, World};
+use crate::integrator::{FirstHit, Follow, PrepareError, World};
 use crate::sampler::Sampler;
 use glam::Vec2;
 use std::cmp::Reverse;
@@ -403,6 +403,13 @@ impl Job {
         // The samples of a pixel share its footprint.
         let sharpen = 1.0 / (end as f32).sqrt().clamp(1.0, 8.0);
         let mut values = Vec::with_capacity(self.layout.channels.len());
+        let mut visit = self.layout.visit(tile);
+        let follow = Follow {
+            settings: &self.integrator,
+            albedo: self.aovs.contains(&Aov::Albedo),
+            width: width * sharpen,
+            spread: spread * sharpen,
+        };
         let [x0, y0] = tile.origin;
         for y in y0..y0 + tile.size[1] {
             for x in x0..x0 + tile.size[0] {
@@ -411,23 +418,18 @@ impl Job {
                     let [px, py, u, v] = sampler.next_4d();
                     let position = Vec2::new(x as f32 + px, y as f32 + py);
                     let ray = self.lens.ray(position, Vec2::new(u, v));
-                    let r = self.world.radiance(
-                        &self.integrator,
-                        ray,
-                        width * sharpen,
-                        spread * sharpen,
-                        &mut sampler,
-                    );
+                    let r = self.world.radiance(&follow, ray, &mut sampler);
                     values.clear();
                     values.extend(r.rgb.to_array());
                     values.push(r.alpha);
                     for aov in &self.aovs {
                         aov.push(&r.first, &mut values);
                     }
-                    self.layout.add(tile, [x, y], position.to_array(), &values);
+                    self.layout.add(tile, &mut visit, [x, y], position.to_array(), &values);
                 }
             }
         }
+        self.layout.flush(tile, &visit);
         tile.samples = end;
         tile.done = end >= limit
             || matches!(self.budget, Budget::Error(target) if end >= MIN_SAMPLES && tile_error(tile) <= target);

@@ -7,8 +7,10 @@
 use glam::Vec2;
 use yugen_optics::random::{hash_combine, hash_u32, unit_f32};
 
-/// Direction numbers of the first four Sobol' dimensions as a byte-wise table: `TABLE[k][b]` is the point of
-/// index `b << 8k`. Joe and Kuo 2008, "Constructing Sobol sequences with better two-dimensional projections".
+/// The first four Sobol' dimensions as a byte-wise table, both sides bit-reversed: `TABLE[k][b]` is the reversed
+/// point of the index whose reversal is `b << 8k`. So a scramble of the index and one of the point, which both
+/// work on reversed bits, need no reversal in between. Joe and Kuo 2008, "Constructing Sobol sequences with better
+/// two-dimensional projections".
 static TABLE: [[[u32; 4]; 256]; 4] = sobol_table();
 
 const fn directions() -> [[u32; 32]; 4] {
@@ -59,7 +61,7 @@ const fn sobol_table() -> [[[u32; 4]; 256]; 4] {
                 if (b >> bit) & 1 == 1 {
                     let mut d = 0;
                     while d < 4 {
-                        table[k][b][d] ^= v[d][8 * k + bit];
+                        table[k][b][d] ^= v[d][31 - (8 * k + bit)].reverse_bits();
                         d += 1;
                     }
                 }
@@ -72,23 +74,28 @@ const fn sobol_table() -> [[[u32; 4]; 256]; 4] {
     table
 }
 
-/// The first four Sobol' dimensions of point `i`, as 32-bit fractions.
+/// The first four Sobol' dimensions, reversed, of the point whose index has the reversal `i`.
+#[inline]
 fn sobol(i: u32) -> [u32; 4] {
     let [a, b, c, d] = i.to_le_bytes();
-    let mut p = TABLE[0][a as usize];
-    // Most indices are small: higher bytes are rarely looked at.
-    for (k, byte) in [(1, b), (2, c), (3, d)] {
-        if byte != 0 {
-            for (x, y) in p.iter_mut().zip(TABLE[k][byte as usize]) {
-                *x ^= y;
-            }
+    let mut p = TABLE[3][d as usize];
+    let mut add = |k: usize, byte: u8| {
+        for (x, y) in p.iter_mut().zip(TABLE[k][byte as usize]) {
+            *x ^= y;
         }
+    };
+    add(2, c);
+    // The low half is nothing but a shift of all points while there are no more than 65536.
+    if a | b != 0 {
+        add(1, b);
+        add(0, a);
     }
     p
 }
 
 /// A nested uniform scramble of bit-reversed `x`: each bit is flipped by a hash of the bits above it.
 /// Laine and Karras 2011; constants of Vegdahl 2021, "Building a Better LK Hash".
+#[inline]
 fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -96,10 +103,6 @@ fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x0552_6c56);
     x ^= x.wrapping_mul(0x53a2_2864);
     x
-}
-
-fn owen_scramble(x: u32, seed: u32) -> u32 {
-    laine_karras(x.reverse_bits(), seed).reverse_bits()
 }
 
 /// The numbers of one sample of one pixel, drawn in sets of up to four.
@@ -123,16 +126,22 @@ impl Sampler {
     }
 
     /// The next set: four numbers in [0, 1), stratified together over the samples of this pixel.
+    #[inline]
     pub fn next_4d(&mut self) -> [f32; 4] {
         let seed = hash_combine(self.seed, self.set);
         self.set += 1;
-        let index = owen_scramble(self.index, seed);
+        let mut index = laine_karras(self.index.reverse_bits(), seed);
+        if self.index < 1 << 16 {
+            index &= 0xffff_0000;
+        }
         let p = sobol(index);
-        let mut d = 0;
-        p.map(|x| {
-            d += 1;
-            unit_f32(owen_scramble(x, hash_combine(seed, d)))
-        })
+        let mut out = [0.0; 4];
+        let mut key = seed;
+        for d in 0..4 {
+            key = key.wrapping_mul(0x9e37_79b9).wrapping_add(0x7f4a_7c15);
+            out[d] = unit_f32(laine_karras(p[d], hash_u32(key)).reverse_bits());
+        }
+        out
     }
 
     /// The first two numbers of the next set.
