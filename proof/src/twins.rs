@@ -12,7 +12,7 @@ use yugen_optics::distribution::ONE_MINUS_EPSILON;
 use yugen_optics::frame::mirror;
 use yugen_optics::random::Pcg32;
 use yugen_optics::warp::{uniform_hemisphere, uniform_sphere};
-use yugen_reflectance::{Kind, ParamType, Sample, wgsl_library};
+use yugen_reflectance::{Bsdf, Kind, ParamType, Sample, wgsl_library};
 
 /// Cases of one comparison.
 pub const CASES: usize = 8192;
@@ -408,22 +408,24 @@ pub fn compare(gpu: &Gpu, kind: Kind, library: &str, data: &[f32]) -> Result<Twi
             eta: 1.0,
         };
         let place = || format!("{} wo = {}, wi = {}, u = {}", c.set.label, c.wo, c.wi, c.u);
+        // All parameters a rounding larger, or smaller.
+        let scaled = [1.0 + f32::EPSILON, 1.0 - f32::EPSILON].map(|e| {
+            let mut slots = c.set.slots.clone();
+            let mut at = 0;
+            for p in kind.params() {
+                if !matches!(p.kind, ParamType::Choice(_)) {
+                    slots[at..at + p.width()].iter_mut().for_each(|s| *s *= e);
+                }
+                at += p.width();
+            }
+            slots
+        });
         let nearby = |steps: f32| {
             nudged(c.wo, steps)
                 .into_iter()
                 .map(|wo| (c.set.bsdf(), wo, c.wi))
                 .chain(nudged(c.wi, steps).into_iter().map(|wi| (c.set.bsdf(), c.wo, wi)))
-                .chain([1.0 + f32::EPSILON, 1.0 - f32::EPSILON].into_iter().map(|e| {
-                    let mut b = c.set.bsdf();
-                    let mut at = 0;
-                    for p in kind.params() {
-                        if !matches!(p.kind, ParamType::Choice(_)) {
-                            b.slots[at..at + p.width()].iter_mut().for_each(|s| *s *= e);
-                        }
-                        at += p.width();
-                    }
-                    (b, c.wo, c.wi)
-                }))
+                .chain(scaled.iter().map(|slots| (Bsdf::new(kind, slots, &c.set.table), c.wo, c.wi)))
         };
 
         let (f, g) = (bsdf.eval(c.wo, c.wi).to_array(), [out[0], out[1], out[2]]);

@@ -70,8 +70,8 @@ pub struct Render {
     resume: bool,
 
     /// Seconds between checkpoints; 0 writes none.
-    #[arg(long, default_value_t = 30, value_name = "S")]
-    checkpoint: u64,
+    #[arg(long, default_value_t = 30.0, value_name = "S", value_parser = parse_seconds)]
+    checkpoint: f64,
 
     /// Gives a parameter of the scene file a value, as in `-D spp=64`.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
@@ -112,14 +112,14 @@ impl Render {
         }
 
         let bar = if self.json { ProgressBar::hidden() } else { progress_bar() };
-        let every = Duration::from_secs(self.checkpoint);
+        let every = Duration::from_secs_f64(self.checkpoint);
         let mut saved = Instant::now();
         let mut failure = None;
         job.run(|job, p| {
             bar.set_position((p.fraction * 1000.0) as u64);
             let left = p.remaining.map_or(String::new(), |r| format!("{} left", HumanDuration(r)));
             bar.set_message(left);
-            if self.checkpoint > 0 && saved.elapsed() >= every {
+            if self.checkpoint > 0.0 && saved.elapsed() >= every {
                 saved = Instant::now();
                 if let Err(e) = atomic_write(&checkpoint, &job.checkpoint()) {
                     failure = Some(e);
@@ -290,6 +290,13 @@ fn parse_time(text: &str) -> Result<Duration, String> {
         .filter(|s| s.is_finite() && *s > 0.0)
         .and_then(|s| Duration::try_from_secs_f64(s * factor).ok())
         .ok_or_else(|| "expected a time, as in 90, 90s, 5m or 1h".to_string())
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|s: &f64| (0.0..=1e6).contains(s))
+        .ok_or_else(|| "expected a number of seconds, 0 or more".to_string())
 }
 
 fn parse_error(text: &str) -> Result<f32, String> {
