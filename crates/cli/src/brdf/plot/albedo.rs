@@ -46,6 +46,9 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
     figure.text(p.x, p.y + 44.0, Anchor::Middle, "angle of the eye from the normal");
     figure.text(20.0, 26.0, Anchor::Start, scene.title.clone());
     let what = if coloured { ": red, green, blue" } else { "" };
-    figure.text(20.0, 46.0, Anchor::Start, format!("directional albedo{what}"));
+    // f of what passes through is that of radiance, which changes with the square of the index.
+    let how =
+        if scene.model.bsdf().laws().transmits { ", light from within over the index squared" } else { "" };
+    figure.text(20.0, 46.0, Anchor::Start, format!("directional albedo{what}{how}"));
     Ok(figure)
 }

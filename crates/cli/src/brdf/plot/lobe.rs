@@ -13,9 +13,8 @@ const RADIUS: f32 = 300.0;
 /// Where the eye stands: aside of the plane of incidence and a little above the surface.
 const EYE: (f32, f32) = (65.0 * PI / 180.0, -70.0 * PI / 180.0);
 
-/// `n` numbers from `low` to `high`, half of them even and half close to `centre`.
-pub fn clustered(n: usize, low: f32, high: f32, centre: f32) -> Vec<f32> {
-    let width = 0.04;
+/// `n` numbers from `low` to `high`, half of them even and half within about `width` of `centre`.
+pub fn clustered(n: usize, low: f32, high: f32, centre: f32, width: f32) -> Vec<f32> {
     let (a, b) = (((low - centre) / width).atan(), ((high - centre) / width).atan());
     let half = n / 2;
     let mut all: Vec<f32> = (0..=half).map(|i| low + (high - low) * i as f32 / half as f32).collect();
@@ -38,13 +37,27 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
     let up = eye.cross(right);
     let project = |p: Vec3| origin + RADIUS * Vec2::new(p.dot(right), -p.dot(up));
 
-    // Nodes over polar angle and azimuth, close around the mirror direction.
+    // Nodes over polar angle and azimuth, close around the peak in the plane of incidence.
     let top = FRAC_PI_2 - 1e-4;
-    let mut thetas = clustered(72, 0.0, top, theta_i);
+    let length = |v: Vec3| scene.space.luminance(v);
+    let peak = |low: f32, high: f32| {
+        let at = |i: usize| low + (high - low) * i as f32 / 4000.0;
+        let scan: Vec<f32> =
+            (0..=4000).map(|i| length(scene.value(spherical(at(i), scene.phi), wi))).collect();
+        let best = (0..=4000).max_by(|&a, &b| scan[a].total_cmp(&scan[b])).unwrap_or(0);
+        // As wide as it is at half its height.
+        let width = scan.iter().filter(|v| **v > 0.5 * scan[best]).count() as f32 * (high - low) / 4000.0;
+        (at(best), width.clamp(0.01, 0.5))
+    };
+    let (theta, width) = peak(0.0, top);
+    let mut thetas = clustered(96, 0.0, top, theta, width);
+    let mut across = width / theta.sin().max(0.1);
     if transmits {
-        thetas.extend(clustered(72, PI - top, PI, PI - theta_i));
+        let (theta, width) = peak(PI - top, PI);
+        thetas.extend(clustered(96, PI - top, PI, theta, width));
+        across = across.min(width / theta.sin().max(0.1));
     }
-    let phis = clustered(144, -PI, PI, 0.0);
+    let phis = clustered(160, -PI, PI, 0.0, across);
     let nodes: Vec<Vec<(Vec3, Vec3)>> = thetas
         .iter()
         .map(|&theta| {
@@ -56,7 +69,6 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
                 .collect()
         })
         .collect();
-    let length = |v: Vec3| scene.space.luminance(v);
     let max = nodes.iter().flatten().fold(0.0f32, |a, (_, v)| a.max(length(*v)));
     if !max.is_finite() || max <= 0.0 {
         bail!("{} has no finite positive value at this angle", scene.title);
@@ -79,7 +91,11 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
             }
             let middle = p.iter().sum::<Vec3>() / 4.0;
             let value = corners.iter().map(|c| c.1).sum::<Vec3>();
-            let normal = cross.normalize() * cross.dot(eye).signum();
+            // Outwards; what is turned away is hidden by the rest, as every ray from the origin meets the lobe once.
+            let normal = cross.normalize() * cross.dot(middle).signum();
+            if normal.dot(eye) <= 0.0 {
+                continue;
+            }
             let light = 0.25 + 0.75 * normal.dot(lamp).max(0.0);
             let hue = value / value.max_element().max(f32::MIN_POSITIVE);
             facets.push((middle, p.map(project).to_vec(), scene.display(hue * 0.85 * light)));
@@ -107,17 +123,12 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
     let normal = project(1.12 * Vec3::Z);
     figure.dashes(vec![project(Vec3::ZERO), project(1.08 * Vec3::Z)], INK, 1.0);
     figure.text(normal.x, normal.y, Anchor::Middle, "n");
-    let arrow = |figure: &mut Figure| figure.arrow(project(1.15 * wi), project(0.0 * wi), INK);
-    // The light comes from behind the lobe or from before it.
-    if wi.dot(eye) < 0.0 {
-        arrow(&mut figure);
-    }
+    // The light comes in as far as the surface of the lobe.
+    let inside = scene.scale.unit(length(scene.value(wi, wi)), max);
     for (_, corners, colour) in above {
         figure.area(corners, colour, 1.0);
     }
-    if wi.dot(eye) >= 0.0 {
-        arrow(&mut figure);
-    }
+    figure.arrow(project((inside + 0.35).max(1.15) * wi), project(inside * wi), INK);
 
     figure.text(20.0, 26.0, Anchor::Start, scene.title.clone());
     figure.text(
@@ -125,7 +136,7 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
         46.0,
         Anchor::Start,
         format!(
-            "{}, {} scale; light at {}°, longest {} 1/sr",
+            "{}, {}; light at {}°, longest {} 1/sr",
             scene.value.name(),
             scene.scale.name(),
             digits(theta_i.to_degrees()),

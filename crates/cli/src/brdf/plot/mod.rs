@@ -48,9 +48,9 @@ pub struct Plot {
     #[arg(long, value_enum)]
     scale: Option<Scale>,
 
-    /// Width of a PNG in pixels, and the care that sphere and slice take in an SVG.
-    #[arg(long, value_name = "N", default_value_t = 720, value_parser = clap::value_parser!(u32).range(64..=4096))]
-    size: u32,
+    /// Width in pixels, of the picture within an SVG too [default: 720; 400 for sphere].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(64..=4096))]
+    size: Option<u32>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -149,6 +149,7 @@ impl Plot {
                 model.kind.name()
             );
         }
+        let size = self.size.unwrap_or(if self.kind == Kind::Sphere { 400 } else { 720 });
         let scene = Scene {
             model: &model,
             space: self.subject.space(),
@@ -157,7 +158,7 @@ impl Plot {
             phi: self.phi.to_radians(),
             value: self.value,
             scale: self.scale.unwrap_or(if self.kind == Kind::Slice { Scale::Cbrt } else { Scale::Linear }),
-            size: self.size,
+            size,
         };
         let figure = match self.kind {
             Kind::Polar => polar::draw(&scene)?,
@@ -166,7 +167,7 @@ impl Plot {
             Kind::Slice => slice::draw(&scene)?,
             Kind::Albedo => albedo::draw(&scene)?,
         };
-        let bytes = if extension == "svg" { figure.svg()?.into_bytes() } else { figure.png(self.size)? };
+        let bytes = if extension == "svg" { figure.svg()?.into_bytes() } else { figure.png(size)? };
         Ok(atomic_write(&self.output, &bytes)?)
     }
 }

@@ -1,6 +1,7 @@
 //! The lobe in the plane of incidence.
 
 use super::figure::{Anchor, CHANNELS, CURVES, Figure, INK, RULE};
+use super::lobe::clustered;
 use super::scale::digits;
 use super::{Colour, Scene};
 use anyhow::{Result, bail};
@@ -20,27 +21,38 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
     // Angles from the normal, towards the mirror direction.
     let at = |angle: f32, r: f32| centre + r * RADIUS * Vec2::new(angle.sin(), -angle.cos());
 
-    // Values of every curve, as fine around the mirror direction as a sharp highlight needs.
-    let lobes: Vec<Vec<(f32, Vec3)>> = scene
+    let value = |theta: f32, angle: f32| {
+        // Just off the horizon, where f still has a meaning.
+        let from_horizon = angle.abs() - FRAC_PI_2;
+        let polar = FRAC_PI_2 + from_horizon.abs().max(1e-4).copysign(from_horizon);
+        let wo = spherical(polar, if angle < 0.0 { scene.phi + PI } else { scene.phi });
+        (angle, scene.value(wo, spherical(theta, scene.phi + PI)))
+    };
+    let mut lobes: Vec<Vec<(f32, Vec3)>> = scene
         .theta_i
         .iter()
         .map(|&theta| {
-            let wi = spherical(theta, scene.phi + PI);
-            super::lobe::clustered(720, -reach, reach, theta)
-                .into_iter()
-                .map(|angle| {
-                    // Just above the horizon, where f still has a meaning.
-                    let from_edge = (angle.abs() - FRAC_PI_2).abs().max(1e-4);
-                    let polar = FRAC_PI_2 + from_edge.copysign(angle.abs() - FRAC_PI_2);
-                    let wo = spherical(polar, if angle < 0.0 { scene.phi + PI } else { scene.phi });
-                    (angle, scene.value(wo, wi))
-                })
-                .collect()
+            clustered(1440, -reach, reach, theta, 0.04).into_iter().map(|a| value(theta, a)).collect()
         })
         .collect();
     let max = lobes.iter().flatten().fold(0.0f32, |a, (_, v)| a.max(v.max_element()));
     if !max.is_finite() || max <= 0.0 {
         bail!("{} has no finite positive value in the plane of incidence", scene.title);
+    }
+
+    // Nodes halve their distance where the curve runs far from one to the next: a sharp peak needs that.
+    for (lobe, &theta) in lobes.iter_mut().zip(&scene.theta_i) {
+        let length = |v: Vec3| scene.scale.unit(v.max_element(), max);
+        for _ in 0..8 {
+            let far = |a: &(f32, Vec3), b: &(f32, Vec3)| (length(a.1) - length(b.1)).abs() > 0.02;
+            let more: Vec<_> = lobe
+                .windows(2)
+                .filter(|w| far(&w[0], &w[1]))
+                .map(|w| value(theta, (w[0].0 + w[1].0) / 2.0))
+                .collect();
+            lobe.extend(more);
+            lobe.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
     }
 
     // Rings, spokes and what they mean.
@@ -99,7 +111,7 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
 
     figure.text(20.0, 26.0, Anchor::Start, scene.title.clone());
     let what = if single && coloured { "red, green, blue" } else { "luminance" };
-    let caption = format!("{}, 1/sr, {what}; {} scale", scene.value.name(), scene.scale.name());
+    let caption = format!("{}, 1/sr, {what}; {}", scene.value.name(), scene.scale.name());
     figure.text(20.0, 46.0, Anchor::Start, caption);
     let bottom = height - 18.0;
     let step = (WIDTH - 40.0) / scene.theta_i.len().max(4) as f32;

@@ -43,9 +43,9 @@ impl Scale {
     /// In words.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Linear => "linear",
-            Self::Cbrt => "cube root",
-            Self::Log => "log, 4 decades",
+            Self::Linear => "linear scale",
+            Self::Cbrt => "cube root scale",
+            Self::Log => "log scale over 4 decades",
         }
     }
 }

@@ -60,7 +60,7 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
         20.0,
         46.0,
         Anchor::Start,
-        format!("f at phi_d = 90°, {} scale, white at {} 1/sr", scene.scale.name(), digits(white)),
+        format!("f at phi_d = 90°, {}, white at {} 1/sr", scene.scale.name(), digits(white)),
     );
     Ok(figure)
 }

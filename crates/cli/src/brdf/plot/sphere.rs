@@ -42,7 +42,7 @@ fn sky(d: Vec3) -> Vec3 {
     let floor = Vec3::new(0.10, 0.09, 0.08);
     let air = Vec3::new(0.42, 0.45, 0.50);
     let rim =
-        Vec3::new(0.9, 0.85, 0.8) * (6.0 * (d.dot(Vec3::new(0.85, 0.25, -0.45).normalize()) - 1.0)).exp();
+        Vec3::new(0.75, 0.71, 0.67) * (4.0 * (d.dot(Vec3::new(0.85, 0.25, -0.45).normalize()) - 1.0)).exp();
     floor.lerp(air, up * up * (3.0 - 2.0 * up)) + rim
 }
 
