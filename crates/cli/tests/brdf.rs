@@ -1,6 +1,6 @@
 //! `yugen brdf` from outside, as a person or a script meets it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Exit status, what it printed, what it complained.
@@ -103,7 +103,19 @@ fn check_proves_a_model_and_says_so() {
     assert!(json[0]["laws"].as_array().unwrap().len() > 5);
 }
 
-/// The page of the models is what the models say of themselves; `BLESS=1` writes it anew.
+/// Draws the small sphere of a model's section.
+fn draw_sphere(model: &str, file: &Path) {
+    let all: serde_json::Value = serde_json::from_str(&good(&["show", model, "--json"])).unwrap();
+    let mut args = vec!["plot", model, "--kind", "sphere", "--size", SPHERE, "-o", file.to_str().unwrap()];
+    if all["data"] == "required" {
+        args.extend(["--preset", all["presets"][0]["name"].as_str().unwrap()]);
+    }
+    good(&args);
+}
+
+const SPHERE: &str = "96";
+
+/// The page of the models is what the models say of themselves; `BLESS=1` writes it anew, with its spheres.
 #[test]
 fn the_page_of_models_is_up_to_date() {
     let page = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/models.md");
@@ -111,19 +123,27 @@ fn the_page_of_models_is_up_to_date() {
     for name in models() {
         assert!(told.contains(&format!("\n## {name}\n")), "{name} has no section");
     }
+    let spheres = page.with_file_name("models");
     if std::env::var_os("BLESS").is_some() {
         std::fs::write(&page, &told).unwrap();
+        std::fs::create_dir_all(&spheres).unwrap();
+        models().iter().for_each(|m| draw_sphere(m, &spheres.join(format!("{m}.png"))));
     }
     let written = std::fs::read_to_string(&page).unwrap_or_default();
     let how = "run `BLESS=1 cargo test --release -p yugen-cli` to write it anew";
     if let Some((i, (a, b))) = told.lines().zip(written.lines()).enumerate().find(|(_, (a, b))| a != b) {
         panic!("docs/models.md:{}: '{b}' should be '{a}'; {how}", i + 1);
     }
+    for name in models() {
+        let file = spheres.join(format!("{name}.png"));
+        assert!(file.exists(), "{} is missing; {how}", file.display());
+        assert_eq!(png_size(&file), (96, 96));
+    }
     assert!(told == written, "docs/models.md has too few or too many lines; {how}");
 }
 
 /// Width and height of a PNG, from its header.
-fn png_size(file: &PathBuf) -> (u32, u32) {
+fn png_size(file: &Path) -> (u32, u32) {
     let bytes = std::fs::read(file).unwrap();
     assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
     assert_eq!(bytes[12..16], *b"IHDR");

@@ -53,13 +53,21 @@ impl List {
 fn page() -> String {
     let mut out = String::from(
         "# Models\n\nWritten by `yugen brdf list --markdown` from what the models say of themselves; a test keeps it \
-         true. Colours are linear RGB; a range is followed by the default in brackets.\n\n| model | source |\n|---|---|\n",
+         true. Colours are linear RGB; a range is followed by the default in brackets. The spheres, with default \
+         parameters or the first preset of a model that needs data, are by `yugen brdf plot MODEL --kind sphere`, \
+         which also draws lobes, slices and albedos.\n\n| model | source |\n|---|---|\n",
     );
     for kind in Kind::ALL {
         let _ = writeln!(out, "| [{0}](#{0}) | {1} |", kind.name(), cell(kind.source()));
     }
     for kind in Kind::ALL {
-        let _ = write!(out, "\n## {}\n\n{}\n\n{}\n", kind.name(), kind.source(), kind.doc());
+        let _ = write!(
+            out,
+            "\n## {0}\n\n![{0}](models/{0}.png)\n\n{1}\n\n{2}\n",
+            kind.name(),
+            kind.source(),
+            kind.doc()
+        );
         match kind.data() {
             Data::None => {}
             Data::Required(what) => _ = write!(out, "\nNeeds {what}.\n"),

@@ -110,6 +110,11 @@ fn describe(kind: Kind) -> serde_json::Value {
         "doc": kind.doc(),
         "params": params,
         "presets": kind.presets().iter().map(|p| json!({"name": p.name, "doc": p.doc})).collect::<Vec<_>>(),
+        "data": match kind.data() {
+            Data::None => "none",
+            Data::Required(_) => "required",
+            Data::Optional(_) => "optional",
+        },
         "reciprocal": laws.reciprocal,
         "conserves_energy": laws.conserves_energy,
         "transmits": laws.transmits,
