@@ -130,6 +130,9 @@ impl Plot {
         if let Some(bad) = self.theta_i.iter().find(|t| !(0.0..90.0).contains(*t)) {
             bail!("--theta-i {bad}: expected 0 to less than 90 degrees");
         }
+        if !self.theta_i.is_empty() && !matches!(self.kind, Kind::Polar | Kind::Lobe) {
+            bail!("--theta-i is for --kind polar and --kind lobe");
+        }
         if !self.phi.is_finite() {
             bail!("--phi {}: expected degrees", self.phi);
         }

@@ -84,8 +84,10 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
     let coloured = lobes.iter().flatten().any(|(_, v)| Scene::coloured(*v));
     for (i, lobe) in lobes.iter().enumerate() {
         let mut curve = |value: &dyn Fn(Vec3) -> f32, colour: Colour| {
-            let outline: Vec<Vec2> =
+            let mut outline: Vec<Vec2> =
                 lobe.iter().map(|(a, v)| at(*a, scene.scale.unit(value(*v), max))).collect();
+            // What lies closer together than the eye can tell makes a file large and nothing else.
+            outline.dedup_by(|next, kept| next.distance_squared(*kept) < 0.25);
             let mut area = outline.clone();
             area.push(centre);
             figure.area(area, colour, 0.10);
@@ -105,7 +107,12 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
         figure.arrow(at(-theta, 1.0), at(-theta, 0.7), colour);
     }
     for tick in scene.scale.ticks(max) {
-        let p = at(0.0, scene.scale.unit(tick, max));
+        let r = scene.scale.unit(tick, max);
+        // At the rim stands 0°.
+        if r > 0.96 {
+            continue;
+        }
+        let p = at(0.0, r);
         figure.text(p.x + 4.0, p.y - 3.0, Anchor::Start, digits(tick));
     }
 
