@@ -88,6 +88,7 @@ fn mistakes_are_answered_with_what_would_do() {
     assert!(eval(&["lambert", "-p", "reflectance=NaN"]).contains("expected r,g,b or one number"));
     assert!(eval(&["microcylinder", "--preset", "linnen"]).contains("linen_plain"));
     assert!(eval(&["microcylinder", "--form", "papier"]).contains("paper"));
+    assert!(eval(&["merl"]).contains("give --data FILE, or --preset with one of red_plastic"));
     assert!(eval(&["merl", "--data", "/nowhere/gold.binary"]).contains("/nowhere/gold.binary"));
     assert!(bad(&["eval", "lambert", "--wi", "0,0,0", "--wo", "0,0,1"]).contains("three numbers"));
 }
@@ -201,6 +202,8 @@ fn convert_writes_tables_that_are_near_their_source() {
     // Lambert is constant: only the rounding of colours between spaces is left.
     let (_, largest) = converted(&["lambert", merl]);
     assert!(largest < 1e-5, "{largest}");
+    // Black is like black.
+    assert_eq!(converted(&["lambert", "-p", "reflectance=0", gonio, "--step", "30"]), (0.0, 0.0));
     // From a measured file to the other format.
     let (mean, largest) = converted(&[merl, gonio, "--step", "15"]);
     assert!(mean < 1e-5 && largest < 1e-5, "{mean} {largest}");

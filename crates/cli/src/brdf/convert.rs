@@ -1,7 +1,7 @@
 //! `yugen brdf convert`.
 
 use super::subject::{Model, Subject};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::Args;
 use serde_json::json;
 use std::f32::consts::TAU;
@@ -69,7 +69,7 @@ impl Convert {
         let slots = target.defaults();
         let table = target.bake(&slots, &measured::read(&self.output, target, space)?)?;
         let written = Model { kind: target, slots, table };
-        let found = difference(&bsdf, &written.bsdf()).context("no direction reflects anything")?;
+        let found = difference(&bsdf, &written.bsdf());
         if self.json {
             println!(
                 "{}",
@@ -137,8 +137,8 @@ struct Difference {
     wi: Vec3,
 }
 
-/// Relative to the larger of the two, but to no less than a hundredth of the mean; `None` where all is black.
-fn difference(a: &Bsdf, b: &Bsdf) -> Option<Difference> {
+/// Relative to the larger of the two, but to no less than a hundredth of the mean.
+fn difference(a: &Bsdf, b: &Bsdf) -> Difference {
     let mut rng = Pcg32::new(3, 9);
     let rows: Vec<_> = (0..PAIRS)
         .map(|_| {
@@ -147,17 +147,14 @@ fn difference(a: &Bsdf, b: &Bsdf) -> Option<Difference> {
         })
         .collect();
     let mean = rows.iter().map(|r| f64::from(r.2.max_element())).sum::<f64>() / PAIRS as f64;
-    if mean <= 0.0 {
-        return None;
-    }
     let mut found = Difference { mean: 0.0, largest: -1.0, wo: Vec3::Z, wi: Vec3::Z };
     for (wo, wi, a, b) in rows {
-        let scale = f64::from(a.max(b).max_element()).max(0.01 * mean);
+        let scale = f64::from(a.max(b).max_element()).max(0.01 * mean).max(f64::MIN_POSITIVE);
         let d = f64::from((a - b).abs().max_element()) / scale;
         found.mean += d / PAIRS as f64;
         if d > found.largest {
             found = Difference { largest: d, wo, wi, ..found };
         }
     }
-    Some(found)
+    found
 }

@@ -5,7 +5,7 @@ use clap::Args;
 use std::path::PathBuf;
 use yugen_archive::formats::measured;
 use yugen_optics::ColourSpace;
-use yugen_reflectance::{Bsdf, Kind, ParamType};
+use yugen_reflectance::{Bsdf, Data, Kind, ParamType};
 
 /// Which model with which parameters.
 #[derive(Args)]
@@ -106,6 +106,14 @@ impl Subject {
         }
         if let Some(file) = self.data.as_ref().or(file.as_ref()) {
             data = measured::read(file, kind, self.space())?;
+        }
+        if let (Data::Required(what), true) = (kind.data(), data.is_empty()) {
+            let presets: Vec<_> = kind.presets().iter().map(|p| p.name).collect();
+            bail!(
+                "{} needs {what}: give --data FILE, or --preset with one of {}",
+                kind.name(),
+                presets.join(", ")
+            );
         }
         let table = kind.bake(&slots, &data)?;
         Ok(Model { kind, slots, table })
