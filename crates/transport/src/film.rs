@@ -116,18 +116,25 @@ pub struct Visit {
     stride: usize,
     /// The sample at hand, its weight's one behind the channels.
     value: Vec<f32>,
+    /// Its weights across.
+    across: Vec<f32>,
 }
 
 impl Visit {
+    /// The sample into the pixels from (x, y) on, one for each weight across.
     #[inline]
-    fn splat(&mut self, x: usize, y: usize, weight: f32) {
-        debug_assert!(x < self.width && y < self.height);
+    fn splat_row(&mut self, x: usize, y: usize, weight: f32) {
+        debug_assert!(x + self.across.len() <= self.width && y < self.height);
         let o = (y * self.width + x) * self.stride;
-        let (to, _) = self.sums[o..o + self.stride].as_chunks_mut::<4>();
+        let row = &mut self.sums[o..o + self.across.len() * self.stride];
         let (from, _) = self.value.as_chunks::<4>();
-        for (t, f) in to.iter_mut().zip(from) {
-            for c in 0..4 {
-                t[c] += weight * f[c];
+        for (pixel, w) in row.chunks_exact_mut(self.stride).zip(&self.across) {
+            let w = w * weight;
+            let (to, _) = pixel.as_chunks_mut::<4>();
+            for (t, f) in to.iter_mut().zip(from) {
+                for c in 0..4 {
+                    t[c] += w * f[c];
+                }
             }
         }
     }
@@ -182,7 +189,14 @@ impl FilmLayout {
         let height = (tile.size[1] + 2 * border) as usize;
         // Whole vectors of four: channels and their weight, then nothing.
         let stride = (self.channels.len() + 1).next_multiple_of(4);
-        Visit { sums: vec![0.0; width * height * stride], width, height, stride, value: vec![0.0; stride] }
+        Visit {
+            sums: vec![0.0; width * height * stride],
+            width,
+            height,
+            stride,
+            value: vec![0.0; stride],
+            across: Vec::new(),
+        }
     }
 
     /// Adds a sample taken at `position` (pixel coordinates, pixel (x, y) covering [x, x+1)) inside pixel
@@ -215,7 +229,9 @@ impl FilmLayout {
         // Pixel (0, 0) of the padded tile.
         let (left, top) = (tile.origin[0] as i32 - border as i32, tile.origin[1] as i32 - border as i32);
         if self.filter.is_box {
-            visit.splat((pixel[0] as i32 - left) as usize, (pixel[1] as i32 - top) as usize, 1.0);
+            visit.across.clear();
+            visit.across.push(1.0);
+            visit.splat_row((pixel[0] as i32 - left) as usize, (pixel[1] as i32 - top) as usize, 1.0);
             return;
         }
         let [x, y] = [position[0] - left as f32, position[1] - top as f32];
@@ -225,11 +241,12 @@ impl FilmLayout {
         let last = |v: f32, size: usize| ((v + r - 0.5).floor() as i32).min(size as i32 - 1);
         let (x0, x1) = (first(x), last(x, visit.width));
         let (y0, y1) = (first(y), last(y, visit.height));
-        for py in y0..(y1 + 1).max(0) as usize {
+        let (x1, y1) = ((x1 + 1).max(0) as usize, (y1 + 1).max(0) as usize);
+        visit.across.clear();
+        visit.across.extend((x0..x1).map(|px| self.filter.at(px as f32 + 0.5 - x)));
+        for py in y0..y1 {
             let wy = self.filter.at(py as f32 + 0.5 - y);
-            for px in x0..(x1 + 1).max(0) as usize {
-                visit.splat(px, py, wy * self.filter.at(px as f32 + 0.5 - x));
-            }
+            visit.splat_row(x0, py, wy);
         }
     }
 

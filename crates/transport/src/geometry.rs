@@ -533,6 +533,20 @@ fn instance_error(to_world: &DAffine3, local: Vec3) -> f32 {
     (m.x_axis.abs() * p.x + m.y_axis.abs() * p.y + m.z_axis.abs() * p.z).max_element() * ERROR
 }
 
+/// The unit normal of a triangle; slivers, whose cross product cancels, are done in double precision.
+#[inline]
+fn unit_normal(corners: [Vec3; 3], e1: Vec3, e2: Vec3) -> Vec3 {
+    let n = e1.cross(e2);
+    let n2 = n.length_squared();
+    // A sine above 1/30 loses five bits at most.
+    if n2 > 1e-3 * e1.length_squared() * e2.length_squared() && n2 > 1e-30 {
+        n / n2.sqrt()
+    } else {
+        double_area_normal(corners).normalize_or(glam::DVec3::Z).as_vec3()
+    }
+}
+
+#[inline]
 fn mesh_surface(shape: &MeshShape, outer: Option<&DAffine3>, hit: &Hit) -> Surface {
     let mesh = &*shape.mesh;
     let indices = mesh.triangles[hit.primitive as usize];
@@ -556,7 +570,7 @@ fn mesh_surface(shape: &MeshShape, outer: Option<&DAffine3>, hit: &Hit) -> Surfa
 
     let position = weigh(corners);
     let (dp1, dp2) = (corners[1] - corners[0], corners[2] - corners[0]);
-    let mut normal = double_area_normal(corners).normalize_or(glam::DVec3::Z).as_vec3();
+    let mut normal = unit_normal(corners, dp1, dp2);
 
     let mut uv = Vec2::new(b1, b2);
     let (mut dp_du, mut dp_dv) = (dp1, dp2);

@@ -8,7 +8,7 @@
 use crate::accel::NO_INSTANCE;
 use crate::geometry::{BuildError, Geometry, ShapeSampler, Surface};
 use crate::texture::{Lookup, Textures};
-use glam::{Mat3, Mat4, Vec2, Vec3};
+use glam::{Mat3, Mat4, Vec2, Vec3, Vec3A};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::Arc;
 use yugen_archive::scene::{Light, Scene, Value};
@@ -45,8 +45,10 @@ enum Emitter {
 
 /// A latitude-longitude picture at infinity.
 struct Environment {
-    image: Arc<Image>,
-    scale: f32,
+    /// Scaled, four floats each, rows one texel longer than the picture: the first again.
+    texels: Vec<Vec3A>,
+    width: usize,
+    height: usize,
     to_world: Mat3,
     to_local: Mat3,
     /// Over cells between texel centres: W × (H − 1).
@@ -102,6 +104,7 @@ impl Lights {
         for (i, shape) in scene.shapes.iter().enumerate() {
             let Some(radiance) = &shape.emission else { continue };
             let Some(sampler) = ShapeSampler::new(shape)? else { continue };
+            let sampler = if matches!(radiance, Value::Texture(_)) { sampler } else { sampler.without_uv() };
             of_shape[i] = Some(emitters.len() as u32);
             let mean = luminance.dot(textures.mean(radiance));
             // The mean of a few points: all that choosing a light needs.
@@ -326,14 +329,8 @@ impl Lights {
                 delta: false,
             },
             Emitter::Environment(e) => {
-                let (wi, pdf) = e.sample(uv)?;
-                LightSample {
-                    wi,
-                    distance: f32::INFINITY,
-                    radiance: e.radiance(wi),
-                    pdf: pdf * probability,
-                    delta: false,
-                }
+                let (wi, pdf, radiance) = e.sample(uv)?;
+                LightSample { wi, distance: f32::INFINITY, radiance, pdf: pdf * probability, delta: false }
             }
             Emitter::Projector { to_local, position, axis, texture, scale, half } => {
                 let local = to_local.transform_point3(p);
@@ -442,38 +439,47 @@ impl Environment {
         }
         let mean = (sum / weight) as f32 * scale;
         let density = Distribution2d::new(&cells, w, h - 1);
-        Ok(Self { image: image.clone(), scale, to_world, to_local: to_world.inverse(), density, mean })
+        let texel = |x: usize, y: usize| Vec3A::from_slice(&image.pixel(x % w, y)[..3]) * scale;
+        let texels = (0..h).flat_map(|y| (0..=w).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
+        Ok(Self { texels, width: w, height: h, to_world, to_local: to_world.inverse(), density, mean })
     }
 
     /// Cell coordinates of a local direction: x in [0, 1) from the first texel's centre, y in [0, 1].
     fn cell(&self, local: Vec3) -> Vec2 {
         let phi = local.x.atan2(-local.z) / TAU;
-        let x = phi - 0.5 / self.image.width as f32;
+        let x = phi - 0.5 / self.width as f32;
         Vec2::new(x - x.floor(), local.y.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
     }
 
     fn radiance(&self, direction: Vec3) -> Vec3 {
-        let cell = self.cell((self.to_local * direction).normalize());
-        let (w, h) = (self.image.width, self.image.height);
+        self.radiance_at(self.cell((self.to_local * direction).normalize()))
+    }
+
+    fn radiance_at(&self, cell: Vec2) -> Vec3 {
+        let (w, h) = (self.width, self.height);
         let x = cell.x * w as f32;
         let y = cell.y * (h - 1) as f32;
         let (x0, y0) = ((x as usize).min(w - 1), (y as usize).min(h - 2));
         let (tx, ty) = (x - x0 as f32, y - y0 as f32);
-        let at = |x: usize, y: usize| Vec3::from_slice(&self.image.pixel(x % w, y)[..3]);
-        let top = at(x0, y0).lerp(at(x0 + 1, y0), tx);
-        let bottom = at(x0, y0 + 1).lerp(at(x0 + 1, y0 + 1), tx);
-        top.lerp(bottom, ty) * self.scale
+        // One column more than the picture has, so that neighbours lie side by side everywhere.
+        let row = y0 * (w + 1) + x0;
+        let (top, bottom) = (&self.texels[row..row + 2], &self.texels[row + w + 1..row + w + 3]);
+        let top = top[0].lerp(top[1], tx);
+        let bottom = bottom[0].lerp(bottom[1], tx);
+        top.lerp(bottom, ty).into()
     }
 
-    fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+    fn sample(&self, u: Vec2) -> Option<(Vec3, f32, Vec3)> {
         let (cell, pdf) = self.density.sample(u);
-        let phi = (cell.x + 0.5 / self.image.width as f32) * TAU;
+        let phi = (cell.x + 0.5 / self.width as f32) * TAU;
         let (sin_theta, cos_theta) = (cell.y * PI).sin_cos();
         if sin_theta <= 0.0 || pdf <= 0.0 {
             return None;
         }
-        let local = Vec3::new(phi.sin() * sin_theta, cos_theta, -phi.cos() * sin_theta);
-        Some(((self.to_world * local).normalize(), pdf / (2.0 * PI * PI * sin_theta)))
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        let local = Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta);
+        let pdf = pdf / (2.0 * PI * PI * sin_theta);
+        Some(((self.to_world * local).normalize(), pdf, self.radiance_at(cell)))
     }
 
     fn pdf(&self, direction: Vec3) -> f32 {
@@ -517,7 +523,7 @@ mod tests {
         let mut disagree = 0;
         let mut rng = yugen_optics::random::Pcg32::new(3, 4);
         for _ in 0..samples {
-            let (w, pdf) = env.sample(Vec2::new(rng.next_f32(), rng.next_f32())).expect("a direction");
+            let (w, pdf, _) = env.sample(Vec2::new(rng.next_f32(), rng.next_f32())).expect("a direction");
             // A direction on the border of two cells may be read back in the other one.
             disagree += u32::from((env.pdf(w) / pdf - 1.0).abs() > 1e-3);
             sum += f64::from(env.radiance(w).y / pdf);

@@ -6,7 +6,7 @@
 
 use super::analytic::{Analytic, Form};
 use super::{BuildError, ERROR, MeshShape, Surface, double_area_normal, invertible};
-use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3};
+use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3, Vec4};
 use std::f32::consts;
 use std::f64::consts::{PI, TAU};
 use yugen_archive::scene::{self, Shape};
@@ -38,6 +38,7 @@ pub struct ShapeSampler {
     area: f32,
     flip: bool,
     two_sided: bool,
+    want_uv: bool,
 }
 
 #[derive(Debug)]
@@ -134,8 +135,8 @@ impl Quad {
             y1 / (y1 * y1 + z2).sqrt(),
             -x0 / (x0 * x0 + z2).sqrt(),
         ];
-        let angle = |a: f32, b: f32| (-a * b).clamp(-1.0, 1.0).acos();
-        let [g0, g1, g2, g3] = [angle(n[0], n[1]), angle(n[1], n[2]), angle(n[2], n[3]), angle(n[3], n[0])];
+        let n4 = Vec4::from_array(n);
+        let [g0, g1, g2, g3] = acos(-n4 * Vec4::new(n[1], n[2], n[3], n[0])).to_array();
         let solid_angle = (g0 + g1 - consts::PI) + (g2 + g3 - consts::PI);
         let k = consts::TAU - g2 - g3;
         // Nearly edge-on the angle vanishes, however near it is.
@@ -151,6 +152,24 @@ impl Quad {
             solid_angle,
         })
     }
+}
+
+/// Four arc cosines to 1e-7. Abramowitz and Stegun 1964, 4.4.46.
+fn acos(x: Vec4) -> Vec4 {
+    const A: [f32; 8] = [
+        1.570_796_3,
+        -0.214_598_8,
+        0.088_978_99,
+        -0.050_174_303,
+        0.030_891_88,
+        -0.017_088_126,
+        0.006_670_09,
+        -0.001_262_491,
+    ];
+    let y = x.abs().min(Vec4::ONE);
+    let series = A.iter().rev().fold(Vec4::ZERO, |sum, a| sum * y + *a);
+    let positive = (Vec4::ONE - y).map(f32::sqrt) * series;
+    Vec4::select(x.cmplt(Vec4::ZERO), consts::PI - positive, positive)
 }
 
 impl SphericalRectangle {
@@ -221,7 +240,7 @@ impl ShapeSampler {
             }
             _ => Kind::Area(analytic),
         };
-        Ok(Some(Self { kind, area, flip, two_sided: shape.two_sided_emission }))
+        Ok(Some(Self { kind, area, flip, two_sided: shape.two_sided_emission, want_uv: true }))
     }
 
     fn mesh(mesh: MeshShape, flip: bool, two_sided: bool) -> Option<Self> {
@@ -239,7 +258,12 @@ impl ShapeSampler {
             Some((quad, corners)) => Kind::Rectangle { quad, shape: Flat::Mesh { mesh, corners } },
             None => Kind::Mesh { mesh, cumulative: running.iter().map(|a| (a / sum) as f32).collect() },
         };
-        Some(Self { kind, area: sum as f32, flip, two_sided })
+        Some(Self { kind, area: sum as f32, flip, two_sided, want_uv: true })
+    }
+
+    /// The same sampler whose points come without texture coordinates, which cost more than they do.
+    pub fn without_uv(self) -> Self {
+        Self { want_uv: false, ..self }
     }
 
     /// Of the whole shape; where a scale is not uniform, to about 1e-4.
@@ -341,7 +365,7 @@ impl ShapeSampler {
         LightPoint {
             position,
             normal: if self.flip { -normal } else { normal },
-            uv: shape.form.local(local).uv.as_vec2(),
+            uv: if self.want_uv { shape.form.local(local).uv.as_vec2() } else { Vec2::ZERO },
             primitive: 0,
             barycentric: Vec2::ZERO,
             pdf: 0.0,
@@ -360,7 +384,7 @@ impl ShapeSampler {
             pdf: 0.0,
             error: position.abs().max_element() * ERROR,
         };
-        if let Flat::Mesh { mesh, corners } = shape {
+        if let (Flat::Mesh { mesh, corners }, true) = (shape, self.want_uv) {
             // The triangle whose weights are all (most nearly) positive.
             let weights = corners.map(|[a, b, c]| {
                 let (e1, e2, p) = (b - a, c - a, st - a);
