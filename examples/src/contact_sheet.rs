@@ -155,6 +155,8 @@ fn main() -> Result<()> {
     }
     let write = WriteOptions { curve: Curve::Aces, ..WriteOptions::from(ColourSpace::LinearRec2020) };
     image::write(&out.join("sheet.png"), &sheet, &write)?;
+    // The picture of the README.
+    image::write(&out.join("sheet.jpg"), &sheet, &write)?;
     atomic_write(&out.join("index.html"), page(&pictures).as_bytes())?;
     println!(
         "{} and {} in {:.0} s",
