@@ -98,8 +98,8 @@ def cloth_scenes(data, folder):
         CLOTH.format(mesh="dress-handsup-drape.obj", light=lamp, bsdf=satin, floor=floor, **camera))
 
     camera, centre, size = view(wind, (0.3, 0.5, 0.8), "0,1,0")
-    shutil.copy(data / "hdr" / "pmndrs_sunset.exr", folder / "sky.exr")
-    sky = '<emitter type="envmap"><string name="filename" value="sky.exr"/></emitter>'
+    shutil.copy(data / "hdr" / "spiaggia_di_mondello_1k.hdr", folder / "sky.hdr")
+    sky = '<emitter type="envmap"><string name="filename" value="sky.hdr"/></emitter>'
     weave = '<bsdf type="roughplastic"><rgb name="diffuse_reflectance" value="0.6, 0.1, 0.08"/><float name="alpha" value="0.25"/></bsdf>'
     (folder / "cloth_wind.xml").write_text(CLOTH.format(mesh="wind48x48.obj", light=sky, bsdf=weave, floor="", **camera))
 
@@ -153,7 +153,7 @@ for spp, seed, file in job["renders"]:
         seconds = time.perf_counter() - t
     np.save(file, image)
     out.append({"spp": spp, "seconds": seconds})
-print(json.dumps(out))
+print("\n" + json.dumps(out))
 """
 
 
@@ -181,7 +181,8 @@ def peer(variant, scene, defines, size, renders, chunk=256):
     job = dict(variant=variant, scene=str(scene), defines={k: str(v) for k, v in defines.items()}, size=size,
                renders=renders, chunk=chunk)
     done = run([str(peer_python()), "-c", PEER, json.dumps(job)], env)
-    return json.loads(done["stdout"].splitlines()[-1]), done
+    # The program may log to standard output as well.
+    return json.loads([line for line in done["stdout"].splitlines() if line.startswith("[{")][-1]), done
 
 
 def run(command, env=None):
