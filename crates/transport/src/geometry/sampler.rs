@@ -157,7 +157,7 @@ impl Quad {
 /// Four arc cosines to 1e-7. Abramowitz and Stegun 1964, 4.4.46.
 fn acos(x: Vec4) -> Vec4 {
     const A: [f32; 8] = [
-        1.570_796_3,
+        consts::FRAC_PI_2,
         -0.214_598_8,
         0.088_978_99,
         -0.050_174_303,
