@@ -222,11 +222,9 @@ impl<const K: usize> Partition<K> {
         sum
     }
 
-    /// Its standard error: the estimates of the leaves taken as independent, but so that five of it never fall
-    /// below their sum, since edges that run along the grid (rings about the normal) err alike everywhere.
+    /// Its standard error, the estimates of the leaves taken as independent.
     pub fn error(&self) -> f64 {
-        let (sum, squares) = self.leaves().fold((0.0, 0.0), |(s, q), n| (s + n.error, q + n.error * n.error));
-        squares.sqrt().max(0.2 * sum)
+        self.leaves().map(|n| n.error * n.error).sum::<f64>().sqrt()
     }
 
     fn leaves(&self) -> impl Iterator<Item = &Node<K>> {
@@ -277,7 +275,7 @@ impl<'a> Histogram<'a> {
         let nodes = &partition.nodes;
         let mut sums: Vec<Cell> = nodes
             .iter()
-            .map(|n| Cell { mass: n.quarters.iter().map(|q| q[0]).sum(), error: n.error })
+            .map(|n| Cell { mass: n.quarters.iter().map(|q| q[0]).sum(), error: n.error * n.error })
             .collect();
         // Children always follow their parent.
         for i in (0..nodes.len()).rev().filter(|&i| nodes[i].children != 0) {
@@ -291,7 +289,7 @@ impl<'a> Histogram<'a> {
         while let Some(i) = stack.pop() {
             if nodes[i].children == 0 || sums[i].mass <= mass {
                 this.cell_of[i] = this.cells.len() as u32;
-                this.cells.push(Cell { mass: sums[i].mass, error: sums[i].error });
+                this.cells.push(Cell { mass: sums[i].mass, error: sums[i].error.sqrt() });
             } else {
                 stack.extend(nodes[i].children as usize..nodes[i].children as usize + 4);
             }
