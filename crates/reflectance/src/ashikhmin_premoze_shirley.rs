@@ -1,7 +1,7 @@
 //! Ashikhmin, Premože and Shirley 2000, "A Microfacet-based BRDF Generator".
 
 use crate::ashikhmin_g;
-use crate::halfway::{drawn, half_vector, pdf_gaussian_reflection, sample_gaussian_reflection};
+use crate::halfway::{half_vector, pdf_gaussian_reflection, sample_gaussian_reflection};
 use crate::microfacet::f_schlick;
 use crate::model::{Choice, Laws, Model, ModelError, Sample, Spec, params};
 use glam::Vec3;
@@ -90,7 +90,7 @@ impl Model for AshikhminPremozeShirley {
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
         // p cos³ θ_h short of the density drawn from: the weight is bounded.
-        drawn(self, table, wo, sample_gaussian_reflection(wo, u, self.sigma_x, self.sigma_y))
+        Sample::of(self, table, wo, sample_gaussian_reflection(wo, u, self.sigma_x, self.sigma_y))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -18,5 +18,5 @@ fn ashikhmin_premoze_shirley_pdf(m: AshikhminPremozeShirley, t: u32, wo: vec3<f3
 
 fn ashikhmin_premoze_shirley_sample(m: AshikhminPremozeShirley, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     let wi = sample_gaussian_reflection(wo, u, m.sigma_x, m.sigma_y);
-    return drawn(wo, wi, ashikhmin_premoze_shirley_eval(m, t, wo, wi), ashikhmin_premoze_shirley_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, ashikhmin_premoze_shirley_eval(m, t, wo, wi), ashikhmin_premoze_shirley_pdf(m, t, wo, wi));
 }

@@ -1,6 +1,6 @@
 //! Ashikhmin and Shirley 2000, "An Anisotropic Phong BRDF Model".
 
-use crate::halfway::{drawn, half_vector, pdf_reflected, reflect};
+use crate::halfway::{half_vector, pdf_reflected, reflect};
 use crate::microfacet::{f_schlick, schlick_weight};
 use crate::model::{Laws, Model, Sample, Spec, params};
 use glam::Vec3;
@@ -89,14 +89,14 @@ impl Model for AshikhminShirley {
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
         if u.z >= self.share() {
-            return drawn(self, table, wo, cosine_hemisphere(u.truncate()));
+            return Sample::of(self, table, wo, cosine_hemisphere(u.truncate()));
         }
         let h = self.sample_half(u.truncate());
         // Seen from behind a facet reflects nothing.
         if h.dot(wo) <= 0.0 {
             return None;
         }
-        drawn(self, table, wo, reflect(wo, h))
+        Sample::of(self, table, wo, reflect(wo, h))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -52,5 +52,5 @@ fn ashikhmin_shirley_sample(m: AshikhminShirley, t: u32, wo: vec3<f32>, u: vec3<
         }
         wi = reflect_about(wo, h);
     }
-    return drawn(wo, wi, ashikhmin_shirley_eval(m, t, wo, wi), ashikhmin_shirley_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, ashikhmin_shirley_eval(m, t, wo, wi), ashikhmin_shirley_pdf(m, t, wo, wi));
 }

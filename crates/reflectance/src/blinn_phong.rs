@@ -1,7 +1,8 @@
 //! Blinn 1977, "Models of Light Reflection for Computer Synthesized Pictures".
 
-use crate::halfway::{drawn, half_vector, pdf_cosine_power, pdf_reflected, reflect, sample_cosine_power};
+use crate::halfway::{half_vector, pdf_cosine_power, pdf_reflected, reflect, sample_cosine_power};
 use crate::model::{Choice, Laws, Model, Sample, Spec, params};
+use crate::phong::RADIANCE;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -40,13 +41,7 @@ impl Model for BlinnPhong {
     fn laws(&self) -> Laws {
         match self.form.index() {
             0 => Laws::PHYSICAL,
-            _ => Laws {
-                reciprocal: false,
-                conserves_energy: false,
-                why: "a radiance written as if it were a BRDF: the cosine of the light is missing \
-                    and nothing normalises the lobe",
-                ..Laws::PHYSICAL
-            },
+            _ => RADIANCE,
         }
     }
 
@@ -77,7 +72,7 @@ impl Model for BlinnPhong {
         if h.dot(wo) <= 0.0 {
             return None;
         }
-        drawn(self, table, wo, reflect(wo, h))
+        Sample::of(self, table, wo, reflect(wo, h))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -25,5 +25,5 @@ fn blinn_phong_sample(m: BlinnPhong, t: u32, wo: vec3<f32>, u: vec3<f32>) -> Bsd
         return bsdf_no_sample();
     }
     let wi = reflect_about(wo, h);
-    return drawn(wo, wi, blinn_phong_eval(m, t, wo, wi), blinn_phong_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, blinn_phong_eval(m, t, wo, wi), blinn_phong_pdf(m, t, wo, wi));
 }

@@ -1,7 +1,7 @@
 //! Cook and Torrance 1982, "A Reflectance Model for Computer Graphics".
 
 use crate::halfway::{
-    drawn, half_vector, lobe_share, pdf_gaussian_reflection, sample_gaussian_reflection, v_grooves,
+    half_vector, lobe_share, pdf_gaussian_reflection, sample_gaussian_reflection, v_grooves,
 };
 use crate::microfacet::{d_beckmann, f_dielectric};
 use crate::model::{Choice, Laws, Model, Preset, Sample, Spec, params};
@@ -57,10 +57,9 @@ impl Model for CookTorrance {
     const PRESETS: &'static [Preset] = &[
         Preset {
             name: "copper",
-            doc: "Cook and Torrance 1982, vase of copper-coloured metal: m = \
-            0.25 (f0 of copper, CIE D65)",
+            doc: "copper's reflectance head on under D65; the roughness is a satin finish, chosen by eye",
         },
-        Preset { name: "black_rubber", doc: "A dark ground under a rough dielectric film" },
+        Preset { name: "black_rubber", doc: "a dark ground under a rough dielectric film, chosen by eye" },
     ];
     const WGSL: Option<&'static str> = Some(include_str!("cook_torrance.wgsl"));
     // Worst 1.1e-6.
@@ -116,9 +115,9 @@ impl Model for CookTorrance {
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
         let share = self.share();
         if u.z >= share {
-            return drawn(self, table, wo, cosine_hemisphere(u.truncate()));
+            return Sample::of(self, table, wo, cosine_hemisphere(u.truncate()));
         }
-        drawn(self, table, wo, sample_gaussian_reflection(wo, u.with_z(u.z / share), self.m, self.m))
+        Sample::of(self, table, wo, sample_gaussian_reflection(wo, u.with_z(u.z / share), self.m, self.m))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

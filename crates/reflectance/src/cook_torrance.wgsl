@@ -38,5 +38,5 @@ fn cook_torrance_sample(m: CookTorrance, t: u32, wo: vec3<f32>, u: vec3<f32>) ->
     if (u.z < share) {
         wi = sample_gaussian_reflection(wo, vec3<f32>(u.xy, u.z / share), m.m, m.m);
     }
-    return drawn(wo, wi, cook_torrance_eval(m, t, wo, wi), cook_torrance_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, cook_torrance_eval(m, t, wo, wi), cook_torrance_pdf(m, t, wo, wi));
 }

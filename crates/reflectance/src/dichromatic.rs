@@ -2,7 +2,7 @@
 
 use crate::blinn_phong::normaliser;
 use crate::halfway::{
-    drawn, half_vector, lobe_share, pdf_cosine_power, pdf_gaussian_reflection, pdf_reflected, reflect,
+    half_vector, lobe_share, pdf_cosine_power, pdf_gaussian_reflection, pdf_reflected, reflect,
     sample_cosine_power, sample_gaussian_reflection, v_grooves,
 };
 use crate::microfacet::{Distribution, Masking, Microfacets, d_beckmann, f_dielectric};
@@ -154,7 +154,7 @@ impl Model for Dichromatic {
         }
         let share = self.share();
         if u.z >= share {
-            return drawn(self, table, wo, cosine_hemisphere(u.truncate()));
+            return Sample::of(self, table, wo, cosine_hemisphere(u.truncate()));
         }
         let wi = match self.interface() {
             Interface::BlinnPhong => {
@@ -168,7 +168,7 @@ impl Model for Dichromatic {
             Interface::Ggx => self.microfacets().sample_reflection(wo, u.truncate()),
             _ => sample_gaussian_reflection(wo, u.with_z(u.z / share), self.roughness, self.roughness),
         };
-        drawn(self, table, wo, wi)
+        Sample::of(self, table, wo, wi)
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -75,5 +75,5 @@ fn dichromatic_sample(m: Dichromatic, t: u32, wo: vec3<f32>, u: vec3<f32>) -> Bs
             default: { wi = sample_gaussian_reflection(wo, vec3<f32>(u.xy, u.z / share), m.roughness, m.roughness); }
         }
     }
-    return drawn(wo, wi, dichromatic_eval(m, t, wo, wi), dichromatic_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, dichromatic_eval(m, t, wo, wi), dichromatic_pdf(m, t, wo, wi));
 }

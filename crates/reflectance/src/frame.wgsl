@@ -27,6 +27,14 @@ fn bsdf_no_sample() -> BsdfSample {
     return BsdfSample(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), 0u);
 }
 
+// The draw `wi` of a reflector with f and pdf of the whole model. Twin of Sample::of.
+fn bsdf_sample_of(wo: vec3<f32>, wi: vec3<f32>, f: vec3<f32>, pdf: f32) -> BsdfSample {
+    if (!(wo.z > 0.0 && wi.z > 0.0 && pdf > 1.17549435e-38 && pdf < 3.0e38)) {
+        return bsdf_no_sample();
+    }
+    return BsdfSample(wi, pdf, f * (wi.z / pdf), 0u);
+}
+
 fn concentric_disc(u: vec2<f32>) -> vec2<f32> {
     let p = 2.0 * u - 1.0;
     if (p.x == 0.0 && p.y == 0.0) {

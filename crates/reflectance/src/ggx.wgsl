@@ -73,9 +73,5 @@ fn ggx_sample(m: Ggx, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     } else {
         wi = microfacet_sample_reflection(ggx_facets(m), wo, u.xy);
     }
-    let pdf = ggx_pdf(m, t, wo, wi);
-    if (pdf <= 0.0) {
-        return bsdf_no_sample();
-    }
-    return BsdfSample(wi, pdf, ggx_eval(m, t, wo, wi) * (wi.z / pdf), 0u);
+    return bsdf_sample_of(wo, wi, ggx_eval(m, t, wo, wi), ggx_pdf(m, t, wo, wi));
 }

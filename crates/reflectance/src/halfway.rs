@@ -1,6 +1,5 @@
 //! Half vectors and the Gaussian of slopes that Ward, Ashikhmin and the Noh costume share.
 
-use crate::model::{Model, Sample};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
@@ -112,20 +111,6 @@ pub fn pdf_gaussian_reflection(wo: Vec3, wi: Vec3, sx: f32, sy: f32) -> f32 {
 pub fn lobe_share(specular: Vec3, diffuse: Vec3) -> f32 {
     let (s, d) = (specular.max_element(), diffuse.max_element());
     if s + d > 0.0 { s / (s + d) } else { 0.0 }
-}
-
-/// The draw `wi` with weight and density of the whole model; `None` where it carries no light.
-#[inline]
-pub fn drawn<M: Model>(model: &M, table: &[f32], wo: Vec3, wi: Vec3) -> Option<Sample> {
-    if !(wo.z > 0.0 && wi.z > 0.0) {
-        return None;
-    }
-    let (f, pdf) = model.eval_pdf(table, wo, wi);
-    // An underflown density would make the weight 0/0.
-    if !(pdf > f32::MIN_POSITIVE && pdf.is_finite()) {
-        return None;
-    }
-    Some(Sample { wi, weight: f * (wi.z / pdf), pdf, delta: false, eta: 1.0 })
 }
 
 #[cfg(test)]

@@ -63,14 +63,6 @@ fn lobe_share(specular: vec3<f32>, diffuse: vec3<f32>) -> f32 {
     return 0.0;
 }
 
-// The draw `wi` with f and pdf of the whole model.
-fn drawn(wo: vec3<f32>, wi: vec3<f32>, f: vec3<f32>, pdf: f32) -> BsdfSample {
-    if (!(wo.z > 0.0 && wi.z > 0.0 && pdf > 1.17549435e-38 && pdf < 3.0e38)) {
-        return bsdf_no_sample();
-    }
-    return BsdfSample(wi, pdf, f * (wi.z / pdf), 0u);
-}
-
 fn v_grooves(wo: vec3<f32>, wi: vec3<f32>, h: vec4<f32>) -> f32 {
     let open = 0.25 / max(wo.z * wi.z, 1e-37);
     let masked = 0.5 * h.z / (h.w * max(wo.z, wi.z));

@@ -55,9 +55,5 @@ fn merl_sample(m: Merl, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     if (wi.z <= 0.0) {
         return bsdf_no_sample();
     }
-    let pdf = half_vector_pdf(merl_sampler(), t, wo, wi);
-    if (pdf <= 0.0) {
-        return bsdf_no_sample();
-    }
-    return BsdfSample(wi, pdf, merl_eval(m, t, wo, wi) * (wi.z / pdf), 0u);
+    return bsdf_sample_of(wo, wi, merl_eval(m, t, wo, wi), half_vector_pdf(merl_sampler(), t, wo, wi));
 }

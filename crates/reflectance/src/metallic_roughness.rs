@@ -297,11 +297,7 @@ impl Model for MetallicRoughness {
         } else {
             cosine_hemisphere(u.truncate())
         };
-        let (f, pdf) = self.eval_pdf(table, wo, wi);
-        if pdf <= 0.0 {
-            return None;
-        }
-        Some(Sample { wi, weight: f * (wi.z / pdf), pdf, delta: false, eta: 1.0 })
+        Sample::of(self, table, wo, wi)
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -271,8 +271,8 @@ mod tests {
     use glam::DVec3;
     use yugen_optics::spectrum::{cie_1931, d65, illuminant_a};
 
-    /// The colours below were computed once elsewhere, with another interpolation of the tables of n and k:
-    /// worst difference 6.2e-4, hence 1e-3.
+    /// The colours below were computed once by an independent program from the same tables; worst difference
+    /// 6.2e-4, hence 1e-3.
     fn near(got: Vec3, want: [f64; 3], tolerance: f32) {
         let want = Vec3::new(want[0] as f32, want[1] as f32, want[2] as f32);
         assert!((got - want).abs().max_element() <= tolerance, "{got} is not {want}");

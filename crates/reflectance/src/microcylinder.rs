@@ -1115,7 +1115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_fibre_reflects_what_the_notes_on_the_model_say() {
+    fn a_lone_fibre_reflects_what_an_independent_integral_says() {
         // Surface, and volume for A = 1, of a fibre lit across, from an independent quadrature in double precision
         // over the whole sphere.
         for (name, thread, surface, volume) in [

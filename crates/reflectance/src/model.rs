@@ -201,6 +201,22 @@ pub struct Sample {
     pub eta: f32,
 }
 
+impl Sample {
+    /// The draw `wi` of a reflector, with weight and density of the whole model; `None` where it carries no light.
+    #[inline]
+    pub fn of<M: Model>(model: &M, table: &[f32], wo: Vec3, wi: Vec3) -> Option<Self> {
+        if !(wo.z > 0.0 && wi.z > 0.0) {
+            return None;
+        }
+        let (f, pdf) = model.eval_pdf(table, wo, wi);
+        // An underflown density would make the weight 0/0.
+        if !(pdf > f32::MIN_POSITIVE && pdf.is_finite()) {
+            return None;
+        }
+        Some(Self { wi, weight: f * (wi.z / pdf), pdf, delta: false, eta: 1.0 })
+    }
+}
+
 /// Where a model's table comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Data {

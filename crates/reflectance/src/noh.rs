@@ -4,7 +4,7 @@ use crate::ashikhmin_g;
 use crate::ashikhmin_premoze_shirley::f_ashikhmin2000;
 use crate::blinn_phong::normaliser;
 use crate::halfway::{
-    drawn, half_vector, lobe_share, pdf_cosine_power, pdf_gaussian_reflection, pdf_reflected, reflect,
+    half_vector, lobe_share, pdf_cosine_power, pdf_gaussian_reflection, pdf_reflected, reflect,
     sample_cosine_power, sample_gaussian_reflection, squared_slope,
 };
 use crate::microfacet::{Distribution, Masking, Microfacets, schlick_weight};
@@ -216,7 +216,7 @@ impl Model for Noh {
         }
         let share = self.share();
         if u.z >= share {
-            return drawn(self, table, wo, cosine_hemisphere(u.truncate()));
+            return Sample::of(self, table, wo, cosine_hemisphere(u.truncate()));
         }
         let wi = match self.form() {
             Form::Beckmann | Form::Ggx => self.microfacets().sample_reflection(wo, u.truncate()),
@@ -230,7 +230,7 @@ impl Model for Noh {
             }
             _ => sample_gaussian_reflection(wo, u.with_z(u.z / share), self.sigma_x, self.sigma_y),
         };
-        drawn(self, table, wo, wi)
+        Sample::of(self, table, wo, wi)
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -77,5 +77,5 @@ fn noh_sample(m: Noh, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
             default: { wi = sample_gaussian_reflection(wo, vec3<f32>(u.xy, u.z / share), m.sigma_x, m.sigma_y); }
         }
     }
-    return drawn(wo, wi, noh_eval(m, t, wo, wi), noh_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, noh_eval(m, t, wo, wi), noh_pdf(m, t, wo, wi));
 }

@@ -1,6 +1,5 @@
 //! Oren and Nayar 1994, "Generalization of Lambert's Reflectance Model".
 
-use crate::halfway::drawn;
 use crate::model::{Choice, Laws, Model, Sample, Spec, params};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -133,7 +132,7 @@ impl Model for OrenNayar {
     }
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
-        drawn(self, table, wo, cosine_hemisphere(u.truncate()))
+        Sample::of(self, table, wo, cosine_hemisphere(u.truncate()))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

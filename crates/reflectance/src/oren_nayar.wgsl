@@ -54,5 +54,5 @@ fn oren_nayar_pdf(m: OrenNayar, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
 
 fn oren_nayar_sample(m: OrenNayar, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     let wi = cosine_hemisphere(u.xy);
-    return drawn(wo, wi, oren_nayar_eval(m, t, wo, wi), oren_nayar_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, oren_nayar_eval(m, t, wo, wi), oren_nayar_pdf(m, t, wo, wi));
 }

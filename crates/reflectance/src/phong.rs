@@ -1,6 +1,6 @@
 //! Phong 1975, "Illumination for Computer Generated Pictures".
 
-use crate::halfway::{drawn, pdf_cosine_power, sample_cosine_power};
+use crate::halfway::{pdf_cosine_power, sample_cosine_power};
 use crate::model::{Choice, Laws, Model, Sample, Spec, params};
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -17,6 +17,14 @@ params! {
                 light of unit irradiance head on"),
     }
 }
+
+/// What a highlight breaks that was written as a radiance.
+pub(crate) const RADIANCE: Laws = Laws {
+    reciprocal: false,
+    conserves_energy: false,
+    why: "a radiance written as if it were a BRDF: the cosine of the light is missing and nothing normalises the lobe",
+    ..Laws::PHYSICAL
+};
 
 impl Model for Phong {
     const NAME: &'static str = "phong";
@@ -36,13 +44,7 @@ impl Model for Phong {
     fn laws(&self) -> Laws {
         match self.form.index() {
             0 => Laws::PHYSICAL,
-            _ => Laws {
-                reciprocal: false,
-                conserves_energy: false,
-                why: "a radiance written as if it were a BRDF: the cosine of the light is missing \
-                    and nothing normalises the lobe",
-                ..Laws::PHYSICAL
-            },
+            _ => RADIANCE,
         }
     }
 
@@ -72,7 +74,7 @@ impl Model for Phong {
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
         let about_mirror = sample_cosine_power(u.truncate(), self.exponent);
-        drawn(self, table, wo, Frame::from_normal(mirror(wo)).to_world(about_mirror))
+        Sample::of(self, table, wo, Frame::from_normal(mirror(wo)).to_world(about_mirror))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

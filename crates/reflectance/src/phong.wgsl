@@ -30,5 +30,5 @@ fn phong_sample(m: Phong, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     let a = -1.0 / (s + n.z);
     let b = n.x * n.y * a;
     let wi = vec3<f32>(1.0 + s * n.x * n.x * a, s * b, -s * n.x) * p.x + vec3<f32>(b, s + n.y * n.y * a, -n.y) * p.y + n * p.z;
-    return drawn(wo, wi, phong_eval(m, t, wo, wi), phong_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, phong_eval(m, t, wo, wi), phong_pdf(m, t, wo, wi));
 }

@@ -45,9 +45,5 @@ fn plastic_sample(m: Plastic, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample
         return BsdfSample(vec3<f32>(-wo.xy, wo.z), coat, m.specular_reflectance * (fo / coat), 1u);
     }
     let wi = cosine_hemisphere(u.xy);
-    let pdf = plastic_pdf(m, t, wo, wi);
-    if (pdf <= 0.0) {
-        return bsdf_no_sample();
-    }
-    return BsdfSample(wi, pdf, plastic_eval(m, t, wo, wi) * (wi.z / pdf), 0u);
+    return bsdf_sample_of(wo, wi, plastic_eval(m, t, wo, wi), plastic_pdf(m, t, wo, wi));
 }

@@ -59,9 +59,5 @@ fn rough_plastic_sample(m: RoughPlastic, t: u32, wo: vec3<f32>, u: vec3<f32>) ->
     } else {
         wi = cosine_hemisphere(u.xy);
     }
-    let pdf = rough_plastic_pdf(m, t, wo, wi);
-    if (pdf <= 0.0) {
-        return bsdf_no_sample();
-    }
-    return BsdfSample(wi, pdf, rough_plastic_eval(m, t, wo, wi) * (wi.z / pdf), 0u);
+    return bsdf_sample_of(wo, wi, rough_plastic_eval(m, t, wo, wi), rough_plastic_pdf(m, t, wo, wi));
 }

@@ -1,7 +1,7 @@
 //! Torrance and Sparrow 1967, "Theory for Off-Specular Reflection From Roughened Surfaces".
 
 use crate::halfway::{
-    drawn, half_vector, pdf_cosine_power, pdf_gaussian_slopes, pdf_reflected, pdf_seen_wall, reflect,
+    half_vector, pdf_cosine_power, pdf_gaussian_slopes, pdf_reflected, pdf_seen_wall, reflect,
     sample_cosine_power, sample_gaussian_slopes, seen_wall, v_grooves,
 };
 use crate::microfacet::{d_ggx, f_dielectric, f_schlick};
@@ -199,7 +199,7 @@ impl Model for TorranceSparrow {
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
         let h = seen_wall(wo, self.sample_normal(u), u.z);
-        drawn(self, table, wo, reflect(wo, h))
+        Sample::of(self, table, wo, reflect(wo, h))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -132,5 +132,5 @@ fn torrance_sparrow_pdf(m: TorranceSparrow, t: u32, wo: vec3<f32>, wi: vec3<f32>
 fn torrance_sparrow_sample(m: TorranceSparrow, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     let h = seen_wall(wo, ts_sample_normal(m, u.xy), u.z);
     let wi = reflect_about(wo, h);
-    return drawn(wo, wi, torrance_sparrow_eval(m, t, wo, wi), torrance_sparrow_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, torrance_sparrow_eval(m, t, wo, wi), torrance_sparrow_pdf(m, t, wo, wi));
 }

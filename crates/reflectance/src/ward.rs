@@ -1,6 +1,6 @@
 //! Ward 1992, "Measuring and Modeling Anisotropic Reflection".
 
-use crate::halfway::{drawn, lobe_share, pdf_gaussian_reflection, sample_gaussian_reflection, squared_slope};
+use crate::halfway::{lobe_share, pdf_gaussian_reflection, sample_gaussian_reflection, squared_slope};
 use crate::model::{Choice, Laws, Model, Sample, Spec, params};
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -99,11 +99,11 @@ impl Model for Ward {
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
         let share = lobe_share(self.specular, self.diffuse);
         if u.z >= share {
-            return drawn(self, table, wo, cosine_hemisphere(u.truncate()));
+            return Sample::of(self, table, wo, cosine_hemisphere(u.truncate()));
         }
         // Seen walls keep the weight of gmd at or below one, where Walter's plain draws reach two.
         let u = u.with_z(u.z / share);
-        drawn(self, table, wo, sample_gaussian_reflection(wo, u, self.alpha_x, self.alpha_y))
+        Sample::of(self, table, wo, sample_gaussian_reflection(wo, u, self.alpha_x, self.alpha_y))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

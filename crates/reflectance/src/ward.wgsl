@@ -27,5 +27,5 @@ fn ward_sample(m: Ward, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     if (u.z < share) {
         wi = sample_gaussian_reflection(wo, vec3<f32>(u.xy, u.z / share), m.alpha_x, m.alpha_y);
     }
-    return drawn(wo, wi, ward_eval(m, t, wo, wi), ward_pdf(m, t, wo, wi));
+    return bsdf_sample_of(wo, wi, ward_eval(m, t, wo, wi), ward_pdf(m, t, wo, wi));
 }

@@ -17,6 +17,7 @@ use yugen_optics::spectrum::{MitsubaSpectrum, mitsuba_rgb, mitsuba_uniform_emiss
 use yugen_reflectance::Kind;
 use yugen_reflectance::metals::{conductor_names, named_conductor};
 use yugen_reflectance::microfacet::{ior_names, named_ior};
+use yugen_reflectance::principled::eta_of_specular;
 
 /// What a colour is for, which decides how spectra become RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -261,17 +262,16 @@ impl Builder<'_> {
         }
         let eta = match (p.float_or_none("eta")?, p.float_or_none("specular")?) {
             (Some(_), Some(_)) => return Err(p.invalid("'eta' and 'specular' cannot both be given")),
-            (Some(eta), None) => eta,
-            // F0 = 0.08 specular, solved for the index.
+            (Some(eta), None) => eta as f32,
             (None, specular) => {
                 let specular = specular.unwrap_or(0.5);
                 if !(0.0..=12.0).contains(&specular) {
                     return Err(p.out_of_range("specular", specular, "0 to 12"));
                 }
-                2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
+                eta_of_specular(specular as f32)
             }
         };
-        put(p, &mut m, "eta", Value::Number(eta as f32))?;
+        put(p, &mut m, "eta", Value::Number(eta))?;
         self.build(p, m)
     }
 
