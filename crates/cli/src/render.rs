@@ -7,11 +7,11 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::formats::{self, image};
-use yugen_archive::scene::{Integrator, IntegratorKind};
+use yugen_archive::scene::{Aov, IntegratorKind};
 use yugen_archive::{Scene, atomic_write};
 use yugen_optics::Image;
 use yugen_optics::tonemap::Curve;
-use yugen_transport::render::{Action, Aov, Budget, Job, MAX_SAMPLES, Options, fnv1a};
+use yugen_transport::render::{Action, Budget, Job, MAX_SAMPLES, Options, fnv1a};
 
 /// Renders a scene by path tracing: Mitsuba 3 XML, glTF 2.0 (.gltf, .glb) or Yugen's own TOML.
 #[derive(Args)]
@@ -158,7 +158,7 @@ impl Render {
         let mut integrator = scene.integrator.clone();
         if let Some(name) = &self.integrator {
             integrator.kind = match name.as_str() {
-                "direct" => IntegratorKind::Direct { light_samples: 1, bsdf_samples: 1 },
+                "direct" => IntegratorKind::Direct,
                 "depth" => IntegratorKind::Depth,
                 "aov" => IntegratorKind::Aov,
                 _ => IntegratorKind::Path,
@@ -182,7 +182,7 @@ impl Render {
             budget,
             seed: self.seed,
             threads: self.threads.map(usize::from),
-            integrator: Some(Integrator { ..integrator }),
+            integrator: Some(integrator),
             aovs,
         })
     }

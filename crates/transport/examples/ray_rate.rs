@@ -142,16 +142,7 @@ fn main() {
     }
     println!("mesh triangles hit closest_M/s occluded_M/s build_s bytes/triangle cost");
     for (name, mesh) in meshes {
-        let shape = Shape {
-            name: name.clone(),
-            geometry: Form::Mesh(Arc::new(mesh)),
-            to_world: Mat4::IDENTITY,
-            flip_normals: false,
-            face_normals: false,
-            material: 0,
-            emission: None,
-            two_sided_emission: false,
-        };
+        let shape = Shape::new(name.clone(), Form::Mesh(Arc::new(mesh)), Mat4::IDENTITY, 0);
         let geometry =
             Geometry::build(&Scene { shapes: vec![shape], ..Default::default() }).expect("a good mesh");
         let (stats, bounds) = (geometry.stats(), geometry.bounds());

@@ -62,8 +62,6 @@ pub struct FirstHit {
     pub position: Vec3,
     /// Surface coordinates.
     pub uv: glam::Vec2,
-    /// Index of the shape plus one; 0 where nothing was met.
-    pub id: f32,
 }
 
 /// Radiance along one camera ray.
@@ -109,6 +107,9 @@ impl World {
     }
 
     fn lookup<'a>(&'a self, hit: &Hit, surface: &'a Surface, cone: Cone, ray: &Ray) -> Lookup<'a> {
+        if !self.textures.filtered() {
+            return Lookup { uv: surface.uv, footprint: 0.0, surface: Some((&self.geometry, surface)) };
+        }
         let width = cone.width + cone.spread * hit.t;
         // Width on the surface, stretched where it is seen at a slant, in units of uv.
         let slant = surface.geometric_normal.dot(ray.dir).abs().max(0.1);
@@ -156,7 +157,7 @@ impl World {
         let settings = follow.settings;
         let max_depth = match settings.kind {
             IntegratorKind::Path => settings.max_depth.unwrap_or(u32::MAX),
-            IntegratorKind::Direct { .. } => 2,
+            IntegratorKind::Direct => 2,
             IntegratorKind::Depth | IntegratorKind::Aov => 0,
         };
         let mut out = Radiance::default();
@@ -212,7 +213,6 @@ impl World {
                     depth: hit.t,
                     position: surface.position,
                     uv: surface.uv,
-                    id: (surface.shape + 1) as f32,
                 };
             }
             if depth + 1 >= max_depth {
@@ -254,7 +254,7 @@ impl World {
                     cone.spread = cone.spread.max((1.0 / (4.0 * s.pdf.max(0.05))).sqrt().min(0.5));
                 }
             }
-            ray = Ray { origin: surface.offset(s.wi), dir: s.wi, t_min: 0.0, t_max: f32::INFINITY };
+            ray = surface.spawn(s.wi);
             depth += 1;
 
             if depth >= settings.rr_depth {

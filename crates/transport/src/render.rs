@@ -4,6 +4,7 @@
 //! same bits for any number of threads, and a render killed at any moment goes on from its last checkpoint to
 //! the identical result.
 
+use crate::accel::NO_INSTANCE;
 use crate::camera::Lens;
 use crate::film::{FilmLayout, Tile};
 use crate::integrator::{FirstHit, Follow, PrepareError, World};
@@ -15,85 +16,31 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yugen_archive::Scene;
-use yugen_archive::scene::{Camera, Integrator};
+use yugen_archive::scene::{Aov, Camera, Integrator};
 use yugen_optics::Image;
 
-/// Something to record besides radiance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Aov {
-    /// Reflectance of the first surface.
-    Albedo,
-    /// Its geometric normal.
-    Normal,
-    /// Its shading normal.
-    ShadingNormal,
-    /// Distance to it along the ray.
-    Depth,
-    /// Where it is.
-    Position,
-    /// Its surface coordinates.
-    Uv,
-    /// Which shape, counted from one, at the pixel's centre; 0 for none.
-    Id,
-    /// Variance of the pixel's mean before filtering, and its number of samples.
-    Variance,
+/// Channels an AOV adds to the filtered sums; id and variance are made otherwise.
+fn channels(aov: Aov) -> &'static [&'static str] {
+    match aov {
+        Aov::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
+        Aov::Normal => &["normal.X", "normal.Y", "normal.Z"],
+        Aov::ShadingNormal => &["shading_normal.X", "shading_normal.Y", "shading_normal.Z"],
+        Aov::Depth => &["depth.Z"],
+        Aov::Position => &["position.X", "position.Y", "position.Z"],
+        Aov::Uv => &["uv.U", "uv.V"],
+        Aov::Id | Aov::Variance => &[],
+    }
 }
 
-impl Aov {
-    /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::Albedo,
-        Self::Normal,
-        Self::ShadingNormal,
-        Self::Depth,
-        Self::Position,
-        Self::Uv,
-        Self::Id,
-        Self::Variance,
-    ];
-
-    /// Name on the command line and of the layer in the file.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Albedo => "albedo",
-            Self::Normal => "normal",
-            Self::ShadingNormal => "shading_normal",
-            Self::Depth => "depth",
-            Self::Position => "position",
-            Self::Uv => "uv",
-            Self::Id => "id",
-            Self::Variance => "variance",
-        }
-    }
-
-    /// The one called `name`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|a| a.name() == name)
-    }
-
-    /// Channels it adds to the filtered sums; id and variance are made otherwise.
-    fn channels(self) -> &'static [&'static str] {
-        match self {
-            Self::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
-            Self::Normal => &["normal.X", "normal.Y", "normal.Z"],
-            Self::ShadingNormal => &["shading_normal.X", "shading_normal.Y", "shading_normal.Z"],
-            Self::Depth => &["depth.Z"],
-            Self::Position => &["position.X", "position.Y", "position.Z"],
-            Self::Uv => &["uv.U", "uv.V"],
-            Self::Id | Self::Variance => &[],
-        }
-    }
-
-    fn push(self, first: &FirstHit, out: &mut Vec<f32>) {
-        match self {
-            Self::Albedo => out.extend(first.albedo.to_array()),
-            Self::Normal => out.extend(first.normal.to_array()),
-            Self::ShadingNormal => out.extend(first.shading_normal.to_array()),
-            Self::Depth => out.push(first.depth),
-            Self::Position => out.extend(first.position.to_array()),
-            Self::Uv => out.extend(first.uv.to_array()),
-            Self::Id | Self::Variance => {}
-        }
+fn push(aov: Aov, first: &FirstHit, out: &mut Vec<f32>) {
+    match aov {
+        Aov::Albedo => out.extend(first.albedo.to_array()),
+        Aov::Normal => out.extend(first.normal.to_array()),
+        Aov::ShadingNormal => out.extend(first.shading_normal.to_array()),
+        Aov::Depth => out.push(first.depth),
+        Aov::Position => out.extend(first.position.to_array()),
+        Aov::Uv => out.extend(first.uv.to_array()),
+        Aov::Id | Aov::Variance => {}
     }
 }
 
@@ -210,18 +157,13 @@ impl Job {
         }
         let integrator = options.integrator.clone().unwrap_or_else(|| scene.integrator.clone());
         let mut aovs = options.aovs.clone();
-        for name in &integrator.aovs {
-            if let Some(aov) = Aov::from_name(name)
-                && !aovs.contains(&aov)
-            {
-                aovs.push(aov);
+        for aov in &integrator.aovs {
+            if !aovs.contains(aov) {
+                aovs.push(*aov);
             }
         }
-        if integrator.moment && !aovs.contains(&Aov::Variance) {
-            aovs.push(Aov::Variance);
-        }
-        let mut channels: Vec<String> = ["R", "G", "B", "A"].map(String::from).to_vec();
-        channels.extend(aovs.iter().flat_map(|a| a.channels()).map(|c| c.to_string()));
+        let named = aovs.iter().flat_map(|a| channels(*a)).copied();
+        let channels = ["R", "G", "B", "A"].into_iter().chain(named).map(String::from).collect();
         let layout = FilmLayout::new(&camera.film, channels);
         let budget = options.budget.unwrap_or(Budget::Samples(camera.samples_per_pixel.max(1)));
         let fingerprint = fnv1a(
@@ -423,7 +365,7 @@ impl Job {
                     values.extend(r.rgb.to_array());
                     values.push(r.alpha);
                     for aov in &self.aovs {
-                        aov.push(&r.first, &mut values);
+                        push(*aov, &r.first, &mut values);
                     }
                     self.layout.add(tile, &mut visit, [x, y], position.to_array(), &values);
                 }
@@ -463,9 +405,9 @@ impl Job {
                 .world
                 .geometry
                 .intersect(&ray)
-                .map_or(0.0, |hit| (self.world.geometry.surface(&ray, &hit).shape + 1) as f32);
+                .map_or(0, |hit| 1 + if hit.instance == NO_INSTANCE { hit.shape } else { hit.instance });
             out.data.extend_from_slice(pixel);
-            out.data.push(id);
+            out.data.push(id as f32);
         }
         out
     }

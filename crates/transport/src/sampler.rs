@@ -4,7 +4,6 @@
 //! four Sobol' dimensions, scrambled and shuffled by a seed of its own, so that sets are independent of one
 //! another and each is stratified in all four dimensions at every power of two.
 
-use glam::Vec2;
 use yugen_optics::random::{hash_combine, hash_u32, unit_f32};
 
 /// The first four Sobol' dimensions as a byte-wise table, both sides bit-reversed: `TABLE[k][b]` is the reversed
@@ -142,12 +141,6 @@ impl Sampler {
             out[d] = unit_f32(laine_karras(p[d], hash_u32(key)).reverse_bits());
         }
         out
-    }
-
-    /// The first two numbers of the next set.
-    pub fn next_2d(&mut self) -> Vec2 {
-        let [x, y, ..] = self.next_4d();
-        Vec2::new(x, y)
     }
 }
 

@@ -43,12 +43,13 @@ enum Node {
 pub struct Textures {
     nodes: Vec<Node>,
     luminance: Vec3,
+    filtered: bool,
 }
 
 impl Textures {
     /// Prepares the textures of `scene`.
     pub fn new(scene: &Scene) -> Self {
-        let nodes = scene
+        let nodes: Vec<Node> = scene
             .textures
             .iter()
             .map(|t| match t {
@@ -66,7 +67,13 @@ impl Textures {
                 Texture::Scaled { texture, factor } => Node::Scaled { texture: *texture, factor: *factor },
             })
             .collect();
-        Self { nodes, luminance: scene.working_space.luminance_weights() }
+        let filtered = nodes.iter().any(|n| matches!(n, Node::Image { filter: TextureFilter::Mip, .. }));
+        Self { nodes, luminance: scene.working_space.luminance_weights(), filtered }
+    }
+
+    /// Whether any texture is filtered by the ray's footprint.
+    pub fn filtered(&self) -> bool {
+        self.filtered
     }
 
     /// A value as a colour.

@@ -8,16 +8,7 @@ use yugen_transport::accel::{NO_INSTANCE, Ray};
 use yugen_transport::geometry::{BuildError, Geometry, ShapeSampler};
 
 fn shape(geometry: Form, to_world: Mat4) -> Shape {
-    Shape {
-        name: "thing".into(),
-        geometry,
-        to_world,
-        flip_normals: false,
-        face_normals: false,
-        material: 0,
-        emission: None,
-        two_sided_emission: false,
-    }
+    Shape::new("thing", geometry, to_world, 0)
 }
 
 fn scene(shapes: Vec<Shape>) -> Scene {

@@ -4,10 +4,10 @@ use glam::{Mat4, Vec2, Vec3};
 use std::f32::consts::PI;
 use std::sync::Arc;
 use yugen_archive::scene::{
-    Camera, Film, Filter, Geometry, Integrator, Light, Material, Mesh, Projection, Scene, Shape, Value,
+    Aov, Camera, Film, Filter, Geometry, Integrator, Light, Material, Mesh, Projection, Scene, Shape, Value,
 };
 use yugen_reflectance::Kind;
-use yugen_transport::render::{Action, Aov, Budget, Job, Options, ResumeError};
+use yugen_transport::render::{Action, Budget, Job, Options, ResumeError};
 
 fn camera(width: u32, height: u32, from: Vec3, to: Vec3) -> Camera {
     let z = (to - from).normalize();
@@ -54,16 +54,7 @@ fn default(slots: &[f32]) -> Value {
 }
 
 fn shape(geometry: Geometry, to_world: Mat4, material: usize) -> Shape {
-    Shape {
-        name: "shape".into(),
-        geometry,
-        to_world,
-        flip_normals: false,
-        face_normals: false,
-        material,
-        emission: None,
-        two_sided_emission: false,
-    }
+    Shape::new("shape", geometry, to_world, material)
 }
 
 fn render(scene: &Scene, spp: u32) -> yugen_optics::Image {
@@ -335,4 +326,25 @@ fn an_error_budget_spends_where_it_is_noisy_and_reaches_its_target() {
     }
     let rms = (sum / counts.len() as f64).sqrt();
     assert!(rms < f64::from(target) * 1.2, "{rms}");
+}
+
+/// Two instances of one group are two things to whoever cuts the picture apart by the id AOV.
+#[test]
+fn the_id_tells_instances_apart() {
+    let place = |x: f32| shape(Geometry::Instance(0), Mat4::from_translation(Vec3::new(x, 0.0, 0.0)), 0);
+    let scene = Scene {
+        cameras: vec![camera(3, 1, Vec3::new(0.0, 0.0, -10.0), Vec3::ZERO)],
+        materials: vec![lambert(0.5)],
+        groups: vec![vec![shape(Geometry::Sphere, Mat4::from_scale(Vec3::splat(0.5)), 0)]],
+        shapes: vec![place(-2.0), place(2.0)],
+        ..Scene::default()
+    };
+    let options = Options { aovs: vec![Aov::Id], ..options(1, 1) };
+    let job = Job::new(&scene, &options, 0).expect("a job");
+    job.run(|_, _| Action::Continue);
+    let image = job.image();
+    let id = image.channel("id.Y").expect("an id");
+    let ids: Vec<f32> = (0..3).map(|x| image.pixel(x, 0)[id]).collect();
+    assert_eq!(ids[1], 0.0);
+    assert!(ids[0] > 0.0 && ids[2] > 0.0 && ids[0] != ids[2], "{ids:?}");
 }

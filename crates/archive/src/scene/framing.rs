@@ -90,16 +90,7 @@ mod tests {
 
     #[test]
     fn everything_is_in_the_picture() {
-        let shape = |geometry, to_world| Shape {
-            name: String::new(),
-            geometry,
-            to_world,
-            flip_normals: false,
-            face_normals: false,
-            material: 0,
-            emission: None,
-            two_sided_emission: false,
-        };
+        let shape = |geometry, to_world| Shape::new("", geometry, to_world, 0);
         let mut scene = Scene::default();
         scene.groups.push(vec![shape(Geometry::Sphere, Mat4::from_scale(Vec3::splat(0.5)))]);
         scene.shapes.push(shape(Geometry::Instance(0), Mat4::from_translation(Vec3::new(3.0, 0.0, 0.0))));

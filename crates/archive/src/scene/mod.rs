@@ -235,6 +235,22 @@ pub struct Shape {
     pub two_sided_emission: bool,
 }
 
+impl Shape {
+    /// A shape that neither shines nor is turned inside out.
+    pub fn new(name: impl Into<String>, geometry: Geometry, to_world: Mat4, material: MaterialId) -> Self {
+        Self {
+            name: name.into(),
+            geometry,
+            to_world,
+            flip_normals: false,
+            face_normals: false,
+            material,
+            emission: None,
+            two_sided_emission: false,
+        }
+    }
+}
+
 /// A light that is not a shape.
 #[derive(Clone, Debug)]
 pub enum Light {
@@ -390,17 +406,66 @@ impl Default for Filter {
 pub enum IntegratorKind {
     /// Path tracing with multiple importance sampling.
     Path,
-    /// Direct light only.
-    Direct {
-        /// Draws from the lights at each hit.
-        light_samples: u32,
-        /// Draws from the material at each hit.
-        bsdf_samples: u32,
-    },
+    /// Direct light only: paths of two edges, one draw of a light and one of the material at the first hit.
+    Direct,
     /// Distance along the ray.
     Depth,
     /// Only the AOVs.
     Aov,
+}
+
+/// Something to record besides radiance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aov {
+    /// Reflectance of the first surface.
+    Albedo,
+    /// Its geometric normal.
+    Normal,
+    /// Its shading normal.
+    ShadingNormal,
+    /// Distance to it along the ray.
+    Depth,
+    /// Where it is.
+    Position,
+    /// Its surface coordinates.
+    Uv,
+    /// Which shape of the scene, counted from one, at the pixel's centre; an instance counts as one; 0 for none.
+    Id,
+    /// Variance of the pixel's mean before filtering, and its number of samples.
+    Variance,
+}
+
+impl Aov {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Albedo,
+        Self::Normal,
+        Self::ShadingNormal,
+        Self::Depth,
+        Self::Position,
+        Self::Uv,
+        Self::Id,
+        Self::Variance,
+    ];
+
+    /// Name on the command line and of the layer in the file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Albedo => "albedo",
+            Self::Normal => "normal",
+            Self::ShadingNormal => "shading_normal",
+            Self::Depth => "depth",
+            Self::Position => "position",
+            Self::Uv => "uv",
+            Self::Id => "id",
+            Self::Variance => "variance",
+        }
+    }
+
+    /// The one called `name`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|a| a.name() == name)
+    }
 }
 
 /// An integrator and its settings.
@@ -414,10 +479,8 @@ pub struct Integrator {
     pub rr_depth: u32,
     /// The camera does not see lights.
     pub hide_emitters: bool,
-    /// Also record the second moment (Mitsuba's `moment`).
-    pub moment: bool,
-    /// AOVs asked for: `albedo`, `normal`, `shading_normal`, `depth`, `position`, `uv`, `id`, `variance`.
-    pub aovs: Vec<String>,
+    /// What to record besides radiance.
+    pub aovs: Vec<Aov>,
 }
 
 impl Default for Integrator {
@@ -427,7 +490,6 @@ impl Default for Integrator {
             max_depth: None,
             rr_depth: 5,
             hide_emitters: false,
-            moment: false,
             aovs: Vec::new(),
         }
     }

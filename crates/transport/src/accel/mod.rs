@@ -39,12 +39,6 @@ impl Ray {
         Self { origin, dir, t_min: 0.0, t_max: f32::INFINITY }
     }
 
-    /// From `from` up to just before `to`, for asking whether they see each other.
-    pub fn between(from: Vec3, to: Vec3) -> Self {
-        // Mitsuba's ShadowEpsilon is 10 · 1500 · 2⁻²⁴; this one is as generous.
-        Self { origin: from, dir: to - from, t_min: 0.0, t_max: 1.0 - 1e-3 }
-    }
-
     /// The point at `t`.
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.dir * t

@@ -229,16 +229,7 @@ impl Reader<'_> {
             let copies: Vec<Shape> = shapes.iter().map(|s| Shape { to_world, ..s.clone() }).collect();
             self.scene.shapes.extend(copies);
         } else if !shapes.is_empty() {
-            self.scene.shapes.push(Shape {
-                name,
-                geometry: Geometry::Instance(group),
-                to_world,
-                flip_normals: false,
-                face_normals: false,
-                material: 0,
-                emission: None,
-                two_sided_emission: false,
-            });
+            self.scene.shapes.push(Shape::new(name, Geometry::Instance(group), to_world, 0));
         }
         Ok(())
     }

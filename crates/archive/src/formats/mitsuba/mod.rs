@@ -17,7 +17,7 @@ mod tests;
 use super::Options;
 use crate::Error;
 use crate::formats::folders::Folders;
-use crate::scene::{GroupId, Integrator, IntegratorKind, MaterialId, Mesh, Scene, TextureId};
+use crate::scene::{Aov, GroupId, Integrator, IntegratorKind, MaterialId, Mesh, Scene, TextureId};
 use document::{Class, Document};
 use properties::Properties;
 use std::collections::HashMap;
@@ -107,15 +107,15 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// AOVs by the name Mitsuba gives them and ours.
-const AOVS: &[(&str, &str)] = &[
-    ("albedo", "albedo"),
-    ("depth", "depth"),
-    ("position", "position"),
-    ("uv", "uv"),
-    ("geo_normal", "normal"),
-    ("sh_normal", "shading_normal"),
-    ("shape_index", "id"),
+/// AOVs by the name Mitsuba gives them.
+const AOVS: &[(&str, Aov)] = &[
+    ("albedo", Aov::Albedo),
+    ("depth", Aov::Depth),
+    ("position", Aov::Position),
+    ("uv", Aov::Uv),
+    ("geo_normal", Aov::Normal),
+    ("sh_normal", Aov::ShadingNormal),
+    ("shape_index", Aov::Id),
 ];
 
 fn integrator(p: Properties) -> Result<Integrator, Error> {
@@ -126,7 +126,11 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
             let inner = p
                 .child(Class::Integrator)?
                 .ok_or_else(|| p.invalid("integrator 'moment' needs another one inside"))?;
-            Integrator { moment: true, ..integrator(inner)? }
+            let mut out = integrator(inner)?;
+            if !out.aovs.contains(&Aov::Variance) {
+                out.aovs.push(Aov::Variance);
+            }
+            out
         }
         "aov" => {
             let inner = p.child(Class::Integrator)?;
@@ -145,8 +149,8 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
                 let known = AOVS.iter().map(|(theirs, _)| *theirs);
                 let found = AOVS.iter().find(|(theirs, _)| *theirs == kind);
                 let (_, ours) = found.ok_or_else(|| Error::unknown(p.place_of(at), "AOV", kind, known))?;
-                if !out.aovs.iter().any(|a| a == ours) {
-                    out.aovs.push(ours.to_string());
+                if !out.aovs.contains(ours) {
+                    out.aovs.push(*ours);
                 }
             }
             out
@@ -158,6 +162,7 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
             Integrator::default()
         }
         "direct" => {
+            // How one sample of a pixel is split changes its noise, not what it tends to.
             let both = p.count("shading_samples", 1, 0, 1 << 20)?;
             let light_samples = p.count("emitter_samples", both, 0, 1 << 20)?;
             let bsdf_samples = p.count("bsdf_samples", both, 0, 1 << 20)?;
@@ -169,10 +174,7 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
             if light_samples + bsdf_samples == 0 {
                 return Err(p.invalid("'emitter_samples' and 'bsdf_samples' cannot both be 0"));
             }
-            Integrator {
-                kind: IntegratorKind::Direct { light_samples, bsdf_samples },
-                ..Integrator::default()
-            }
+            Integrator { kind: IntegratorKind::Direct, ..Integrator::default() }
         }
         "depth" => Integrator { kind: IntegratorKind::Depth, ..Integrator::default() },
         _ => return Err(p.unknown_plugin(KNOWN)),

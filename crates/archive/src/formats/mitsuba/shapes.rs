@@ -157,16 +157,12 @@ impl Builder<'_> {
             group.ok_or_else(|| p.invalid("an instance needs a <ref> to a shape of type 'shapegroup'"))?;
         let group = self.group(group)?;
         p.finish()?;
-        Ok(Shape {
-            name: if p.id().is_empty() { "instance".into() } else { p.id().into() },
-            geometry: Geometry::Instance(group),
+        Ok(Shape::new(
+            if p.id().is_empty() { "instance" } else { p.id() },
+            Geometry::Instance(group),
             to_world,
-            flip_normals: false,
-            face_normals: false,
-            material: 0,
-            emission: None,
-            two_sided_emission: false,
-        })
+            0,
+        ))
     }
 
     pub(super) fn group(&mut self, p: Properties) -> Result<GroupId, Error> {

@@ -9,7 +9,7 @@ mod tests;
 use super::Options;
 use super::folders::Folders;
 use crate::scene::{
-    Camera, Film, Filter, Integrator, IntegratorKind, Light, Material, MaterialId, Mesh, Projection, Shape,
+    Aov, Camera, Film, Filter, Integrator, IntegratorKind, Light, Material, MaterialId, Mesh, Projection,
     Texture, TextureId, look_along,
 };
 use crate::{Error, Place, Scene};
@@ -204,7 +204,7 @@ impl<'a> Reader<'a> {
         samples = keys.or("samples", samples, |i| i.count(MAX_SAMPLES))?;
         let kinds = [
             ("path", IntegratorKind::Path),
-            ("direct", IntegratorKind::Direct { light_samples: 1, bsdf_samples: 1 }),
+            ("direct", IntegratorKind::Direct),
             ("depth", IntegratorKind::Depth),
             ("aov", IntegratorKind::Aov),
         ];
@@ -216,10 +216,8 @@ impl<'a> Reader<'a> {
         integrator.rr_depth = keys.or("roulette_depth", integrator.rr_depth, |i| i.count(1 << 20))?;
         integrator.hide_emitters = keys.or("hide_lights", false, Item::boolean)?;
         if let Some(aovs) = keys.get("aovs") {
-            const AOVS: [&str; 8] =
-                ["albedo", "normal", "shading_normal", "depth", "position", "uv", "id", "variance"];
             for aov in aovs.array()? {
-                integrator.aovs.push(aov.one_of("AOV", &AOVS.map(|a| (a, a)))?.to_string());
+                integrator.aovs.push(aov.one_of("AOV", &Aov::ALL.map(|a| (a.name(), a)))?);
             }
         }
         keys.finish()?;
@@ -434,18 +432,4 @@ fn placed(keys: &mut Keys) -> Result<Mat4, Error> {
         )));
     }
     Ok(matrix)
-}
-
-/// A shape with everything but its geometry still to be said.
-fn bare_shape(name: String, geometry: crate::scene::Geometry, to_world: Mat4, material: MaterialId) -> Shape {
-    Shape {
-        name,
-        geometry,
-        to_world,
-        flip_normals: false,
-        face_normals: false,
-        material,
-        emission: None,
-        two_sided_emission: false,
-    }
 }

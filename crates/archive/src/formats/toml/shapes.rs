@@ -2,7 +2,7 @@
 
 use super::document::{Item, Keys};
 use super::materials::Role;
-use super::{Reader, bare_shape, placed};
+use super::{Reader, placed};
 use crate::formats::{gltf, obj, ply, read_file, serialized};
 use crate::scene::primitives::{Drape, Support, ball, block, drape, grid};
 use crate::scene::{Geometry, Material, MaterialId, Mesh, Shape, Texture, Value};
@@ -103,7 +103,7 @@ impl<'a> Reader<'a> {
                 Some(id) => id,
                 None => self.grey(),
             };
-            out.push(bare_shape(name.clone(), geometry, to_world * own, material));
+            out.push(Shape::new(name.clone(), geometry, to_world * own, material));
         }
 
         let flip = keys.or("flip", false, Item::boolean)?;
@@ -188,7 +188,7 @@ impl<'a> Reader<'a> {
                 .invalid("only a .serialized file holds several meshes that are told apart by an 'index'"));
         }
         let shape = |mesh: Arc<Mesh>, material| {
-            bare_shape(mesh.name.clone(), Geometry::Mesh(mesh), to_world, material)
+            Shape::new(mesh.name.clone(), Geometry::Mesh(mesh), to_world, material)
         };
         if let Some(mesh) = self.meshes.get(&path).cloned().filter(|_| index.is_none()) {
             let material = material.unwrap_or_else(|| self.grey());

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::{Geometry, Value};
+use crate::scene::{Geometry, Shape, Value};
 use yugen_reflectance::Kind;
 
 fn load(text: &str) -> Result<Scene, Error> {
