@@ -11,7 +11,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("reflectance", &["optics"]),
     ("motion", &["optics"]),
     ("archive", &["optics", "reflectance", "motion"]),
-    ("capture", &["optics", "reflectance", "motion"]),
+    ("capture", &["optics", "reflectance", "motion", "archive"]),
     ("transport", &["optics", "reflectance", "motion", "archive", "capture"]),
     ("realtime", &["optics", "reflectance", "motion", "archive", "capture"]),
     ("ink", &["optics", "reflectance", "motion", "archive", "capture", "transport", "realtime"]),

@@ -19,6 +19,7 @@ mod model;
 mod shader;
 
 pub mod ashikhmin_g;
+pub mod btf;
 pub mod films;
 pub mod halfway;
 pub mod importance;

@@ -1,0 +1,8 @@
+//! From photographs under many lights to a reflectance model of the cloth.
+//!
+//! Frame of a sample that lies flat before the camera: +x right, +y up in the picture, +z to the camera,
+//! right-handed. Pure: slices in, values out; `archive` reads and writes the files.
+
+mod stack;
+
+pub use stack::{Lights, Stack};

@@ -1,0 +1,97 @@
+//! Photographs of one flat sample, one a light, seen from one place.
+
+use glam::{Vec2, Vec3};
+
+/// Where the lights of a stack stand.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Lights {
+    /// So far away that every texel sees the same direction: unit vectors toward the lights.
+    Distant(Vec<Vec3>),
+    /// At finite distance, equally bright in all directions: positions in units of the width of the whole
+    /// picture, origin at its centre.
+    Near(Vec<Vec3>),
+}
+
+impl Lights {
+    /// How many.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Distant(v) | Self::Near(v) => v.len(),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A band of rows of linear pictures, one picture a light, from the same camera; all rows make the whole stack.
+///
+/// A value is the radiance of the texel over that of a white diffuser at the centre of the picture that faces the
+/// light: the reflectance factor π f cos θ for light from far away. NaN marks a sample that is not to be used
+/// (saturated, in shadow, outside the mask).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stack {
+    /// Texels across.
+    pub width: usize,
+    /// Rows of this band.
+    pub height: usize,
+    /// The band's first row in the whole picture, counted from the top.
+    pub first_row: usize,
+    /// Rows of the whole picture.
+    pub rows: usize,
+    /// One a picture.
+    pub lights: Lights,
+    /// Linear RGB, texel after texel from the top left, within a texel light after light:
+    /// `values[(y * width + x) * lights + light]`.
+    pub values: Vec<[f32; 3]>,
+}
+
+impl Stack {
+    /// All samples of texel (x, y) of the band, one a light.
+    pub fn samples(&self, x: usize, y: usize) -> &[[f32; 3]] {
+        let n = self.lights.len();
+        let at = (y * self.width + x) * n;
+        &self.values[at..at + n]
+    }
+
+    /// Unit vector from the centre of texel (x, y) of the band to a light, and the light's irradiance there on a
+    /// surface that faces it, relative to the centre of the picture.
+    pub fn light(&self, light: usize, x: usize, y: usize) -> (Vec3, f32) {
+        match &self.lights {
+            Lights::Distant(toward) => (toward[light], 1.0),
+            Lights::Near(positions) => {
+                let width = self.width as f32;
+                let centre = Vec2::new(0.5 * width, 0.5 * self.rows as f32);
+                let at = (Vec2::new(x as f32 + 0.5, (self.first_row + y) as f32 + 0.5) - centre) / width;
+                let toward = positions[light] - Vec3::new(at.x, -at.y, 0.0);
+                (toward.normalize(), positions[light].length_squared() / toward.length_squared())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lamp one picture width above the right border: a right triangle for the centre, straight up for the border.
+    #[test]
+    fn near_lights_turn_and_fade_across_the_picture() {
+        let stack = Stack {
+            width: 100,
+            height: 1,
+            first_row: 49,
+            rows: 99,
+            lights: Lights::Near(vec![Vec3::new(0.5, 0.0, 1.0)]),
+            values: Vec::new(),
+        };
+        let (toward, irradiance) = stack.light(0, 99, 0);
+        assert!((toward - Vec3::new(0.005, 0.0, 1.0).normalize()).length() < 1e-6, "{toward}");
+        assert!((irradiance - 1.25).abs() < 1e-3, "{irradiance}");
+        let (toward, irradiance) = stack.light(0, 0, 0);
+        assert!((toward.x / toward.z - 0.995).abs() < 1e-6);
+        assert!((irradiance - 1.25 / (1.0 + 0.995f32.powi(2))).abs() < 1e-5);
+    }
+}
