@@ -3,6 +3,8 @@
 //! Frame of a sample that lies flat before the camera: +x right, +y up in the picture, +z to the camera,
 //! right-handed. Pure: slices in, values out; `archive` reads and writes the files.
 
+mod rows;
+pub mod simulate;
 mod stack;
 
 pub use stack::{Lights, Stack};
