@@ -6,9 +6,10 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
 use yugen_archive::formats::image::{ReadOptions, WriteOptions, read_bytes, write_bytes};
-use yugen_archive::formats::{Options, gltf, merl, mitsuba, obj, ply, serialized, toml};
+use yugen_archive::formats::{Options, btf, gltf, merl, mitsuba, obj, ply, serialized, toml};
 use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Image};
+use yugen_reflectance::btf::{Btf, Texel};
 
 /// Counts what each thread holds, so that tests beside each other do not mix.
 struct Counting;
@@ -584,4 +585,23 @@ fn merl_headers() {
         })
     });
     assert!(worst.max().unwrap() < 1 << 16);
+}
+
+#[test]
+fn maps_of_a_cloth() {
+    let texels = vec![Texel { confidence: 1.0, ..btf::NOTHING }; 20];
+    let maps = Btf { width: 5, height: 4, colour_space: ColourSpace::LinearSrgb, texels };
+    let seed = btf::write(&maps, &btf::About { texel_mm: Some(0.1), ..btf::About::default() }).unwrap();
+    let options = ReadOptions { max_samples: 1 << 16, ..ReadOptions::to(ColourSpace::LinearSrgb) };
+    assault_with("btf", &[seed], 3_000, mutate, |b| match btf::read(b, Path::new(FILE), &options) {
+        Ok((maps, _)) => {
+            assert_eq!(maps.texels.len(), maps.width * maps.height);
+            assert!(maps.texels.iter().all(|t| t.normal.is_normalized() && t.tangent.is_normalized()));
+            true
+        }
+        Err(e) => {
+            assert!(e.to_string().contains(FILE), "{e}");
+            false
+        }
+    });
 }

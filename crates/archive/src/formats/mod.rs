@@ -1,5 +1,6 @@
 //! One file per format.
 
+pub mod btf;
 mod folders;
 pub mod gltf;
 pub mod goniometer;
