@@ -139,7 +139,7 @@ fn main() -> Result<()> {
         atomic_write(&file, picture.scene.as_bytes())?;
         let scene = load_scene(&file, &LoadOptions::default())?;
         let options = Options { budget: arguments.samples.map(Budget::Samples), ..Options::default() };
-        let job = Job::new(&scene, &options, 0)?;
+        let job = Job::new(&scene, &options)?;
         job.run(|_, _| Action::Continue);
         let rgb = job.image().select(&["R", "G", "B"]).context("a picture has colours")?;
         let write = WriteOptions { curve: Curve::Aces, ..WriteOptions::from(scene.working_space) };

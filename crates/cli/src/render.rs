@@ -11,7 +11,7 @@ use yugen_archive::scene::{Aov, IntegratorKind};
 use yugen_archive::{Scene, atomic_write};
 use yugen_optics::Image;
 use yugen_optics::tonemap::Curve;
-use yugen_transport::render::{Action, Budget, Job, MAX_SAMPLES, Options, fnv1a};
+use yugen_transport::render::{Action, Budget, Job, MAX_SAMPLES, Options};
 
 /// Renders a scene by path tracing: Mitsuba 3 XML, glTF 2.0 (.gltf, .glb) or Yugen's own TOML.
 #[derive(Args)]
@@ -98,8 +98,7 @@ impl Render {
         let options = formats::Options { defines: self.define.clone(), ..formats::Options::default() };
         let scene = formats::load_scene(&self.scene, &options)?;
         let loaded = started.elapsed();
-        let identity = self.identity()?;
-        let job = Job::new(&scene, &self.options(&scene)?, identity)?;
+        let job = Job::new(&scene, &self.options(&scene)?)?;
         let prepared = started.elapsed() - loaded;
 
         let checkpoint = checkpoint_path(&self.output);
@@ -185,15 +184,6 @@ impl Render {
             integrator: Some(integrator),
             aovs,
         })
-    }
-
-    /// Tells this scene from another, so that a checkpoint is not taken up by the wrong one.
-    fn identity(&self) -> Result<u64> {
-        let mut bytes = std::fs::read(&self.scene).with_context(|| format!("{}", self.scene.display()))?;
-        for (name, value) in &self.define {
-            bytes.extend_from_slice(format!("{name}={value}\n").as_bytes());
-        }
-        Ok(fnv1a(&bytes))
     }
 
     fn metadata(&self, job: &Job) -> Vec<(String, String)> {

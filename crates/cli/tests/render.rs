@@ -119,6 +119,45 @@ fn a_checkpoint_of_another_render_is_refused() {
     assert!(!output.exists());
 }
 
+/// The scene file stays as it is; a vertex of the mesh it names is moved.
+#[test]
+fn a_checkpoint_is_refused_once_a_mesh_has_changed() {
+    let folder = Folder::new("moved");
+    let (scene, output) = (folder.file("tent.toml"), folder.file("a.exr"));
+    let tent = "[[shape]]\ntype = \"file\"\nfile = \"tent.obj\"\nmaterial = \"red\"\n";
+    std::fs::write(&scene, format!("{SCENE}\n{tent}")).expect("the scene");
+    let write = |top: &str| {
+        let obj = format!("v -0.5 0 -1\nv 0.5 0 -1\nv 0 {top} -1\nf 1 2 3\n");
+        std::fs::write(folder.file("tent.obj"), obj).expect("a mesh");
+    };
+    write("1.5");
+    let checkpoint = folder.file("a.exr.checkpoint");
+    let mut child = yugen(&scene, &output, &["--spp", "16384", "--checkpoint", "0.05", "--json"])
+        .spawn()
+        .expect("yugen runs");
+    let started = Instant::now();
+    while !checkpoint.exists() && started.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().expect("a running child");
+    child.wait().expect("its end");
+
+    write("1.5001");
+    let again = ["--spp", "16384", "--resume", "--json"];
+    let text = refused(&run(yugen(&scene, &output, &again)));
+    assert!(text.contains("a.exr.checkpoint") && text.contains("have changed"), "{text}");
+    assert!(checkpoint.exists() && !output.exists());
+    // Put back, it is the same scene again: the refusal was about the vertex.
+    write("1.5");
+    let mut child =
+        yugen(&scene, &output, &again).stderr(std::process::Stdio::piped()).spawn().expect("yugen runs");
+    std::thread::sleep(Duration::from_millis(500));
+    let running = child.try_wait().expect("its state").is_none();
+    child.kill().expect("a child");
+    let text = String::from_utf8_lossy(&child.wait_with_output().expect("its end").stderr).into_owned();
+    assert!(running && text.is_empty(), "{text}");
+}
+
 #[test]
 fn json_says_what_was_done() {
     let folder = Folder::new("json");

@@ -5,6 +5,7 @@
 
 pub mod colour;
 pub mod distribution;
+mod fingerprint;
 pub mod frame;
 pub mod image;
 pub mod quadrature;
@@ -16,6 +17,7 @@ pub mod tonemap;
 pub mod warp;
 
 pub use colour::ColourSpace;
+pub use fingerprint::Fingerprint;
 pub use frame::Frame;
 pub use glam::{Affine2, Affine3A, Mat3, Mat4, UVec2, Vec2, Vec3, Vec3A};
 pub use image::Image;

@@ -17,7 +17,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yugen_archive::Scene;
 use yugen_archive::scene::{Aov, Camera, Integrator};
-use yugen_optics::Image;
+use yugen_optics::{Fingerprint, Image};
 
 /// Channels an AOV adds to the filtered sums; id and variance are made otherwise.
 fn channels(aov: Aov) -> &'static [&'static str] {
@@ -113,7 +113,8 @@ pub enum ResumeError {
     Damaged(&'static str),
     /// Of another picture.
     #[error(
-        "the checkpoint belongs to another scene, size, seed, integrator or budget; remove it to start anew"
+        "the checkpoint belongs to another scene (or one whose meshes, pictures or tables have changed since), size, seed, \
+         integrator or budget; remove it to start anew"
     )]
     Other,
 }
@@ -135,9 +136,8 @@ pub struct Job {
 }
 
 impl Job {
-    /// Prepares `scene`. `identity` is whatever tells this scene from another (a hash of its files), so that a
-    /// checkpoint is never taken up by the wrong one.
-    pub fn new(scene: &Scene, options: &Options, identity: u64) -> Result<Self, PrepareError> {
+    /// Prepares `scene`. Its fingerprint goes into the checkpoints, so that none is taken up by another one.
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, PrepareError> {
         let mut camera = choose_camera(scene, options.camera.as_deref())?.clone();
         if let Some([w, h]) = options.size {
             if let Some(crop) = &mut camera.film.crop {
@@ -166,13 +166,9 @@ impl Job {
         let channels = ["R", "G", "B", "A"].into_iter().chain(named).map(String::from).collect();
         let layout = FilmLayout::new(&camera.film, channels);
         let budget = options.budget.unwrap_or(Budget::Samples(camera.samples_per_pixel.max(1)));
-        let fingerprint = fnv1a(
-            format!(
-                "{identity} {:?} {integrator:?} {aovs:?} {budget:?} {} {:?}",
-                camera, options.seed, layout.window
-            )
-            .as_bytes(),
-        );
+        let mut print = Fingerprint::default();
+        print.word(scene.fingerprint());
+        print.debug(&(&camera, &integrator, &aovs, budget, options.seed, layout.window));
         let tiles = layout.tiles().into_iter().map(Mutex::new).collect();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Ok(Self {
@@ -184,7 +180,7 @@ impl Job {
             budget,
             seed: options.seed,
             threads: options.threads.unwrap_or(cores).max(1),
-            fingerprint,
+            fingerprint: print.finish(),
             tiles,
             elapsed: AtomicU64::new(0),
         })
@@ -431,7 +427,7 @@ impl Job {
                 out.extend_from_slice(&v.to_le_bytes());
             }
         }
-        let sum = fnv1a(&out);
+        let sum = Fingerprint::of(&out);
         out.extend_from_slice(&sum.to_le_bytes());
         out
     }
@@ -441,7 +437,7 @@ impl Job {
         let (body, sum) = bytes.split_last_chunk::<8>().ok_or(ResumeError::Damaged("too short"))?;
         let mut from =
             Reader(body.strip_prefix(MAGIC).ok_or(ResumeError::Damaged("it does not start like one"))?);
-        if fnv1a(body) != u64::from_le_bytes(*sum) {
+        if Fingerprint::of(body) != u64::from_le_bytes(*sum) {
             return Err(ResumeError::Damaged("its checksum is wrong"));
         }
         if u64::from_le_bytes(from.take()?) != self.fingerprint {
@@ -468,7 +464,7 @@ impl Job {
     }
 }
 
-const MAGIC: &[u8] = b"yugen checkpoint 1\n";
+const MAGIC: &[u8] = b"yugen checkpoint 2\n";
 
 struct Reader<'a>(&'a [u8]);
 
@@ -478,11 +474,6 @@ impl Reader<'_> {
         self.0 = rest;
         Ok(*head)
     }
-}
-
-/// FNV-1a, 64 bits: Fowler, Noll, Vo 1991. Against accidents, not against people.
-pub fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(*b)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

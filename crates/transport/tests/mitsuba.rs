@@ -26,7 +26,7 @@ fn data() -> Option<PathBuf> {
 fn render(scene: &Path, spp: u32, seed: u32) -> Image {
     let scene = load_scene(scene, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     let options = Options { budget: Some(Budget::Samples(spp)), seed, ..Options::default() };
-    let job = Job::new(&scene, &options, 0).unwrap_or_else(|e| panic!("{e}"));
+    let job = Job::new(&scene, &options).unwrap_or_else(|e| panic!("{e}"));
     assert!(job.run(|_, _| Action::Continue));
     assert_eq!(job.status().rejected, 0);
     xyz(&job.image().select(&["R", "G", "B"]).expect("colours"))

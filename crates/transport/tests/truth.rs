@@ -58,7 +58,7 @@ fn shape(geometry: Geometry, to_world: Mat4, material: usize) -> Shape {
 }
 
 fn render(scene: &Scene, spp: u32) -> yugen_optics::Image {
-    let job = Job::new(scene, &Options { budget: Some(Budget::Samples(spp)), ..Options::default() }, 0)
+    let job = Job::new(scene, &Options { budget: Some(Budget::Samples(spp)), ..Options::default() })
         .expect("a job");
     assert!(job.run(|_, _| Action::Continue));
     assert_eq!(job.status().rejected, 0);
@@ -262,7 +262,7 @@ fn options(threads: usize, spp: u32) -> Options {
 fn any_number_of_threads_gives_the_same_bits() {
     let scene = busy_scene();
     let run = |threads| {
-        let job = Job::new(&scene, &options(threads, 40), 1).expect("a job");
+        let job = Job::new(&scene, &options(threads, 40)).expect("a job");
         job.run(|_, _| Action::Continue);
         job.image()
     };
@@ -280,20 +280,20 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn a_resumed_render_gives_the_same_bits_and_refuses_what_is_not_its_own() {
     let scene = busy_scene();
-    let whole = Job::new(&scene, &options(2, 64), 1).expect("a job");
+    let whole = Job::new(&scene, &options(2, 64)).expect("a job");
     whole.run(|_, _| Action::Continue);
 
     // Cut off half-way through: an observer that has seen something stops it.
-    let first = Job::new(&scene, &options(2, 64), 1).expect("a job");
+    let first = Job::new(&scene, &options(2, 64)).expect("a job");
     first.run(|_, p| if p.fraction > 0.2 { Action::Stop } else { Action::Continue });
     let saved = first.checkpoint();
-    let second = Job::new(&scene, &options(1, 64), 1).expect("a job");
+    let second = Job::new(&scene, &options(1, 64)).expect("a job");
     second.resume(&saved).expect("its own checkpoint");
     second.run(|_, _| Action::Continue);
     let (a, b) = (whole.image(), second.image());
     assert!(a.data.iter().zip(&b.data).all(|(a, b)| a.to_bits() == b.to_bits()));
 
-    let other = Job::new(&scene, &options(1, 65), 1).expect("a job");
+    let other = Job::new(&scene, &options(1, 65)).expect("a job");
     assert_eq!(other.resume(&saved), Err(ResumeError::Other));
     for cut in [0, 10, saved.len() / 2, saved.len() - 1] {
         assert!(matches!(second.resume(&saved[..cut]), Err(ResumeError::Damaged(_))));
@@ -308,7 +308,7 @@ fn an_error_budget_spends_where_it_is_noisy_and_reaches_its_target() {
     let scene = busy_scene();
     let run = |seed, budget| {
         let options = Options { seed, budget: Some(budget), ..options(2, 1) };
-        let job = Job::new(&scene, &options, 0).expect("a job");
+        let job = Job::new(&scene, &options).expect("a job");
         job.run(|_, _| Action::Continue);
         job.image()
     };
@@ -340,7 +340,7 @@ fn the_id_tells_instances_apart() {
         ..Scene::default()
     };
     let options = Options { aovs: vec![Aov::Id], ..options(1, 1) };
-    let job = Job::new(&scene, &options, 0).expect("a job");
+    let job = Job::new(&scene, &options).expect("a job");
     job.run(|_, _| Action::Continue);
     let image = job.image();
     let id = image.channel("id.Y").expect("an id");

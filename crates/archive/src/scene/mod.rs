@@ -3,6 +3,7 @@
 //! Readers (Mitsuba XML, glTF, Yugen's own TOML) fill a [`Scene`]; the reference renderer and the stage
 //! read it. Indices (`TextureId`, …) point into the vectors of the same scene.
 
+mod fingerprint;
 mod framing;
 mod material;
 mod normals;
