@@ -5,8 +5,11 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;
+use yugen_archive::formats::image::rows::Rows;
 use yugen_archive::formats::image::{ReadOptions, WriteOptions, read_bytes, write_bytes};
-use yugen_archive::formats::{Options, btf, gltf, merl, mitsuba, obj, ply, serialized, toml};
+use yugen_archive::formats::{
+    Options, btf, gltf, lp, merl, mitsuba, obj, ply, serialized, stack, toml,
+};
 use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::btf::{Btf, Texel};
@@ -454,6 +457,105 @@ fn webp_pictures() {
     let encoder = image::codecs::webp::WebPEncoder::new_lossless(&mut bytes);
     encoder.encode(&pixels, 13, 9, image::ExtendedColorType::Rgba8).unwrap();
     assault_pictures("image webp", &[bytes]);
+}
+
+fn tiff_seed(compression: tiff::encoder::Compression, rows_per_strip: u32) -> Vec<u8> {
+    use tiff::encoder::{TiffEncoder, colortype::RGB16};
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let data: Vec<u16> = (0..13 * 9 * 3u32).map(|i| (i * i % 65521) as u16).collect();
+    let mut encoder = TiffEncoder::new(&mut bytes).unwrap().with_compression(compression);
+    let mut image = encoder.new_image::<RGB16>(13, 9).unwrap();
+    image.rows_per_strip(rows_per_strip).unwrap();
+    image.write_data(&data).unwrap();
+    bytes.into_inner()
+}
+
+fn tiff_seeds() -> [Vec<u8>; 3] {
+    use tiff::encoder::Compression;
+    [
+        tiff_seed(Compression::Uncompressed, 9),
+        tiff_seed(Compression::Lzw, 2),
+        tiff_seed(Compression::Packbits, 4),
+    ]
+}
+
+#[test]
+fn tiff_pictures() {
+    assault_pictures("image tiff", &tiff_seeds());
+}
+
+/// The way through a file on the disk that pictures of a stack take.
+#[test]
+fn pictures_row_by_row() {
+    use exr::prelude::Compression;
+    let options = ReadOptions { max_samples: 1 << 16, ..ReadOptions::raw() };
+    let mut seeds = vec![
+        written("a.png", &["R", "G", "B"], &WriteOptions { bits: 16, ..WriteOptions::default() }),
+        written(
+            "a.exr",
+            &["R", "G", "B", "sigma.R"],
+            &WriteOptions { half: true, ..WriteOptions::default() },
+        ),
+        exr_seed(Compression::PIZ, true),
+        written("a.hdr", &["R", "G", "B"], &WriteOptions::default()),
+    ];
+    seeds.extend(tiff_seeds());
+    let file = tempfile::NamedTempFile::new().unwrap();
+    assault_with("rows", &seeds, 1_500, mutate, |b| {
+        std::fs::write(file.path(), b).unwrap();
+        let read = || {
+            let mut rows = Rows::open(file.path(), &options, &mut (1 << 20))?;
+            let mut line = vec![[0.0; 3]; rows.width];
+            (0..rows.height).try_for_each(|_| rows.next_row(&mut line))
+        };
+        match read() {
+            Ok(()) => true,
+            Err(e) => {
+                assert!(e.to_string().contains(file.path().to_str().unwrap()), "{e}");
+                false
+            }
+        }
+    });
+}
+
+#[test]
+fn lists_of_lights() {
+    let seeds = [
+        &b"3\nimg 1.png 0,5773 0,5773 0,5773\r\n\"a b.png\" 10 -2e1 30\nC:\\c.jpg, 0.1, -.2, 0.3\n"[..],
+        b"\xef\xbb\xbf 1 \n\xe6\x97\xa5.png\t0 0 1",
+    ];
+    assault("lp", &seeds.map(<[u8]>::to_vec), |b| {
+        match lp::read(b, Path::new(FILE), "x -y z".parse().unwrap()) {
+            Ok(entries) => {
+                assert!(entries.iter().all(|e| e.light.is_finite() && e.light.z > 0.0));
+                let text = lp::write(&entries, Path::new(FILE));
+                text.is_ok_and(|t| {
+                    lp::read(t.as_bytes(), Path::new(FILE), lp::Axes::default()).is_ok_and(|e| e == entries)
+                })
+            }
+            Err(e) => {
+                assert!(e.to_string().contains(FILE), "{e}");
+                false
+            }
+        }
+    });
+}
+
+#[test]
+fn options_of_a_stack() {
+    let seed = b"lights = \"a.lp\"\naxes = \"x -y z\"\nnear = true\nfield_width = 4\nresponse = 2.2\nwhite = [0.5, 1, 2]\n\
+        saturated = 0.5\nambient = \"0.png\"\nintensities = [1, [1, 2, 4]]\ncolour_space = \"acescg\"\nmask = \"m.png\"\n";
+    assault("stack", &[seed.to_vec()], |b| match stack::Options::parse(b, Path::new(FILE)) {
+        Ok(options) => {
+            let back = stack::Options::parse(options.text().as_bytes(), Path::new(FILE));
+            assert_eq!(back.ok(), Some(options));
+            true
+        }
+        Err(e) => {
+            assert!(e.to_string().contains(FILE), "{e}");
+            false
+        }
+    });
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod folders;
 pub mod gltf;
 pub mod goniometer;
 pub mod image;
+pub mod lp;
 pub mod measured;
 pub mod merl;
 pub mod mitsuba;
@@ -14,6 +15,7 @@ pub mod obj;
 pub mod ply;
 pub mod rgl;
 pub mod serialized;
+pub mod stack;
 pub mod toml;
 
 use crate::{Error, Place, Scene, read_bounded};

@@ -70,7 +70,7 @@ fn decode(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Decoded, Er
         .attributes
         .chromaticities
         .map(|c| [c.red, c.green, c.blue, c.white].map(|v| [f64::from(v.x()), f64::from(v.y())]));
-    Ok(Decoded { image, chromaticities })
+    Ok(Decoded { image, chromaticities, codes: None })
 }
 
 /// The smallest rectangle around the data windows of all parts.

@@ -69,7 +69,7 @@ fn decode(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Decoded, Er
         }
         chromaticities = Some(space.chromaticities());
     }
-    Ok(Decoded { image, chromaticities })
+    Ok(Decoded { image, chromaticities, codes: None })
 }
 
 fn parse_header(bytes: &[u8], at: &Place) -> Result<Header, Error> {

@@ -52,7 +52,7 @@ pub fn decode(mut decoder: impl ImageDecoder, options: &ReadOptions, at: &Place)
     } else {
         bytes.iter().map(|&b| usize::from(b)).enumerate().map(value).collect()
     };
-    Ok(Decoded { image, chromaticities: None })
+    Ok(Decoded { image, chromaticities: None, codes: Some(max as u32) })
 }
 
 /// A picture as display values in [0, 1], interleaved: grey, grey and alpha, colour, or colour and alpha.

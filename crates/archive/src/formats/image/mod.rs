@@ -15,6 +15,8 @@ mod hdr;
 mod integer;
 mod jpeg;
 mod png;
+pub mod rows;
+mod tiff;
 mod webp;
 
 use crate::{Error, Place, atomic_write, read_bounded};
@@ -24,7 +26,7 @@ use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image, Vec3};
 
 /// Each file of a picture format declares one of these, and this list makes it known.
-const CODECS: &[Codec] = &[exr::CODEC, hdr::CODEC, png::CODEC, jpeg::CODEC, webp::CODEC];
+const CODECS: &[Codec] = &[exr::CODEC, hdr::CODEC, png::CODEC, jpeg::CODEC, webp::CODEC, tiff::CODEC];
 
 type Encode = fn(&Image, &WriteOptions) -> Result<Vec<u8>, String>;
 
@@ -45,6 +47,8 @@ struct Decoded {
     image: Image,
     /// xy chromaticities of red, green, blue and white, if the file names them.
     chromaticities: Option<[[f64; 2]; 4]>,
+    /// The largest code of a format of integers.
+    codes: Option<u32>,
 }
 
 /// Four bytes a sample: one gibibyte, a 16k x 4k environment with alpha.
@@ -61,6 +65,8 @@ pub enum NonFinite {
     Replace,
     /// Refuse the file.
     Refuse,
+    /// Let them through: NaN says that there is no value. Only OpenEXR and floating-point TIFF can hold them.
+    Keep,
 }
 
 /// How a picture is read.
@@ -137,6 +143,8 @@ pub struct WriteOptions {
     pub curve: Curve,
     /// EXR: text attributes, name and value.
     pub metadata: Vec<(String, String)>,
+    /// What to do with values that are not finite; [`NonFinite::Keep`] only for EXR.
+    pub non_finite: NonFinite,
 }
 
 impl Default for WriteOptions {
@@ -149,6 +157,7 @@ impl Default for WriteOptions {
             exposure: 0.0,
             curve: Curve::default(),
             metadata: Vec::new(),
+            non_finite: NonFinite::default(),
         }
     }
 }
@@ -177,15 +186,8 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Image, Error> {
 /// content does not tell.
 pub fn read_bytes(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Image, Error> {
     let at = Place::file(name);
-    let codec =
-        CODECS.iter().find(|c| (c.recognises)(bytes)).or_else(|| codec_by_extension(name)).ok_or_else(
-            || {
-                let names = CODECS.iter().map(|c| c.name).collect::<Vec<_>>().join(", ");
-                Error::invalid(at.clone(), format!("this is no picture of a known format (expected {names})"))
-            },
-        )?;
-    let Decoded { mut image, chromaticities } = (codec.decode)(bytes, options, &at)?;
-    let bad = replace_non_finite(&mut image.data);
+    let Decoded { mut image, chromaticities, .. } = decode(bytes, options, &at)?;
+    let bad = if options.non_finite == NonFinite::Keep { 0 } else { replace_non_finite(&mut image.data) };
     if bad > 0 {
         if options.non_finite == NonFinite::Refuse {
             let problem = format!("{bad} of {} values are not finite; expected numbers", image.data.len());
@@ -212,12 +214,23 @@ pub fn read_bytes(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Im
     Ok(image)
 }
 
+fn decode(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Decoded, Error> {
+    let codec =
+        CODECS.iter().find(|c| (c.recognises)(bytes)).or_else(|| codec_by_extension(&at.file)).ok_or_else(
+            || {
+                let names = CODECS.iter().map(|c| c.name).collect::<Vec<_>>().join(", ");
+                Error::invalid(at.clone(), format!("this is no picture of a known format (expected {names})"))
+            },
+        )?;
+    (codec.decode)(bytes, options, at)
+}
+
 /// Writes a picture in the format of the file name's extension, whole or not at all.
 pub fn write(path: &Path, image: &Image, options: &WriteOptions) -> Result<(), Error> {
     atomic_write(path, &write_bytes(path, image, options)?)
 }
 
-/// The bytes that [`write`] would write to `name`. Values that are not finite are replaced as in reading.
+/// The bytes that [`write`] would write to `name`.
 pub fn write_bytes(name: &Path, image: &Image, options: &WriteOptions) -> Result<Vec<u8>, Error> {
     let encode = writer(name)?;
     let invalid = |problem: String| Error::invalid(Place::file(name), problem);
@@ -228,8 +241,12 @@ pub fn write_bytes(name: &Path, image: &Image, options: &WriteOptions) -> Result
         return Err(invalid("the image has not as many values as its size says".into()));
     }
     let bad = image.data.iter().filter(|v| !v.is_finite()).count();
-    if bad == 0 {
+    let holds_nan = codec_by_extension(name).is_some_and(|c| c.name == exr::CODEC.name);
+    if bad == 0 || options.non_finite == NonFinite::Keep && holds_nan {
         return encode(image, options).map_err(invalid);
+    }
+    if options.non_finite == NonFinite::Refuse {
+        return Err(invalid(format!("{bad} of {} values are not finite", image.data.len())));
     }
     tracing::warn!(
         "{}: {bad} of {} values were not finite and are not written",

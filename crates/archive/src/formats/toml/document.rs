@@ -7,7 +7,7 @@ use std::path::Path;
 use yugen_optics::{Vec2, Vec3};
 
 /// The text and its name, for messages.
-pub(super) struct Document<'a> {
+pub(in crate::formats) struct Document<'a> {
     pub file: &'a Path,
     pub text: &'a str,
 }
@@ -20,7 +20,7 @@ impl Document<'_> {
 
 /// A value with its key.
 #[derive(Clone)]
-pub(super) struct Item<'a> {
+pub(in crate::formats) struct Item<'a> {
     doc: &'a Document<'a>,
     pub key: String,
     value: &'a Spanned<DeValue<'a>>,
@@ -148,7 +148,7 @@ impl<'a> Item<'a> {
 }
 
 /// A table that remembers which words it was asked for: those are the ones it understands.
-pub(super) struct Keys<'a> {
+pub(in crate::formats) struct Keys<'a> {
     doc: &'a Document<'a>,
     /// For messages: `material 'cloth'`.
     pub what: String,

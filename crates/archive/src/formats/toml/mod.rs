@@ -1,6 +1,6 @@
 //! Yugen's own scene file: TOML, small enough to write by hand. The manual is `docs/scene.md`.
 
-mod document;
+pub(in crate::formats) mod document;
 mod materials;
 mod shapes;
 #[cfg(test)]

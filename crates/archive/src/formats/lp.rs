@@ -1,0 +1,262 @@
+//! `.lp`: the list of lights of an RTI capture: a count, then a line `file x y z` a picture.
+//!
+//! ```text
+//! 2
+//! IMG 0001.png 0.5773 0.5773 0.5773
+//! IMG 0002.png -0,6 0,0 0,8
+//! ```
+//! The last three words of a line are numbers, with a decimal point or a decimal comma; all before them is the name
+//! of the file, blanks and quotes around it aside. They say where the light stands as seen from the object: a
+//! direction of any length, or a position where the capture had its lamps near. Lengths are kept. +x is right,
+//! +y up, +z to the camera, unless [`Axes`] say otherwise.
+
+use crate::{Error, Place};
+use glam::Vec3;
+use std::fmt::{self, Display, Formatter, Write};
+use std::path::Path;
+use std::str::FromStr;
+
+/// One picture of a list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The name as it stands in the list, often with a folder of the computer that wrote it.
+    pub file: String,
+    /// Toward the light, or where it stands; finite, not zero, z above zero.
+    pub light: Vec3,
+}
+
+/// Which numbers of a list are x, y and z: some programs count y downwards or name the axes in another order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axes([(usize, f32); 3]);
+
+impl Default for Axes {
+    fn default() -> Self {
+        Self([(0, 1.0), (1, 1.0), (2, 1.0)])
+    }
+}
+
+impl Axes {
+    /// The point that the three numbers of a line mean.
+    pub fn apply(self, numbers: Vec3) -> Vec3 {
+        Vec3::from_array(self.0.map(|(axis, sign)| sign * numbers[axis]))
+    }
+}
+
+impl Display for Axes {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        // The name of each number of a line, not the number of each name.
+        let names: Vec<String> = (0..3)
+            .filter_map(|n| self.0.iter().position(|(number, _)| *number == n))
+            .map(|axis| format!("{}{}", if self.0[axis].1 < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis]))
+            .collect();
+        f.write_str(&names.join(" "))
+    }
+}
+
+/// Three words, each one of `x`, `y`, `z` with or without a minus: the first number of a line is called x, and
+/// `x -y z` says that it counts y downwards.
+impl FromStr for Axes {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected =
+            || format!("the axes are '{text}'; expected x, y and z in any order, each once, as in 'x -y z'");
+        let words: Vec<&str> = text.split_whitespace().collect();
+        let words: [&str; 3] = words.try_into().map_err(|_| expected())?;
+        let mut axes = Self::default();
+        let mut seen = [false; 3];
+        for (number, word) in words.into_iter().enumerate() {
+            let (sign, name) = word.strip_prefix('-').map_or((1.0, word), |name| (-1.0, name));
+            let axis = ["x", "y", "z"].iter().position(|n| *n == name).ok_or_else(expected)?;
+            if std::mem::replace(&mut seen[axis], true) {
+                return Err(expected());
+            }
+            axes.0[axis] = (number, sign);
+        }
+        Ok(axes)
+    }
+}
+
+/// The pictures of a list in its order.
+pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> {
+    let text = std::str::from_utf8(bytes).map_err(|e| {
+        let at = Place::byte(file, e.valid_up_to() as u64);
+        Error::invalid(at, "this is not text in UTF-8; save the list in that encoding")
+    })?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut lines = text.lines().enumerate().map(|(i, l)| (i + 1, l)).filter(|(_, l)| !l.trim().is_empty());
+    let Some((first, head)) = lines.next() else {
+        return Err(Error::invalid(
+            Place::file(file),
+            "the list is empty; its first line is the number of lights",
+        ));
+    };
+    let count: u64 = head.trim().parse().map_err(|_| {
+        let problem =
+            format!("'{}' is no number of lights, which the first line must be", shorten(head.trim()));
+        Error::invalid(Place::line(file, first, 1), problem)
+    })?;
+    let mut entries = Vec::new();
+    for (number, line) in lines {
+        let (name, numbers) = split(line).map_err(|(word, problem)| {
+            let offset = word.as_ptr() as usize - line.as_ptr() as usize;
+            Error::invalid(Place::line(file, number, line[..offset].chars().count() + 1), problem)
+        })?;
+        let at = || Place::line(file, number, 1);
+        let light = axes.apply(numbers);
+        if light == Vec3::ZERO {
+            return Err(Error::invalid(at(), "the light stands in the origin and so has no direction"));
+        }
+        if light.z <= 0.0 {
+            let problem = format!(
+                "the light of '{}' does not stand above the horizon (z is {}); correct or delete the line, or name the \
+                 axes of the list, as in 'x y -z'",
+                shorten(name),
+                light.z
+            );
+            return Err(Error::invalid(at(), problem));
+        }
+        entries.push(Entry { file: name.to_string(), light });
+    }
+    if count != entries.len() as u64 {
+        let problem = format!(
+            "the first line promises {count} lights, but {} follow; correct the number, or add what is missing",
+            entries.len()
+        );
+        return Err(Error::invalid(Place::line(file, first, 1), problem));
+    }
+    Ok(entries)
+}
+
+/// The name and the numbers of a line, or the word that is wrong and why.
+fn split(line: &str) -> Result<(&str, Vec3), (&str, String)> {
+    let mut rest = line.trim_end();
+    let mut numbers = Vec3::ZERO;
+    for axis in (0..3).rev() {
+        let start =
+            rest.char_indices().rev().find(|(_, c)| c.is_whitespace()).map_or(0, |(i, c)| i + c.len_utf8());
+        let word = &rest[start..];
+        if start == 0 {
+            return Err((rest, "expected 'file x y z'".into()));
+        }
+        // A comma at the end parts the numbers, one between digits is a decimal point.
+        let bare = word.strip_suffix([',', ';']).unwrap_or(word);
+        let value = match (bare.contains('.'), bare.matches(',').count()) {
+            (false, 1) => bare.replace(',', ".").parse::<f32>(),
+            _ => bare.parse::<f32>(),
+        };
+        numbers[axis] = value.ok().filter(|v| v.is_finite()).ok_or_else(|| {
+            (word, format!("'{}' is not a finite number; expected 'file x y z'", shorten(word)))
+        })?;
+        rest = rest[..start].trim_end();
+    }
+    let name = rest.trim().trim_end_matches([',', ';']);
+    let name = name.strip_prefix('"').and_then(|n| n.strip_suffix('"')).unwrap_or(name);
+    if name.is_empty() {
+        return Err((line, "there is no file name before the three numbers".into()));
+    }
+    Ok((name, numbers))
+}
+
+/// What fits into a message.
+fn shorten(text: &str) -> String {
+    let mut short: String = text.chars().take(60).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    short
+}
+
+/// The text of a list. A name that no line can hold is refused.
+pub fn write(entries: &[Entry], file: &Path) -> Result<String, Error> {
+    let mut text = format!("{}\n", entries.len());
+    for entry in entries {
+        let name = &entry.file;
+        if name.is_empty() || name.trim() != name || name.contains(['\n', '\r']) {
+            let problem = format!(
+                "the name '{}' is empty, begins or ends with a blank, or has a line break, which a list of lights \
+                 cannot hold; rename the file",
+                shorten(name).escape_debug()
+            );
+            return Err(Error::invalid(Place::file(file), problem));
+        }
+        let Vec3 { x, y, z } = entry.light;
+        let _ = writeln!(text, "{name} {x} {y} {z}");
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Vec<Entry>, Error> {
+        read(text.as_bytes(), Path::new("a.lp"), Axes::default())
+    }
+
+    #[test]
+    fn lists_of_the_wild_are_read() {
+        let text = "\u{feff} 5 \r\nimg 1 of 2.png 0,5773\t0,5773 0,5773\r\n\r\n\"a b.png\" 1e1 -2 30\n\
+                    C:\\photos\\c.jpg, 0.1, -.2, 0.3\n日本.png  0 0 1  \n3 0 0 1";
+        let got = parse(text).unwrap();
+        let want = [
+            ("img 1 of 2.png", Vec3::splat(0.5773)),
+            ("a b.png", Vec3::new(10.0, -2.0, 30.0)),
+            ("C:\\photos\\c.jpg", Vec3::new(0.1, -0.2, 0.3)),
+            ("日本.png", Vec3::Z),
+            ("3", Vec3::Z),
+        ];
+        assert_eq!(got, want.map(|(file, light)| Entry { file: file.into(), light }));
+        let back = parse(&write(&got, Path::new("b.lp")).unwrap()).unwrap();
+        assert_eq!(back, got);
+    }
+
+    #[test]
+    fn axes_turn_what_other_programs_mean() {
+        let axes: Axes = "x -y z".parse().unwrap();
+        let got = read(b"1\na.png 1 2 3", Path::new("a.lp"), axes).unwrap();
+        assert_eq!(got[0].light, Vec3::new(1.0, -2.0, 3.0));
+        // Numbers named z, -x, y in this order.
+        let axes: Axes = "z -x y".parse().unwrap();
+        assert_eq!(axes.apply(Vec3::new(1.0, 2.0, 3.0)), Vec3::new(-2.0, 3.0, 1.0));
+        assert_eq!(axes.to_string(), "z -x y");
+        for bad in ["", "x y", "x y y", "x y z z", "x y w", "xyz"] {
+            assert!(bad.parse::<Axes>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn bad_lists_get_a_sentence_with_the_line() {
+        for (text, want) in [
+            ("", "a.lp: the list is empty"),
+            ("a.png 0 0 1\n", "a.lp:1:1: 'a.png 0 0 1' is no number of lights"),
+            ("-1\n", "a.lp:1:1: '-1' is no number"),
+            ("2\na.png 0 0 1\n", "a.lp:1:1: the first line promises 2 lights, but 1 follow"),
+            ("0\na.png 0 0 1\n", "a.lp:1:1: the first line promises 0 lights, but 1 follow"),
+            (
+                "1\na.png 0 0 -1\n",
+                "a.lp:2:1: the light of 'a.png' does not stand above the horizon (z is -1)",
+            ),
+            ("1\na.png 1 0 0\n", "a.lp:2:1: the light of 'a.png' does not stand above"),
+            ("1\na.png 0 0 0\n", "a.lp:2:1: the light stands in the origin"),
+            ("1\n\ná.png 0 NaN 1\n", "a.lp:3:9: 'NaN' is not a finite number"),
+            ("1\na.png 0 inf 1\n", "a.lp:2:9: 'inf' is not a finite number"),
+            ("1\na.png 0 1e99 1\n", "a.lp:2:9: '1e99' is not a finite number"),
+            ("1\na.png 0 1,2,3 1\n", "a.lp:2:9: '1,2,3' is not a finite number"),
+            ("1\na.png 0 1\n", "a.lp:2:1: expected 'file x y z'"),
+            ("1\nb a.png 0 1\n", "a.lp:2:3: 'a.png' is not a finite number; expected 'file x y z'"),
+            ("1\n0 1\n", "a.lp:2:1: expected 'file x y z'"),
+            ("1\n  0 0 1\n", "a.lp:2:1: there is no file name"),
+        ] {
+            let got = parse(text).unwrap_err().to_string();
+            assert!(got.starts_with(want), "{text:?}: {got}");
+        }
+        assert!(
+            read(&[b'1', 0xff], Path::new("a"), Axes::default()).unwrap_err().to_string().contains("UTF-8")
+        );
+        for name in ["", " a", "a ", "a\nb"] {
+            let entry = Entry { file: name.into(), light: Vec3::Z };
+            assert!(write(&[entry], Path::new("a.lp")).is_err(), "{name:?}");
+        }
+    }
+}

@@ -1,0 +1,604 @@
+//! A stack folder: pictures of one sample from one place, one a light, with the list of the lights.
+//!
+//! ```text
+//! lights.lp      a count, then a line `file x y z` a picture (see `lp`)
+//! *.exr, *.png…  the pictures; EXR and floating-point TIFF are linear, integers sRGB unless told otherwise
+//! mask.png       optional: white = use
+//! stack.toml     optional: what differs from the usual
+//! ```
+//! Every key of `stack.toml`, with its default:
+//!
+//! ```toml
+//! lights = "lights.lp"
+//! axes = "x y z"          # how the list names its three numbers; "x -y z" counts y downwards
+//! near = false            # true: the list holds positions of lamps, origin at the centre of the picture
+//! field_width = 1.0       # width of the picture on the sample, in the unit of the positions
+//! response = "srgb"       # or "linear", or the exponent of a power: of integer pictures
+//! white = 1.0             # what a white diffuser at the centre that faces the light reads; or [r, g, b]
+//! intensities = []        # brightness of each light relative to the others, numbers or [r, g, b]
+//! saturated = 0.99        # integer samples from this fraction of full scale on are not used
+//! ambient = ""            # a picture without any of the lights, taken off the others
+//! mask = "mask.png"
+//! colour_space = "srgb"   # of the pictures: srgb, rec2020 or acescg; an EXR says so itself
+//! ```
+//! Pictures are read in [bands](Folder::bands) of rows, so that memory does not grow with their height.
+
+use super::image::rows::{Rows, Samples};
+use super::image::{self, ReadOptions};
+use super::lp::{self, Axes};
+use super::toml::document::{Document, Item, Keys};
+use crate::{Error, Place, atomic_write, read_bounded};
+use ::toml::de::DeTable;
+use glam::Vec3;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+use yugen_optics::ColourSpace;
+use yugen_optics::colour::srgb_to_linear;
+
+/// The name of the options' file.
+pub const OPTIONS: &str = "stack.toml";
+/// The usual name of the list of lights.
+pub const LIGHTS: &str = "lights.lp";
+/// The usual name of the mask.
+pub const MASK: &str = "mask.png";
+
+/// The largest list or options' file that is read.
+const MAX_TEXT: u64 = 16 << 20;
+/// What pictures that cannot be read row by row may hold in memory, all together.
+const KEPT: u64 = 1 << 30;
+/// Rows that are decoded before they are sorted by texel.
+const SLICE: usize = 16;
+
+/// What the numbers of an integer picture mean.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Response {
+    /// Proportional to light.
+    Linear,
+    /// The display curve of sRGB.
+    #[default]
+    Srgb,
+    /// The fraction of full scale to this power.
+    Power(f32),
+}
+
+impl Response {
+    /// Light for a fraction of full scale.
+    pub fn light(self, fraction: f32) -> f32 {
+        match self {
+            Self::Srgb => srgb_to_linear(fraction),
+            Self::Linear => fraction,
+            Self::Power(exponent) => fraction.powf(exponent),
+        }
+    }
+}
+
+/// What the file of options says; see the [module](self).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Name of the list of lights.
+    pub lights: String,
+    /// How the list names its numbers.
+    pub axes: Axes,
+    /// Whether the list holds positions.
+    pub near: bool,
+    /// Width of the picture on the sample, in the unit of the positions.
+    pub field_width: f32,
+    /// Of integer pictures.
+    pub response: Response,
+    /// What a white diffuser at the centre that faces the light reads.
+    pub white: [f32; 3],
+    /// Brightness of each light relative to the others; none: all alike.
+    pub intensities: Vec<[f32; 3]>,
+    /// Fraction of full scale.
+    pub saturated: f32,
+    /// Name of a picture without light.
+    pub ambient: Option<String>,
+    /// Name of the mask; `None`: `mask.png` if it is there.
+    pub mask: Option<String>,
+    /// Of the pictures; `None`: what they say themselves, else linear sRGB.
+    pub colour_space: Option<ColourSpace>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            lights: LIGHTS.into(),
+            axes: Axes::default(),
+            near: false,
+            field_width: 1.0,
+            response: Response::Srgb,
+            white: [1.0; 3],
+            intensities: Vec::new(),
+            saturated: 0.99,
+            ambient: None,
+            mask: None,
+            colour_space: None,
+        }
+    }
+}
+
+impl Options {
+    /// The options of a folder, or the usual ones where it has no file of them.
+    pub fn read(folder: &Path) -> Result<Self, Error> {
+        let path = folder.join(OPTIONS);
+        if !path.exists() {
+            return Ok(Self::default());
+        }
+        Self::parse(&read_bounded(&path, MAX_TEXT)?, &path)
+    }
+
+    /// From the text of a file.
+    pub fn parse(bytes: &[u8], file: &Path) -> Result<Self, Error> {
+        let text = std::str::from_utf8(bytes).map_err(|e| {
+            Error::invalid(Place::byte(file, e.valid_up_to() as u64), "this is no UTF-8 text; expected TOML")
+        })?;
+        let doc = Document { file, text };
+        let table = DeTable::parse(text).map_err(|e| {
+            Error::invalid(doc.place(e.span().map_or(0, |s| s.start)), e.message().trim().replace('\n', "; "))
+        })?;
+        let mut keys = Keys::root(&doc, table.get_ref());
+        keys.what = "stack".into();
+        let usual = Self::default();
+        let text = |item: &Item| item.text().map(String::from);
+        let some = |item: &Item| item.text().map(|t| Some(t.to_string()).filter(|t| !t.is_empty()));
+        let spaces = ColourSpace::ALL.map(|s| (s.name(), Some(s)));
+        let options = Self {
+            lights: keys.or("lights", usual.lights, text)?,
+            axes: keys.or("axes", usual.axes, |i| i.text()?.parse().map_err(|e: String| i.invalid(e)))?,
+            near: keys.or("near", usual.near, Item::boolean)?,
+            field_width: keys.or("field_width", usual.field_width, |i| i.number_in(1e-6, 1e9))?,
+            response: keys.or("response", usual.response, |i| match i.try_number() {
+                Some(_) => i.number_in(0.1, 10.0).map(Response::Power),
+                None => {
+                    let known = [("linear", Response::Linear), ("srgb", Response::Srgb)];
+                    i.one_of("response", &known)
+                }
+            })?,
+            white: keys.or("white", usual.white, brightness)?,
+            intensities: keys
+                .or("intensities", usual.intensities, |i| i.array()?.iter().map(brightness).collect())?,
+            saturated: keys.or("saturated", usual.saturated, |i| i.number_in(0.01, 2.0))?,
+            ambient: keys.or("ambient", usual.ambient, some)?,
+            mask: keys.or("mask", usual.mask, some)?,
+            colour_space: keys
+                .or("colour_space", usual.colour_space, |i| i.one_of("colour space", &spaces))?,
+        };
+        keys.finish()?;
+        Ok(options)
+    }
+
+    /// The text of a file that says what differs from the usual.
+    pub fn text(&self) -> String {
+        let usual = Self::default();
+        let quoted = |t: &str| format!("\"{}\"", t.replace('\\', "\\\\").replace('"', "\\\""));
+        let rgb = |c: &[f32; 3]| match c[0] == c[1] && c[1] == c[2] {
+            true => format!("{:?}", c[0]),
+            false => format!("{c:?}"),
+        };
+        let mut text = String::from("# A stack of photographs; every key is optional.\n");
+        let mut line = |differs: bool, key: &str, value: String| {
+            if differs {
+                text.push_str(&format!("{key} = {value}\n"));
+            }
+        };
+        line(self.lights != usual.lights, "lights", quoted(&self.lights));
+        line(self.axes != usual.axes, "axes", quoted(&self.axes.to_string()));
+        line(self.near, "near", "true".into());
+        line(self.field_width != usual.field_width, "field_width", format!("{:?}", self.field_width));
+        let response = match self.response {
+            Response::Linear => quoted("linear"),
+            Response::Srgb => quoted("srgb"),
+            Response::Power(p) => format!("{p:?}"),
+        };
+        line(self.response != usual.response, "response", response);
+        line(self.white != usual.white, "white", rgb(&self.white));
+        let all: Vec<String> = self.intensities.iter().map(rgb).collect();
+        line(!all.is_empty(), "intensities", format!("[{}]", all.join(", ")));
+        line(self.saturated != usual.saturated, "saturated", format!("{:?}", self.saturated));
+        line(self.ambient.is_some(), "ambient", quoted(self.ambient.as_deref().unwrap_or_default()));
+        line(self.mask.is_some(), "mask", quoted(self.mask.as_deref().unwrap_or_default()));
+        let space = self.colour_space.unwrap_or_default();
+        line(self.colour_space.is_some(), "colour_space", quoted(space.name()));
+        text
+    }
+}
+
+/// A number for all channels or one for each, above zero.
+fn brightness(item: &Item) -> Result<[f32; 3], Error> {
+    let rgb = match item.try_number() {
+        Some(v) => [v as f32; 3],
+        None => item.numbers()?,
+    };
+    if rgb.iter().any(|&v| v < 1e-9) {
+        return Err(item.invalid(format!("'{}' is {rgb:?}; expected numbers above zero", item.key)));
+    }
+    Ok(rgb)
+}
+
+/// A picture of a stack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// The file.
+    pub path: PathBuf,
+    /// What the list of lights says, in the frame of the picture.
+    pub light: Vec3,
+}
+
+/// An opened stack folder.
+#[derive(Clone, Debug)]
+pub struct Folder {
+    /// Where it lies.
+    pub path: PathBuf,
+    /// The options in force.
+    pub options: Options,
+    /// The pictures, in the order of the list.
+    pub pictures: Vec<Picture>,
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+    /// 1 (grey) or 3; bands have three in any case.
+    pub channels: usize,
+    /// The space of the colours.
+    pub colour_space: ColourSpace,
+    /// Where the sample is, row by row, if there is a mask.
+    pub mask: Option<Vec<bool>>,
+}
+
+impl Folder {
+    /// Opens a stack by its folder or by its list of lights, with the options of its `stack.toml`.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        Self::open_with(path, |_| {})
+    }
+
+    /// As [`Folder::open`], with a last word on the options.
+    pub fn open_with(path: &Path, adjust: impl FnOnce(&mut Options)) -> Result<Self, Error> {
+        let list = path.is_file();
+        let folder =
+            if list { path.parent().unwrap_or(Path::new("")).to_path_buf() } else { path.to_path_buf() };
+        let mut options = Options::read(&folder)?;
+        if list {
+            options.lights = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        adjust(&mut options);
+        let lights = inside(&folder, &options.lights);
+        if !lights.exists() {
+            let problem = format!(
+                "there is no list of lights; make one with `yugen capture calibrate`, or name it in {OPTIONS} or on the \
+                 command line (looked for {})",
+                lights.display()
+            );
+            return Err(Error::invalid(Place::file(path), problem));
+        }
+        let entries = lp::read(&read_bounded(&lights, MAX_TEXT)?, &lights, options.axes)?;
+        if entries.is_empty() {
+            return Err(Error::invalid(Place::file(&lights), "the list has no light; expected at least one"));
+        }
+        if !options.intensities.is_empty() && options.intensities.len() != entries.len() {
+            let problem = format!(
+                "there are {} intensities for {} lights; expected one a light",
+                options.intensities.len(),
+                entries.len()
+            );
+            return Err(Error::invalid(Place::file(folder.join(OPTIONS)), problem));
+        }
+        let pictures: Vec<Picture> =
+            entries.into_iter().map(|e| Picture { path: inside(&folder, &e.file), light: e.light }).collect();
+        if let Some(missing) = pictures.iter().find(|p| !p.path.is_file()) {
+            let problem = format!(
+                "the picture '{}' is not there; put it back, or delete its line and correct the count",
+                missing.path.display()
+            );
+            return Err(Error::invalid(Place::file(&lights), problem));
+        }
+        let first = Rows::open(&pictures[0].path, &ReadOptions::raw(), &mut { KEPT })?;
+        let (width, height, channels) = (first.width, first.height, first.channels);
+        let colour_space = options
+            .colour_space
+            .or(first.chromaticities.and_then(space_of))
+            .unwrap_or(ColourSpace::LinearSrgb);
+        let mut stack =
+            Self { path: folder, options, pictures, width, height, channels, colour_space, mask: None };
+        stack.mask = stack.read_mask()?;
+        Ok(stack)
+    }
+
+    fn read_mask(&self) -> Result<Option<Vec<bool>>, Error> {
+        let path = inside(&self.path, self.options.mask.as_deref().unwrap_or(MASK));
+        if self.options.mask.is_none() && !path.exists() {
+            return Ok(None);
+        }
+        let mask = image::read(&path, &ReadOptions::raw())?;
+        self.same_size(&path, mask.width, mask.height)?;
+        Ok(Some(mask.data.chunks_exact(mask.channels.len()).map(|p| p[0] > 0.5).collect()))
+    }
+
+    fn same_size(&self, path: &Path, width: usize, height: usize) -> Result<(), Error> {
+        if (width, height) == (self.width, self.height) {
+            return Ok(());
+        }
+        let problem = format!(
+            "the picture is {width} x {height}, but '{}' is {} x {}; all pictures of a stack need one size",
+            self.pictures[0].path.display(),
+            self.width,
+            self.height
+        );
+        Err(Error::invalid(Place::file(path), problem))
+    }
+
+    /// For distant lights: unit vectors toward them.
+    pub fn directions(&self) -> Vec<Vec3> {
+        self.pictures.iter().map(|p| p.light.normalize()).collect()
+    }
+
+    /// For near lights: where they stand, in widths of the picture from its centre.
+    pub fn positions(&self) -> Vec<Vec3> {
+        self.pictures.iter().map(|p| p.light / self.options.field_width).collect()
+    }
+
+    /// The most rows of a band whose values fit into this many bytes, at least one.
+    pub fn rows_within(&self, bytes: u64) -> usize {
+        // The values, and the slice that is being sorted.
+        let row = (self.width * self.pictures.len() * size_of::<[f32; 3]>()) as u64;
+        let slice = row * SLICE as u64;
+        (bytes.saturating_sub(slice) / row.max(1)).clamp(1, self.height as u64) as usize
+    }
+
+    /// Reads the stack from the top in bands of so many rows (the last may have fewer).
+    pub fn bands(&self, rows: usize) -> Result<Bands<'_>, Error> {
+        let limit = ReadOptions::raw();
+        let mut allowance = KEPT;
+        let mut open = |path: &Path| -> Result<Rows, Error> {
+            let rows = Rows::open(path, &limit, &mut allowance)?;
+            self.same_size(path, rows.width, rows.height)?;
+            if rows.channels != self.channels {
+                let kind = |n| if n == 1 { "grey" } else { "coloured" };
+                let problem = format!(
+                    "the picture is {}, but '{}' is {}; all pictures of a stack need the same channels",
+                    kind(rows.channels),
+                    self.pictures[0].path.display(),
+                    kind(self.channels)
+                );
+                return Err(Error::invalid(Place::file(path), problem));
+            }
+            if let Some(space) = rows.chromaticities.and_then(space_of)
+                && space != self.colour_space
+                && self.options.colour_space.is_none()
+            {
+                let problem = format!(
+                    "the colours are {}, but those of '{}' are {}; say 'colour_space' in {OPTIONS} to overrule",
+                    space.name(),
+                    self.pictures[0].path.display(),
+                    self.colour_space.name()
+                );
+                return Err(Error::invalid(Place::file(path), problem));
+            }
+            Ok(rows)
+        };
+        let mut pictures = self.pictures.iter().map(|p| open(&p.path)).collect::<Result<Vec<_>, _>>()?;
+        let ambient =
+            self.options.ambient.as_ref().map(|name| open(&inside(&self.path, name))).transpose()?;
+        let mut ambient: Vec<Rows> = ambient.into_iter().collect();
+        let mut tables: Vec<(u32, Arc<Vec<[f32; 3]>>)> = Vec::new();
+        for rows in pictures.iter_mut().chain(&mut ambient) {
+            let Samples::Codes(max) = rows.samples else { continue };
+            if !tables.iter().any(|(m, _)| *m == max) {
+                tables.push((max, Arc::new(self.table(max))));
+            }
+            rows.set_table(tables.iter().find(|(m, _)| *m == max).map(|t| t.1.clone()).unwrap_or_default());
+        }
+        Ok(Bands { folder: self, pictures, ambient, rows: rows.max(1), next: 0, counts: Counts::default() })
+    }
+
+    /// Light for every code up to `max`, NaN where the sensor was saturated.
+    fn table(&self, max: u32) -> Vec<[f32; 3]> {
+        let light = |code| {
+            let fraction = code as f32 / max as f32;
+            [if fraction >= self.options.saturated {
+                f32::NAN
+            } else {
+                self.options.response.light(fraction)
+            }; 3]
+        };
+        (0..=max).map(light).collect()
+    }
+}
+
+/// A name of a list, which may come from another computer: inside the folder, whatever folders stand before it.
+fn inside(folder: &Path, name: &str) -> PathBuf {
+    let relative = Path::new(name);
+    let stays = relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
+    if stays && folder.join(relative).exists() {
+        return folder.join(relative);
+    }
+    folder.join(name.rsplit(['/', '\\']).next().unwrap_or(name))
+}
+
+/// The known space with these primaries and white, told apart as far as three digits go.
+fn space_of(chromaticities: [[f64; 2]; 4]) -> Option<ColourSpace> {
+    ColourSpace::ALL.into_iter().find(|s| {
+        s.chromaticities()
+            .iter()
+            .flatten()
+            .zip(chromaticities.iter().flatten())
+            .all(|(a, b)| (a - b).abs() < 1e-3)
+    })
+}
+
+/// A band of rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Band {
+    /// Its first row, counted from the top.
+    pub first_row: usize,
+    /// Its rows.
+    pub height: usize,
+    /// Radiance over that of a white diffuser that faces the light, texel after texel from the top left, within a
+    /// texel light after light; NaN is not to be used.
+    pub values: Vec<[f32; 3]>,
+}
+
+/// What is not used, and why.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Texels read.
+    pub texels: u64,
+    /// Texels outside the mask.
+    pub outside: u64,
+    /// Texels inside the mask that are black or unusable in every picture.
+    pub black: u64,
+    /// Samples inside the mask that are saturated (integers), or NaN or infinite in the file (floats).
+    pub unusable: u64,
+}
+
+/// Bands of a stack, from the top; stops after the first error.
+pub struct Bands<'a> {
+    folder: &'a Folder,
+    pictures: Vec<Rows>,
+    ambient: Vec<Rows>,
+    rows: usize,
+    next: usize,
+    counts: Counts,
+}
+
+impl Bands<'_> {
+    /// What was left out so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Passes over so many rows.
+    pub fn skip_rows(&mut self, rows: usize) -> Result<(), Error> {
+        let mut line = vec![[0.0; 3]; self.folder.width];
+        for _ in 0..rows.min(self.folder.height - self.next) {
+            for picture in self.pictures.iter_mut().chain(&mut self.ambient) {
+                picture.next_row(&mut line)?;
+            }
+            self.next += 1;
+        }
+        Ok(())
+    }
+
+    /// The next rows into `values`, which has room for them.
+    fn slice(&mut self, values: &mut [[f32; 3]]) -> Result<(), Error> {
+        let (width, lights) = (self.folder.width, self.pictures.len());
+        let height = values.len() / (width * lights);
+        let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+        let mut planes = vec![[0.0f32; 3]; lights * height * width];
+        let each = lights.div_ceil(threads);
+        std::thread::scope(|scope| {
+            let workers: Vec<_> = self
+                .pictures
+                .chunks_mut(each)
+                .zip(planes.chunks_mut(each * height * width))
+                .map(|(pictures, planes)| {
+                    scope.spawn(move || {
+                        pictures.iter_mut().zip(planes.chunks_mut(height * width)).try_for_each(
+                            |(picture, plane)| {
+                                plane.chunks_mut(width).try_for_each(|row| picture.next_row(row))
+                            },
+                        )
+                    })
+                })
+                .collect();
+            let join = |w: std::thread::ScopedJoinHandle<'_, _>| {
+                w.join().unwrap_or_else(|p| std::panic::resume_unwind(p))
+            };
+            workers.into_iter().try_for_each(join)
+        })?;
+        let mut ambient = vec![[0.0f32; 3]; height * width];
+        for picture in &mut self.ambient {
+            ambient.chunks_mut(width).try_for_each(|row| picture.next_row(row))?;
+        }
+        let folder = self.folder;
+        let white = Vec3::from_array(folder.options.white);
+        let scales: Vec<Vec3> = (0..lights)
+            .map(|l| {
+                1.0 / (white * folder.options.intensities.get(l).map_or(Vec3::ONE, |&i| Vec3::from_array(i)))
+            })
+            .collect();
+        let first = self.next * width;
+        let each = (height * width).div_ceil(threads);
+        let counts: Vec<Counts> = std::thread::scope(|scope| {
+            let workers: Vec<_> = values
+                .chunks_mut(each * lights)
+                .enumerate()
+                .map(|(t, values)| {
+                    let (planes, ambient, scales) = (&planes, &ambient, &scales);
+                    scope.spawn(move || {
+                        let mut counts = Counts::default();
+                        for (i, samples) in values.chunks_exact_mut(lights).enumerate() {
+                            let at = t * each + i;
+                            counts.texels += 1;
+                            if folder.mask.as_ref().is_some_and(|m| !m[first + at]) {
+                                counts.outside += 1;
+                                samples.fill([f32::NAN; 3]);
+                                continue;
+                            }
+                            let dark = Vec3::from_array(ambient[at]);
+                            let mut light = false;
+                            for (l, sample) in samples.iter_mut().enumerate() {
+                                let v =
+                                    (Vec3::from_array(planes[l * height * width + at]) - dark) * scales[l];
+                                // One channel out of range spoils the colour.
+                                let usable = v.is_finite();
+                                counts.unusable += u64::from(!usable);
+                                light |= usable && v.max_element() > 0.0;
+                                *sample = if usable { v.to_array() } else { [f32::NAN; 3] };
+                            }
+                            if !light {
+                                counts.black += 1;
+                                samples.fill([f32::NAN; 3]);
+                            }
+                        }
+                        counts
+                    })
+                })
+                .collect();
+            workers.into_iter().map(|w| w.join().unwrap_or_else(|p| std::panic::resume_unwind(p))).collect()
+        });
+        for c in counts {
+            self.counts.texels += c.texels;
+            self.counts.outside += c.outside;
+            self.counts.black += c.black;
+            self.counts.unusable += c.unusable;
+        }
+        self.next += height;
+        Ok(())
+    }
+}
+
+impl Iterator for Bands<'_> {
+    type Item = Result<Band, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let height = self.rows.min(self.folder.height - self.next);
+        if height == 0 {
+            return None;
+        }
+        let first_row = self.next;
+        let row = self.folder.width * self.pictures.len();
+        let mut values = vec![[0.0; 3]; height * row];
+        for slice in values.chunks_mut(SLICE * row) {
+            if let Err(e) = self.slice(slice) {
+                self.next = self.folder.height;
+                return Some(Err(e));
+            }
+        }
+        Some(Ok(Band { first_row, height, values }))
+    }
+}
+
+/// Makes `folder` a stack of the pictures that already lie in it: writes the list of lights and, where something
+/// differs from the usual, the options.
+pub fn write(folder: &Path, entries: &[lp::Entry], options: &Options) -> Result<(), Error> {
+    let path = folder.join(&options.lights);
+    let list = lp::write(entries, &path)?;
+    let text = options.text();
+    if *options != Options::default() {
+        atomic_write(&folder.join(OPTIONS), text.as_bytes())?;
+    }
+    atomic_write(&path, list.as_bytes())
+}
+
+#[cfg(test)]
+mod tests;
