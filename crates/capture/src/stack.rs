@@ -1,6 +1,7 @@
 //! Photographs of one flat sample, one a light, seen from one place.
 
 use glam::{Vec2, Vec3};
+use yugen_archive::formats::stack::{Band, Folder};
 
 /// Where the lights of a stack stand.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +50,22 @@ pub struct Stack {
 }
 
 impl Stack {
+    /// A band of the stack in `folder`.
+    pub fn from_band(folder: &Folder, band: Band) -> Self {
+        let lights = match folder.options.near {
+            true => Lights::Near(folder.positions()),
+            false => Lights::Distant(folder.directions()),
+        };
+        Self {
+            width: folder.width,
+            height: band.height,
+            first_row: band.first_row,
+            rows: folder.height,
+            lights,
+            values: band.values,
+        }
+    }
+
     /// All samples of texel (x, y) of the band, one a light.
     pub fn samples(&self, x: usize, y: usize) -> &[[f32; 3]] {
         let n = self.lights.len();
