@@ -1,0 +1,285 @@
+//! What texels of the same thread have in common.
+//!
+//! Cloth repeats: a thread shows the same widths, the same albedos and one of few directions in every repeat of the weave,
+//! but its normal, and so what each light finds of its highlight, differs from texel to texel. A sample of texels is put
+//! into clusters by what their readings look like before any fit; in each, the Gaussian that their numbers are drawn from
+//! is found by expectation and maximisation, every texel counting by what its own readings could tell. Few lights of
+//! many texels so become many lights of one thread.
+
+use super::lanes::{F, LANES};
+use super::model::{N, Ray, Theta};
+use super::refine::Known;
+use super::start::solve;
+use super::{Options, Outcome, fit_range, in_parallel};
+use crate::Stack;
+use yugen_optics::random::Pcg32;
+
+/// What a texel looks like, in units in which a difference of one is a different thread.
+pub(crate) type Features = [f32; 7];
+
+type Matrix = [[f64; N]; N];
+
+/// What is known of any cloth: the inverse variances of D, ln A, a, b, m, p, q. Nothing of the ground; of the rest so
+/// little that three readings outweigh it.
+pub(crate) const VAGUE: [f32; N] = [0.0, 0.05, 3.0, 3.0, 0.4, 0.6, 0.6];
+const USUAL: Theta = [0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0];
+
+/// The threads of a cloth, learned from a sample of its texels.
+#[derive(Clone, Debug)]
+pub struct Prior {
+    clusters: Vec<Cluster>,
+}
+
+#[derive(Clone, Debug)]
+struct Cluster {
+    centre: Features,
+    mean: [f64; N],
+    precision: Matrix,
+}
+
+/// Clusters at most: warp, weft, gold and their crossings, several times over.
+const CLUSTERS: usize = 16;
+/// Fewer texels than this have nothing in common that could be told from chance.
+const FEWEST: usize = 24;
+/// Texels that are looked at.
+const SAMPLE: usize = 6144;
+
+impl Prior {
+    /// Learns from texels spread over `bands`. `None` where there are too few of them.
+    pub fn learn(bands: &[Stack], options: &Options, threads: usize) -> Option<Self> {
+        let groups: Vec<(usize, usize)> = bands
+            .iter()
+            .enumerate()
+            .flat_map(|(b, s)| (0..(s.width * s.height).div_ceil(LANES)).map(move |g| (b, g)))
+            .collect();
+        let wanted = (SAMPLE / LANES).min(groups.len());
+        let chosen: Vec<_> = (0..wanted).map(|i| groups[i * groups.len() / wanted]).collect();
+        let mut prior: Option<Self> = None;
+        let mut centres = Vec::new();
+        // The first time without a prior, then with what that taught.
+        for _ in 0..3 {
+            let outcomes = in_parallel(chosen.len(), threads, |i, room| {
+                let (band, group) = chosen[i];
+                let stack = &bands[band];
+                let (from, to) = (group * LANES, ((group + 1) * LANES).min(stack.width * stack.height));
+                fit_range(stack, options, prior.as_ref(), from, to, room)
+            });
+            let outcomes: Vec<Outcome> =
+                outcomes.into_iter().flatten().filter(|o| o.fitted.readings > 0).collect();
+            if centres.is_empty() {
+                if outcomes.len() < FEWEST {
+                    return None;
+                }
+                centres = k_means(&outcomes, (outcomes.len() / (2 * FEWEST)).clamp(1, CLUSTERS));
+            }
+            let mut members = vec![Vec::new(); centres.len()];
+            for o in &outcomes {
+                members[nearest(&centres, &o.features)].push(o);
+            }
+            let clusters = centres.iter().zip(&members).filter(|(_, m)| m.len() >= FEWEST);
+            prior = Some(Self { clusters: clusters.map(|(c, m)| Cluster::of(*c, m)).collect() });
+        }
+        prior.filter(|p| !p.clusters.is_empty())
+    }
+
+    pub(crate) fn nearest(&self, features: &Features) -> Option<usize> {
+        let far = |c: &Cluster| distance(&c.centre, features);
+        (0..self.clusters.len()).min_by(|&a, &b| far(&self.clusters[a]).total_cmp(&far(&self.clusters[b])))
+    }
+
+    /// m, p and q of a cluster's mean.
+    pub(crate) fn shape(&self, cluster: usize) -> [f32; 3] {
+        let mean = &self.clusters[cluster].mean;
+        [mean[4], mean[5], mean[6]].map(|v| v as f32)
+    }
+}
+
+/// What is known of eight texels before they are fitted.
+pub(crate) fn known(prior: Option<&Prior>, cluster: &[Option<usize>; LANES]) -> Known {
+    let mut known = Known { mean: USUAL.map(F::splat), precision: [[F::ZERO; N]; N] };
+    for (i, row) in known.precision.iter_mut().enumerate() {
+        row[i] = F::splat(VAGUE[i]);
+    }
+    for (lane, cluster) in cluster.iter().enumerate() {
+        let Some(cluster) = cluster.and_then(|c| prior.map(|p| &p.clusters[c])) else { continue };
+        for i in 0..N {
+            known.mean[i].0[lane] = cluster.mean[i] as f32;
+            for j in 0..N {
+                known.precision[i][j].0[lane] = cluster.precision[i][j] as f32;
+            }
+        }
+    }
+    known
+}
+
+/// The look of a texel: how bright its ground is, the hues of its darker and brighter readings, and which way half
+/// vectors shine.
+pub(crate) fn features(
+    ray: impl Fn(usize) -> Ray,
+    usable: impl Fn(usize) -> bool,
+    n: usize,
+    rgb: impl Fn(usize) -> [f32; 3],
+) -> Features {
+    let level = |i: usize| rgb(i).iter().sum::<f32>().max(0.0) / ray(i)[5];
+    let (mut sum, mut count) = (0.0, 0);
+    for i in (0..n).filter(|&i| usable(i)) {
+        sum += level(i).sqrt();
+        count += 1;
+    }
+    if count == 0 {
+        return [0.0; 7];
+    }
+    // The mean of roots divides ground from highlight well enough and needs no sorting.
+    let border = (sum / count as f32).powi(2);
+    let (mut dark, mut bright, mut darks) = ([1e-4; 3], [1e-4; 3], 0.0);
+    let (mut weight, mut first, mut second) = (1e-6, [0.0; 2], [0.0; 3]);
+    for i in (0..n).filter(|&i| usable(i)) {
+        let (l, c, [x, y, ..]) = (level(i), rgb(i), ray(i));
+        let to = if l < border { &mut dark } else { &mut bright };
+        for (to, c) in to.iter_mut().zip(c) {
+            *to += c.max(0.0);
+        }
+        darks += if l < border { ray(i)[5] } else { 0.0 };
+        weight += l;
+        first = [first[0] + l * x, first[1] + l * y];
+        second = [second[0] + l * x * x, second[1] + l * x * y, second[2] + l * y * y];
+    }
+    let hue = |c: [f32; 3]| [c[0], c[1]].map(|v| v / (c[0] + c[1] + c[2]) / 0.05);
+    let ground = (dark.iter().sum::<f32>() / f32::max(darks, 1e-3)).max(1e-3).ln() / 0.5;
+    let [mx, my] = first.map(|v| v / weight);
+    let [xx, xy, yy] = second.map(|v| v / weight);
+    let (xx, xy, yy) = (xx - mx * mx, xy - mx * my, yy - my * my);
+    let long = [xx - yy, 2.0 * xy].map(|v| v / (xx + yy).max(1e-6) / 0.2);
+    let ([dr, dg], [br, bg]) = (hue(dark), hue(bright));
+    [ground, dr, dg, br, bg, long[0], long[1]]
+}
+
+fn distance(a: &Features, b: &Features) -> f32 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+fn nearest(centres: &[Features], features: &Features) -> usize {
+    let far = |i: &usize| distance(&centres[*i], features);
+    (0..centres.len()).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0)
+}
+
+/// Lloyd 1982, started as Arthur and Vassilvitskii 2007.
+fn k_means(outcomes: &[Outcome], k: usize) -> Vec<Features> {
+    let mut rng = Pcg32::new(1, 7);
+    let mut centres = vec![outcomes[0].features];
+    while centres.len() < k {
+        let far = |o: &Outcome| distance(&centres[nearest(&centres, &o.features)], &o.features);
+        let total: f32 = outcomes.iter().map(far).sum();
+        if total <= 0.0 {
+            break;
+        }
+        let mut left = rng.next_f32() * total;
+        let next = outcomes.iter().find(|o| {
+            left -= far(o);
+            left <= 0.0
+        });
+        centres.push(next.unwrap_or(&outcomes[outcomes.len() - 1]).features);
+    }
+    for _ in 0..20 {
+        let mut sums = vec![([0.0f64; 7], 0.0f64); centres.len()];
+        for o in outcomes {
+            let (sum, count) = &mut sums[nearest(&centres, &o.features)];
+            sum.iter_mut().zip(o.features).for_each(|(s, f)| *s += f64::from(f));
+            *count += 1.0;
+        }
+        for (centre, (sum, count)) in centres.iter_mut().zip(sums) {
+            if count > 0.0 {
+                *centre = sum.map(|s| (s / count) as f32);
+            }
+        }
+    }
+    centres
+}
+
+/// Standard deviations within a thread that are never undercut: 5 % of ground and highlight, a degree of the normal, some
+/// percent of widths.
+const SPREAD: [f64; N] = [0.01, 0.05, 0.02, 0.02, 0.05, 0.05, 0.05];
+
+impl Cluster {
+    fn of(centre: Features, members: &[&Outcome]) -> Self {
+        // What the readings of a texel say by themselves: curvature H, and H times where its parabola is lowest.
+        let texels: Vec<(Matrix, [f64; N])> = members
+            .iter()
+            .map(|o| {
+                let h = o.information.map(|row| row.map(f64::from));
+                let at = o.theta.map(f64::from);
+                (
+                    h,
+                    std::array::from_fn(|i| {
+                        (0..N).map(|j| h[i][j] * at[j]).sum::<f64>() - f64::from(o.slope[i])
+                    }),
+                )
+            })
+            .collect();
+        let mut mean: [f64; N] = std::array::from_fn(|i| {
+            let mut all: Vec<f32> = members.iter().map(|o| o.theta[i]).collect();
+            let middle = all.len() / 2;
+            f64::from(*all.select_nth_unstable_by(middle, f32::total_cmp).1)
+        });
+        let mut spread: Matrix = [[0.0; N]; N];
+        for (i, wide) in [0.1, 1.0, 0.2, 0.2, 0.7, 0.7, 0.7].into_iter().enumerate() {
+            spread[i][i] = wide * wide;
+        }
+        let mut precision = inverse(&spread).unwrap_or(spread);
+        for _ in 0..12 {
+            let (mut total, mut sum, mut scatter) = (0.0, [0.0; N], [[0.0; N]; N]);
+            for (h, b) in &texels {
+                let both: Matrix =
+                    std::array::from_fn(|i| std::array::from_fn(|j| h[i][j] + precision[i][j]));
+                let Some(covariance) = inverse(&both) else { continue };
+                let right: [f64; N] =
+                    std::array::from_fn(|i| b[i] + (0..N).map(|j| precision[i][j] * mean[j]).sum::<f64>());
+                let off: [f64; N] = std::array::from_fn(|i| {
+                    (0..N).map(|j| covariance[i][j] * right[j]).sum::<f64>() - mean[i]
+                });
+                // Student's t with four degrees of freedom: a texel far from all others is of another thread.
+                let far: f64 =
+                    (0..N).map(|i| (0..N).map(|j| off[i] * precision[i][j] * off[j]).sum::<f64>()).sum();
+                let w = (4.0 + N as f64) / (4.0 + far);
+                total += w;
+                for i in 0..N {
+                    sum[i] += w * off[i];
+                    for j in 0..N {
+                        scatter[i][j] += w * (covariance[i][j] + off[i] * off[j]);
+                    }
+                }
+            }
+            if total <= 0.0 {
+                break;
+            }
+            let shift = sum.map(|s| s / total);
+            for i in 0..N {
+                mean[i] += shift[i];
+                for j in 0..N {
+                    spread[i][j] = scatter[i][j] / total - shift[i] * shift[j];
+                }
+            }
+            for (i, least) in SPREAD.into_iter().enumerate() {
+                spread[i][i] += least * least;
+            }
+            match inverse(&spread) {
+                Some(p) => precision = p,
+                None => break,
+            }
+        }
+        Self { centre, mean, precision }
+    }
+}
+
+fn inverse(h: &Matrix) -> Option<Matrix> {
+    let mut out = [[0.0; N]; N];
+    for i in 0..N {
+        let mut unit = [0.0; N];
+        unit[i] = 1.0;
+        let column = solve(*h, unit)?;
+        for j in 0..N {
+            out[j][i] = column[j];
+        }
+    }
+    Some(out)
+}

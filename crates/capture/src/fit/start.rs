@@ -1,0 +1,167 @@
+//! Where a texel's refinement starts, in closed form.
+
+use super::model::{Ray, logarithm};
+
+/// A start of the shape: a, b, m, p, q. The two amplitudes follow by linear least squares.
+pub(crate) type Shape = [f32; 5];
+
+/// Room for one texel.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    order: Vec<(f32, usize)>,
+}
+
+/// Starts of one texel: as if it had a ground (the readings less Lambert's share), and as if it were bare metal.
+/// Values with weight 0 are not there.
+pub(crate) fn shapes(
+    ray: impl Fn(usize) -> Ray,
+    value: impl Fn(usize) -> f32,
+    weight: impl Fn(usize) -> f32,
+    n: usize,
+    scratch: &mut Scratch,
+) -> Starts {
+    let [d, a, b] = photometric_stereo(&ray, &value, &weight, n, &mut scratch.order);
+    let diffuse = |i: usize| {
+        let [_, _, _, lx, ly, lz] = ray(i);
+        d * (lz + a * lx + b * ly).max(0.0)
+    };
+    Starts {
+        normal: [a, b],
+        silk: gaussian(&ray, |i| value(i) - diffuse(i), &weight, n, [a, b]),
+        metal: gaussian(&ray, &value, &weight, n, [a, b]),
+        peak: peak(&ray, |i| value(i) - diffuse(i), &weight, n),
+    }
+}
+
+/// What [`shapes`] finds.
+pub(crate) struct Starts {
+    /// Slopes of the normal that the ground alone gives.
+    pub normal: [f32; 2],
+    pub silk: Option<Shape>,
+    pub metal: Option<Shape>,
+    /// Slopes of the half vector of the reading that exceeds the ground most.
+    pub peak: [f32; 2],
+}
+
+/// Lambert's share: D and the normal's slopes, from the darker readings of those in light. Sorted by how bright they
+/// are for their cosine, the darkest tenth may be shadow and the brightest two fifths the highlight.
+fn photometric_stereo(
+    ray: &impl Fn(usize) -> Ray,
+    value: &impl Fn(usize) -> f32,
+    weight: &impl Fn(usize) -> f32,
+    n: usize,
+    order: &mut Vec<(f32, usize)>,
+) -> [f32; 3] {
+    order.clear();
+    order.extend((0..n).filter(|&i| weight(i) > 0.0).map(|i| (value(i) / ray(i)[5], i)));
+    let count = order.len();
+    if count < 3 {
+        return [0.0; 3];
+    }
+    let (low, high) = (count / 10, (count * 3 / 5).max(3));
+    order.select_nth_unstable_by(high - 1, |a, b| a.0.total_cmp(&b.0));
+    if low > 0 {
+        order[..high].select_nth_unstable_by(low - 1, |a, b| a.0.total_cmp(&b.0));
+    }
+    let low = low.min(high - 3);
+    let (mut h, mut g) = ([[0.0; 3]; 3], [0.0; 3]);
+    for &(_, i) in &order[low..high] {
+        let l = &ray(i)[3..];
+        let w = f64::from(weight(i)).powi(2);
+        for r in 0..3 {
+            g[r] += w * f64::from(l[r] * value(i));
+            for c in 0..3 {
+                h[r][c] += w * f64::from(l[r] * l[c]);
+            }
+        }
+    }
+    let level = order[low..high].iter().map(|o| o.0).sum::<f32>() / (high - low) as f32;
+    match solve(h, g) {
+        Some([x, y, z]) if z > 0.0 && x.hypot(y) < z => [z as f32, (x / z) as f32, (y / z) as f32],
+        _ => [level.max(0.0), 0.0, 0.0],
+    }
+}
+
+/// The Gaussian in the slopes of the half vector that the highlight is, after the logarithm a quadratic form with six
+/// linear unknowns: ln S = c0 + c1 x + c2 y − (q11 x² + 2 q12 xy + q22 y²), each reading weighted by its square,
+/// which the logarithm takes out of the noise.
+fn gaussian(
+    ray: &impl Fn(usize) -> Ray,
+    highlight: impl Fn(usize) -> f32,
+    weight: &impl Fn(usize) -> f32,
+    n: usize,
+    [a, b]: [f32; 2],
+) -> Option<Shape> {
+    let usable = |i: &usize| weight(*i) > 0.0;
+    let most = (0..n).filter(usable).map(&highlight).fold(0.0, f32::max);
+    let (mut h, mut g, mut count) = ([[0.0; 6]; 6], [0.0; 6], 0);
+    for i in (0..n).filter(usable) {
+        let [x, y, k, lx, ly, lz] = ray(i);
+        let (s, m) = (highlight(i), lz + a * lx + b * ly);
+        if !(s > 0.02 * most && s * weight(i) > 1.5 && m > 0.05) {
+            continue;
+        }
+        let w = f64::from(s * weight(i)).powi(2);
+        let y_log = f64::from((s / (m * k)).ln());
+        let (x, y) = (f64::from(x), f64::from(y));
+        let row = [1.0, x, y, -x * x, -2.0 * x * y, -y * y];
+        for r in 0..6 {
+            g[r] += w * row[r] * y_log;
+            for c in 0..=r {
+                h[r][c] += w * row[r] * row[c];
+            }
+        }
+        count += 1;
+    }
+    if count < 6 {
+        return None;
+    }
+    for r in 0..6 {
+        for c in 0..r {
+            h[c][r] = h[r][c];
+        }
+    }
+    let [_, c1, c2, q11, q12, q22] = solve(h, g)?;
+    let form = [q11, q12, q22].map(|q| q as f32);
+    let [m, p, q] = logarithm(form)?;
+    let det = 2.0 * (q11 * q22 - q12 * q12);
+    let mean = [(c1 * q22 - c2 * q12) / det, (c2 * q11 - c1 * q12) / det].map(|s| s as f32);
+    (mean[0].hypot(mean[1]) < 1.0).then_some([mean[0], mean[1], m, p, q])
+}
+
+fn peak(
+    ray: &impl Fn(usize) -> Ray,
+    highlight: impl Fn(usize) -> f32,
+    weight: &impl Fn(usize) -> f32,
+    n: usize,
+) -> [f32; 2] {
+    let of = |i: usize| highlight(i) / (ray(i)[5] * ray(i)[2]);
+    let best = (0..n).filter(|&i| weight(i) > 0.0).max_by(|&i, &j| of(i).total_cmp(&of(j)));
+    best.map_or([0.0; 2], |i| [ray(i)[0], ray(i)[1]].map(|s| s.clamp(-0.7, 0.7)))
+}
+
+/// Cholesky's solution; `None` where the matrix is not positive.
+pub(crate) fn solve<const K: usize>(mut h: [[f64; K]; K], mut g: [f64; K]) -> Option<[f64; K]> {
+    let largest = (0..K).map(|i| h[i][i]).fold(0.0, f64::max);
+    for i in 0..K {
+        for j in 0..=i {
+            let dot: f64 = (0..j).map(|k| h[i][k] * h[j][k]).sum();
+            let v = h[i][j] - dot;
+            if i == j {
+                if !(v > 1e-12 * largest) {
+                    return None;
+                }
+                h[i][i] = v.sqrt();
+            } else {
+                h[i][j] = v / h[j][j];
+            }
+        }
+    }
+    for i in 0..K {
+        g[i] = (g[i] - (0..i).map(|k| h[i][k] * g[k]).sum::<f64>()) / h[i][i];
+    }
+    for i in (0..K).rev() {
+        g[i] = (g[i] - (i + 1..K).map(|k| h[k][i] * g[k]).sum::<f64>()) / h[i][i];
+    }
+    Some(g)
+}
