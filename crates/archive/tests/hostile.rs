@@ -7,8 +7,9 @@ use std::cell::Cell;
 use std::path::Path;
 use yugen_archive::formats::image::rows::Rows;
 use yugen_archive::formats::image::{ReadOptions, WriteOptions, read_bytes, write_bytes};
+use yugen_archive::formats::relightable::{Basis, Colouring, Relightable};
 use yugen_archive::formats::{
-    Options, btf, gltf, lp, merl, mitsuba, obj, ply, serialized, stack, toml,
+    Options, btf, gltf, lp, merl, mitsuba, obj, ply, ptm, relight, rti, serialized, stack, toml,
 };
 use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Image};
@@ -667,6 +668,72 @@ fn gltf_scenes() {
             }
             true
         }
+        Err(e) => {
+            assert!(e.to_string().contains(FILE), "{e}");
+            false
+        }
+    });
+}
+
+fn relightable(basis: Basis, colouring: Colouring) -> Relightable {
+    let mut r = Relightable { width: 5, height: 3, basis, colouring, coefficients: Vec::new() };
+    r.coefficients = (0..15 * r.stride()).map(|i| (i * 7 % 23) as f32 / 23.0).collect();
+    r
+}
+
+/// Pictures may have 2^12 texels here.
+fn whole(read: Result<Relightable, yugen_archive::Error>) -> bool {
+    match read {
+        Ok(r) => {
+            assert_eq!(r.coefficients.len(), r.width * r.height * r.stride());
+            assert!(r.coefficients.iter().all(|v| v.is_finite()));
+            true
+        }
+        Err(e) => {
+            assert!(e.to_string().contains(FILE), "{e}");
+            false
+        }
+    }
+}
+
+#[test]
+fn ptm_pictures() {
+    let mut seeds = [Colouring::Rgb, Colouring::Lrgb]
+        .map(|c| ptm::write(&relightable(Basis::Ptm, c), Path::new(FILE)).unwrap())
+        .to_vec();
+    let mut jpegs = "PTM_1.2\nPTM_FORMAT_JPEG_LRGB\n5 3\n1 1 1 1 1 1\n0 0 0 0 0 0\n90\n".to_string();
+    let mut grey = Vec::new();
+    let mut encoder = image::codecs::jpeg::JpegEncoder::new(&mut grey);
+    encoder.encode(&[50; 15], 5, 3, image::ExtendedColorType::L8).unwrap();
+    let list =
+        |f: &dyn Fn(usize) -> i64| (0..9).map(|k| f(k).to_string()).collect::<Vec<_>>().join(" ") + "\n";
+    jpegs += &list(&|k| i64::from(k == 4));
+    jpegs += &list(&|_| 0).repeat(2);
+    jpegs += &list(&|k| 8 - k as i64);
+    jpegs += &list(&|k| if k < 8 { k as i64 + 1 } else { -1 });
+    jpegs += &list(&|_| grey.len() as i64);
+    jpegs += &list(&|k| if k == 8 { 10 } else { 0 });
+    let mut jpegs = jpegs.into_bytes();
+    (0..9).for_each(|_| jpegs.extend(&grey));
+    jpegs.extend([0, 0, 0, 3, 9, 255, 0, 0, 0, 1]);
+    seeds.push(jpegs);
+    assault("ptm", &seeds, |b| whole(ptm::read(b, Path::new(FILE), 1 << 12)));
+}
+
+#[test]
+fn rti_pictures() {
+    let one = rti::write(&relightable(Basis::Hsh { order: 2 }, Colouring::Rgb), Path::new(FILE)).unwrap();
+    let mut floats = b"#HSH1.2\n3\n1 2 3\n4 2 4\n".to_vec();
+    floats.extend((0..8 + 24).flat_map(|i| (i as f32).to_le_bytes()));
+    assault("rti", &[one, floats], |b| whole(rti::read(b, Path::new(FILE), 1 << 12)));
+}
+
+#[test]
+fn relightlab_infos() {
+    let seed = br#"{"width": 4, "height": 2, "format": "jpg", "type": "ptm", "colorspace": "lrgb", "lights": [0, 0, 1],
+"nplanes": 9, "quality": 95, "materials": [{"scale": [1,1,1,1,1,1,1,1.5,1], "bias": [0,0,0,0,0,0.25,0,0,0]}]}"#;
+    assault("relight", &[seed.to_vec()], |b| match relight::read_info(b, Path::new(FILE), 1 << 12) {
+        Ok(_) => true,
         Err(e) => {
             assert!(e.to_string().contains(FILE), "{e}");
             false

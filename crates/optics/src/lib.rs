@@ -4,6 +4,7 @@
 //! RGB triples in a named [`colour::ColourSpace`].
 
 pub mod colour;
+pub mod compare;
 pub mod distribution;
 mod fingerprint;
 pub mod frame;

@@ -1,0 +1,334 @@
+//! Pictures whose light can be moved: what `.ptm`, `.rti` and RelightLab's folders hold, one line a format.
+
+use super::{ptm, relight, rti};
+use crate::{Error, Place, atomic_write, read_bounded};
+use std::path::Path;
+
+/// The functions of the light's direction (x, y, z) that a texel's coefficients multiply, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Basis {
+    /// 1, x, y, x², xy, y². Malzbender, Gelb and Wolters 2001, "Polynomial Texture Maps".
+    Ptm,
+    /// Hemispherical harmonics of orders 0 to `order` − 1, `order`² of them, as HSH tools number them: within an
+    /// order cos mφ with m falling, the zonal one, sin mφ with m rising. Gautron et al. 2004, "A Novel
+    /// Hemispherical Basis for Accurate and Efficient Rendering".
+    Hsh {
+        /// 2, 3 or 4.
+        order: usize,
+    },
+}
+
+impl Basis {
+    /// Every basis that files hold.
+    pub const ALL: [Self; 4] =
+        [Self::Ptm, Self::Hsh { order: 2 }, Self::Hsh { order: 3 }, Self::Hsh { order: 4 }];
+
+    /// How many functions.
+    pub fn terms(self) -> usize {
+        match self {
+            Self::Ptm => 6,
+            Self::Hsh { order } => order * order,
+        }
+    }
+
+    /// For people, as in `HSH 9`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ptm => "PTM",
+            Self::Hsh { order: 2 } => "HSH 4",
+            Self::Hsh { order: 3 } => "HSH 9",
+            Self::Hsh { .. } => "HSH 16",
+        }
+    }
+}
+
+/// What is a function of the light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Colouring {
+    /// Each of red, green and blue.
+    Rgb,
+    /// A factor, which multiplies a fixed colour.
+    Lrgb,
+}
+
+/// A picture whose light can be moved. Its values are what a display shows at 0 (black) to 1 (255 of 255), in
+/// practice with the sRGB curve in them; a file does not say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Relightable {
+    /// Texels across.
+    pub width: usize,
+    /// Texels down.
+    pub height: usize,
+    /// The functions of light.
+    pub basis: Basis,
+    /// What they make up.
+    pub colouring: Colouring,
+    /// Texel after texel from the top left, [`Self::stride`] numbers each: for [`Colouring::Rgb`] the red, green and
+    /// blue coefficient of each term; for [`Colouring::Lrgb`] red, green, blue of the fixed colour, then a
+    /// coefficient a term.
+    pub coefficients: Vec<f32>,
+}
+
+impl Relightable {
+    /// Numbers a texel.
+    pub fn stride(&self) -> usize {
+        match self.colouring {
+            Colouring::Rgb => 3 * self.basis.terms(),
+            Colouring::Lrgb => 3 + self.basis.terms(),
+        }
+    }
+
+    /// The part of each texel that multiplies functions of the light.
+    pub(crate) fn terms_of<'a>(&self, texel: &'a [f32]) -> &'a [f32] {
+        match self.colouring {
+            Colouring::Rgb => texel,
+            Colouring::Lrgb => &texel[3..],
+        }
+    }
+
+    /// Smallest and largest coefficient of each term over all texels and colours.
+    pub(crate) fn ranges(&self) -> Vec<[f32; 2]> {
+        let mut ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; self.basis.terms()];
+        let colours = self.colours();
+        for texel in self.coefficients.chunks_exact(self.stride()) {
+            for (range, c) in ranges.iter_mut().zip(self.terms_of(texel).chunks_exact(colours)) {
+                for &v in c {
+                    *range = [range[0].min(v), range[1].max(v)];
+                }
+            }
+        }
+        ranges
+    }
+
+    /// Coefficients a term.
+    pub(crate) fn colours(&self) -> usize {
+        match self.colouring {
+            Colouring::Rgb => 3,
+            Colouring::Lrgb => 1,
+        }
+    }
+
+    /// Refuses what no file can hold: no texels, numbers that are not finite or not as many as there should be.
+    pub(crate) fn check(&self, file: &Path) -> Result<(), Error> {
+        let problem = if self.width == 0 || self.height == 0 {
+            "an empty picture cannot be written"
+        } else if self.coefficients.len() != self.width * self.height * self.stride() {
+            "the picture has not as many coefficients as its size says"
+        } else if self.coefficients.iter().any(|v| !v.is_finite()) {
+            "a coefficient is not a finite number; fit the picture again without the texels that cannot be fitted"
+        } else {
+            return Ok(());
+        };
+        Err(Error::invalid(Place::file(file), problem))
+    }
+}
+
+/// Texels that are read where the caller has no other wish: 8k x 8k.
+pub const DEFAULT_MAX_TEXELS: u64 = 1 << 26;
+
+/// The size in a header, refused where it is nothing or more than the limit.
+pub(crate) fn admit(at: Place, width: u64, height: u64, limit: u64) -> Result<(usize, usize), Error> {
+    if width == 0 || height == 0 {
+        return Err(Error::invalid(at, format!("the picture is empty ({width} x {height})")));
+    }
+    let asked = width.saturating_mul(height);
+    if asked > limit {
+        let what = format!("the number of texels ({width} x {height})");
+        return Err(Error::TooLarge { at, what, asked, limit });
+    }
+    Ok((width as usize, height as usize))
+}
+
+struct Format {
+    name: &'static str,
+    /// Lower case, without the dot; `None` for a folder.
+    extension: Option<&'static str>,
+    /// How such a file begins.
+    magic: &'static [u8],
+    /// The path is for messages, and the folder where there is one.
+    read: fn(&[u8], &Path, u64) -> Result<Relightable, Error>,
+    write: fn(&Path, &Relightable) -> Result<(), Error>,
+    holds: fn(Basis) -> bool,
+}
+
+/// One line a format.
+const FORMATS: &[Format] = &[
+    Format {
+        name: "PTM (.ptm)",
+        extension: Some("ptm"),
+        magic: b"PTM_",
+        read: ptm::read,
+        write: |path, r| atomic_write(path, &ptm::write(r, path)?),
+        holds: |basis| basis == Basis::Ptm,
+    },
+    Format {
+        name: "HSH (.rti)",
+        extension: Some("rti"),
+        magic: b"#HSH",
+        read: rti::read,
+        write: |path, r| atomic_write(path, &rti::write(r, path)?),
+        holds: |basis| matches!(basis, Basis::Hsh { .. }),
+    },
+    Format {
+        name: "a RelightLab folder",
+        extension: None,
+        magic: b"",
+        read: |_, path, limit| relight::read(path, limit),
+        write: relight::write,
+        holds: |_| true,
+    },
+];
+
+/// Whether `path` looks like one of these: a file that begins like one or a folder with an `info.json`.
+pub fn recognises(path: &Path) -> bool {
+    if path.is_dir() {
+        return path.join(relight::INFO).is_file();
+    }
+    let mut start = [0; 4];
+    std::fs::File::open(path).is_ok_and(|mut f| std::io::Read::read_exact(&mut f, &mut start).is_ok())
+        && FORMATS.iter().any(|f| !f.magic.is_empty() && start == f.magic)
+}
+
+/// Reads a `.ptm`, a `.rti` or a RelightLab folder, told apart by what they hold; more than `max_texels` are refused.
+pub fn read(path: &Path, max_texels: u64) -> Result<Relightable, Error> {
+    if path.is_dir() {
+        return relight::read(path, max_texels);
+    }
+    // 48 bytes a texel in HSH of order 4, and 192 where they are floats; headers are small.
+    let bytes = read_bounded(path, max_texels.saturating_mul(192).saturating_add(1 << 16))?;
+    let format = FORMATS.iter().find(|f| !f.magic.is_empty() && bytes.starts_with(f.magic));
+    let Some(format) = format else {
+        let names = FORMATS.iter().map(|f| f.name).collect::<Vec<_>>().join(", ");
+        return Err(Error::invalid(Place::file(path), format!("this is none of {names}")));
+    };
+    (format.read)(&bytes, path, max_texels)
+}
+
+/// Whether a picture in `basis` can be written to `path`: `.ptm` holds PTM, `.rti` HSH, a folder either.
+pub fn can_write(path: &Path, basis: Basis) -> Result<(), Error> {
+    writer(path, basis).map(|_| ())
+}
+
+/// Writes a `.ptm`, a `.rti` or, without an extension, a RelightLab folder.
+pub fn write(path: &Path, r: &Relightable) -> Result<(), Error> {
+    (writer(path, r.basis)?.write)(path, r)
+}
+
+fn writer(path: &Path, basis: Basis) -> Result<&'static Format, Error> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    // A folder that is there may well have a dot in its name.
+    let extension = extension.filter(|_| !path.is_dir());
+    let Some(format) = FORMATS.iter().find(|f| f.extension == extension.as_deref()) else {
+        let known = FORMATS.iter().filter_map(|f| f.extension);
+        return Err(Error::unknown(
+            Place::file(path),
+            "extension of a relightable picture",
+            &extension.unwrap_or_default(),
+            known,
+        ));
+    };
+    if !(format.holds)(basis) {
+        let others = FORMATS.iter().filter(|f| (f.holds)(basis)).map(|f| f.name).collect::<Vec<_>>();
+        let problem =
+            format!("{} cannot hold {}; expected {}", format.name, basis.name(), others.join(" or "));
+        return Err(Error::invalid(Place::file(path), problem));
+    }
+    Ok(format)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use yugen_optics::random::Pcg32;
+
+    /// A picture with coefficients of both signs, a term that is never negative and one that is zero.
+    pub fn sample(basis: Basis, colouring: Colouring, width: usize, height: usize) -> Relightable {
+        let mut r = Relightable { width, height, basis, colouring, coefficients: Vec::new() };
+        let mut rng = Pcg32::new(7, 3);
+        for _ in 0..width * height {
+            if colouring == Colouring::Lrgb {
+                r.coefficients.extend([1.0, rng.next_f32(), 0.25]);
+            }
+            for term in 0..basis.terms() {
+                for _ in 0..r.colours() {
+                    let u = rng.next_f32();
+                    r.coefficients.push(match term {
+                        0 => 0.3 + 0.9 * u,
+                        3 => 0.0,
+                        _ => u - 0.4,
+                    });
+                }
+            }
+        }
+        r
+    }
+
+    /// The largest difference of a coefficient, in quanta of its term, and of a fixed colour, in 1/255.
+    pub fn quanta(a: &Relightable, b: &Relightable) -> f32 {
+        assert_eq!(
+            (a.width, a.height, a.basis, a.colouring, a.coefficients.len()),
+            (b.width, b.height, b.basis, b.colouring, b.coefficients.len())
+        );
+        let steps: Vec<f32> =
+            a.ranges().iter().map(|[lo, hi]| (hi.max(0.0) - lo.min(0.0)).max(1e-3) / 255.0).collect();
+        let mut worst = 0f32;
+        for (x, y) in a.coefficients.chunks_exact(a.stride()).zip(b.coefficients.chunks_exact(a.stride())) {
+            let terms = a.terms_of(x).iter().zip(b.terms_of(y)).enumerate();
+            worst = terms.map(|(i, (p, q))| (p - q).abs() / steps[i / a.colours()]).fold(worst, f32::max);
+            if a.colouring == Colouring::Lrgb {
+                worst = (0..3).map(|c| 255.0 * (x[c] - y[c]).abs()).fold(worst, f32::max);
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn names_and_contents_say_which_format() {
+        let folder = std::env::temp_dir().join(format!("yugen-relightable-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for (name, basis) in [
+            ("a.ptm", Basis::Ptm),
+            ("a.rti", Basis::Hsh { order: 3 }),
+            ("web", Basis::Ptm),
+            ("hsh", Basis::ALL[3]),
+        ] {
+            let path = folder.join(name);
+            assert!(!recognises(&path));
+            let r = sample(basis, Colouring::Rgb, 24, 16);
+            write(&path, &r).unwrap();
+            assert!(recognises(&path), "{name}");
+            let back = read(&path, DEFAULT_MAX_TEXELS).unwrap();
+            assert_eq!((back.basis, back.width, back.height), (basis, 24, 16));
+            let error = read(&path, 100).unwrap_err().to_string();
+            assert!(
+                error.contains("the number of texels (24 x 16) is 384, more than the limit of 100"),
+                "{error}"
+            );
+        }
+        let refuse = |name: &str, basis| can_write(&folder.join(name), basis).unwrap_err().to_string();
+        assert!(
+            refuse("b.ptm", Basis::ALL[2])
+                .contains("PTM (.ptm) cannot hold HSH 9; expected HSH (.rti) or a Relight")
+        );
+        assert!(refuse("b.rti", Basis::Ptm).contains("cannot hold PTM"));
+        assert!(refuse("b.rtt", Basis::ALL[1]).contains("did you mean 'rti'?"));
+        std::fs::write(folder.join("c.ptm"), "P6\n1 1\n255\n").unwrap();
+        let error = read(&folder.join("c.ptm"), 100).unwrap_err().to_string();
+        assert!(
+            error.ends_with("c.ptm: this is none of PTM (.ptm), HSH (.rti), a RelightLab folder"),
+            "{error}"
+        );
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn what_cannot_be_written_is_refused() {
+        let mut r = sample(Basis::Ptm, Colouring::Rgb, 2, 2);
+        r.coefficients[3] = f32::NAN;
+        assert!(ptm::write(&r, Path::new("a.ptm")).unwrap_err().to_string().contains("not a finite number"));
+        r.coefficients.pop();
+        assert!(ptm::write(&r, Path::new("a.ptm")).unwrap_err().to_string().contains("as its size says"));
+        r.width = 0;
+        assert!(rti::write(&r, Path::new("a.rti")).unwrap_err().to_string().contains("empty"));
+    }
+}
