@@ -1,8 +1,11 @@
-//! Does `sample` draw what `pdf` says? Pearson's chi-square over cells of about equal mass.
+//! Does `sample` draw what `pdf` says? Pearson's chi-square over cells of about equal mass; over rings of them about
+//! the mean direction of the draws; and over sectors about it. Many cells see a fault in one place, a few rings or
+//! sectors a faint one that leans the same way everywhere and drowns in the scatter of many.
 
 use crate::Subject;
 use crate::integrate::{Domain, Histogram, Partition, Rule};
 use glam::Vec3;
+use yugen_optics::Frame;
 use yugen_optics::random::Pcg32;
 use yugen_optics::statistics::chi_square_p_value;
 
@@ -26,12 +29,11 @@ impl Default for ChiSquare {
 /// What was seen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChiSquareResult {
-    /// Probability of a fit this bad if `sample` drew exactly `pdf`; 0 where `fault` says more.
+    /// Probability of a fit this bad, in the worst of the three divisions, if `sample` drew exactly `pdf`; 0 where
+    /// `fault` says more.
     pub p_value: f64,
-    /// Pearson's statistic.
-    pub statistic: f64,
-    /// Cells less one.
-    pub dof: f64,
+    /// Cells of the finest division.
+    pub cells: usize,
     /// ∫ pdf over the domain.
     pub integral: f64,
     /// Standard error of that.
@@ -59,11 +61,68 @@ pub(crate) fn domain(subject: &dyn Subject) -> Domain {
 /// A cell with fewer expected draws is pooled with others (Cochran's rule).
 const POOL: f64 = 5.0;
 
+/// Rings, and sectors: few, so that their scatter is small; enough to see a fault that changes its sign twice.
+const GROUPS: f64 = 16.0;
+
+/// Draws of a cell: expected, the error that the quadrature makes in that, and seen.
+#[derive(Clone, Copy, Default)]
+struct Count {
+    expected: f64,
+    error: f64,
+    seen: f64,
+}
+
+impl Count {
+    fn join(&mut self, other: Self) {
+        self.expected += other.expected;
+        self.error = self.error.hypot(other.error);
+        self.seen += other.seen;
+    }
+}
+
+/// The p-value of Pearson's statistic. `rest` counts the draws that are no directions.
+fn pearson(counts: &[Count], rest: Count) -> f64 {
+    let (mut statistic, mut cells) = (0.0, 0.0);
+    let mut add = |c: Count| {
+        // The error of the quadrature is a second, independent source of scatter.
+        statistic += (c.seen - c.expected).powi(2) / (c.expected + c.error * c.error);
+        cells += 1.0;
+    };
+    let mut pool = Count::default();
+    for &c in counts {
+        if c.expected < POOL { pool.join(c) } else { add(c) }
+    }
+    for c in [pool, rest] {
+        let expected = c.expected.max(0.0);
+        // A pool that stays below Cochran's rule may only be empty by chance, not full.
+        if expected >= POOL || c.seen > expected + 4.0 * POOL {
+            add(Count { expected: expected.max(POOL), ..c });
+        }
+    }
+    if statistic.is_nan() { 0.0 } else { chi_square_p_value(statistic, f64::max(cells - 1.0, 1.0)) }
+}
+
+/// Neighbours, in the order of `key`, joined to groups of about equal mass.
+fn groups(counts: &[Count], key: impl Fn(usize) -> f32) -> Vec<Count> {
+    let mut order: Vec<(f32, usize)> = (0..counts.len()).map(|i| (key(i), i)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let share = counts.iter().map(|c| c.expected).sum::<f64>() / GROUPS;
+    let mut all = vec![Count::default()];
+    for (_, i) in order {
+        let n = all.len() - 1;
+        all[n].join(counts[i]);
+        if all[n].expected >= share {
+            all.push(Count::default());
+        }
+    }
+    all
+}
+
 /// Tests the draws of `subject` at `wo` against its pdf. Draws of `None` and of Dirac peaks form a cell of
 /// their own, which holds the probability that the pdf lacks to one.
 pub fn chi_square(subject: &dyn Subject, wo: Vec3, settings: &ChiSquare) -> ChiSquareResult {
     // Enough guides for cells of 1/800 with a few guides each; the tolerance is the error of all cells
-    // together, and what is left of it enters the denominator below.
+    // together, and what is left of it enters the denominator of the statistic.
     let found = guides(subject, wo, 4 * settings.cells, settings.seed);
     let rule = Rule { tolerance: 5e-5, budget: 1_000_000 };
     let partition = Partition::new(domain(subject), &found, rule, |wi| [f64::from(subject.pdf(wo, wi))]);
@@ -97,42 +156,26 @@ pub fn chi_square(subject: &dyn Subject, wo: Vec3, settings: &ChiSquare) -> ChiS
     if !integral.is_finite() {
         fault = Some("the pdf is not finite somewhere".into());
     }
-    let (mut statistic, mut cells) = (0.0, 0.0);
-    let (mut pooled, mut pooled_seen) = (crate::integrate::Cell::default(), 0.0);
-    let mut add = |expected: f64, error: f64, seen: f64| {
-        // The error of the quadrature is a second, independent source of scatter.
-        statistic += (seen - expected).powi(2) / (expected + error * error);
-        cells += 1.0;
-    };
-    for (cell, &count) in histogram.cells.iter().zip(&seen) {
-        let (expected, count) = (n * cell.mass, f64::from(count));
-        if expected <= 0.0 && count > 1e-5 * n {
-            fault.get_or_insert(format!("{count} of {n} draws fell where the pdf is zero"));
-        }
-        if expected < POOL {
-            pooled.mass += cell.mass;
-            pooled.error = pooled.error.hypot(cell.error);
-            pooled_seen += count;
-        } else {
-            add(expected, n * cell.error, count);
-        }
+    let count = |mass: f64, error: f64, seen: f64| Count { expected: n * mass, error: n * error, seen };
+    let cells = &histogram.cells;
+    let counts: Vec<Count> =
+        cells.iter().zip(&seen).map(|(c, &seen)| count(c.mass, c.error, f64::from(seen))).collect();
+    if let Some(c) = counts.iter().find(|c| c.expected <= 0.0 && c.seen > 1e-5 * n) {
+        fault.get_or_insert(format!("{} of {n} draws fell where the pdf is zero", c.seen));
     }
-    for (mass, error, count) in
-        [(pooled.mass, pooled.error, pooled_seen), (1.0 - integral, partition.error(), n - f64::from(hits))]
-    {
-        let expected = (n * mass).max(0.0);
-        // A pool that stays below Cochran's rule may only be empty by chance, not full.
-        if expected >= POOL || count > expected + 4.0 * POOL {
-            add(expected.max(POOL), n * error, count);
-        }
-    }
-    let dof = f64::max(cells - 1.0, 1.0);
-    let p_value =
-        if fault.is_some() || statistic.is_nan() { 0.0 } else { chi_square_p_value(statistic, dof) };
+    let rest = count(1.0 - integral, partition.error(), n - f64::from(hits));
+    let about = Frame::from_normal(found.iter().sum::<Vec3>().try_normalize().unwrap_or(Vec3::Z));
+    let local = |i: usize| about.to_local(cells[i].middle);
+    let p_values = [
+        pearson(&counts, rest),
+        pearson(&groups(&counts, |i| local(i).z), rest),
+        pearson(&groups(&counts, |i| f32::atan2(local(i).y, local(i).x)), rest),
+    ];
+    let least = p_values.into_iter().fold(1.0, f64::min);
     ChiSquareResult {
-        p_value,
-        statistic,
-        dof,
+        // The chance that one of three is as small as the smallest.
+        p_value: if fault.is_some() { 0.0 } else { -f64::exp_m1(p_values.len() as f64 * f64::ln_1p(-least)) },
+        cells: cells.len(),
         integral,
         integral_error: partition.error(),
         hit_rate: f64::from(hits) / n,

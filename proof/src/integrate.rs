@@ -7,6 +7,7 @@
 use glam::Vec3;
 use std::collections::BinaryHeap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use yugen_optics::frame::spherical;
 use yugen_optics::quadrature::gauss_legendre;
 
 /// Where directions may lie.
@@ -253,11 +254,12 @@ impl<const K: usize> Node<K> {
     }
 }
 
-/// A histogram cell: expected mass and the error of that.
-#[derive(Clone, Copy, Debug, Default)]
+/// A histogram cell: expected mass, the error of that, and its middle.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Cell {
     pub mass: f64,
     pub error: f64,
+    pub middle: Vec3,
 }
 
 /// Cells of about equal mass made from the tree.
@@ -273,25 +275,25 @@ impl<'a> Histogram<'a> {
     /// The largest nodes whose mass is at most `mass` (or leaves) become cells.
     pub fn new(partition: &'a Partition<1>, mass: f64) -> Self {
         let nodes = &partition.nodes;
-        let mut sums: Vec<Cell> = nodes
-            .iter()
-            .map(|n| Cell { mass: n.quarters.iter().map(|q| q[0]).sum(), error: n.error * n.error })
-            .collect();
+        // Mass and squared error.
+        let mut sums: Vec<[f64; 2]> =
+            nodes.iter().map(|n| [n.quarters.iter().map(|q| q[0]).sum(), n.error * n.error]).collect();
         // Children always follow their parent.
         for i in (0..nodes.len()).rev().filter(|&i| nodes[i].children != 0) {
             let first = nodes[i].children as usize;
-            sums[i] = sums[first..first + 4]
-                .iter()
-                .fold(Cell::default(), |a, b| Cell { mass: a.mass + b.mass, error: a.error + b.error });
+            sums[i] = sums[first..first + 4].iter().fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
         }
         let mut this = Self { partition, cell_of: vec![u32::MAX; nodes.len()], cells: Vec::new() };
         let mut stack: Vec<usize> = (0..partition.rows * GRID.1).collect();
         while let Some(i) = stack.pop() {
-            if nodes[i].children == 0 || sums[i].mass <= mass {
+            let Node { theta, phi, children, .. } = nodes[i];
+            if children == 0 || sums[i][0] <= mass {
                 this.cell_of[i] = this.cells.len() as u32;
-                this.cells.push(Cell { mass: sums[i].mass, error: sums[i].error.sqrt() });
+                let half = |[a, b]: [f64; 2]| (0.5 * (a + b)) as f32;
+                let middle = spherical(half(theta), half(phi));
+                this.cells.push(Cell { mass: sums[i][0], error: sums[i][1].sqrt(), middle });
             } else {
-                stack.extend(nodes[i].children as usize..nodes[i].children as usize + 4);
+                stack.extend(children as usize..children as usize + 4);
             }
         }
         this

@@ -23,12 +23,12 @@ pub struct Finding {
 }
 
 impl Finding {
-    fn new(bound: f64, broken: f64) -> Self {
+    pub(crate) fn new(bound: f64, broken: f64) -> Self {
         Self { value: 0.0, bound, broken, note: String::new() }
     }
 
     /// Keeps the larger value. NaN counts as infinite.
-    fn see(&mut self, value: f64, note: impl FnOnce() -> String) {
+    pub(crate) fn see(&mut self, value: f64, note: impl FnOnce() -> String) {
         let value = if value.is_nan() { f64::INFINITY } else { value };
         if value > self.value {
             self.value = value;

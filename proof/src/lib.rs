@@ -1,7 +1,8 @@
 //! Proof, not eyes: what a reflectance model or a picture must satisfy, measured.
 //!
 //! * [`report`] holds every law of a model against it: finite values, sampler against density (chi-square),
-//!   weight = f cos / pdf, density, coverage, reciprocity, energy, rotation. One row per law, for people.
+//!   weight = f cos / pdf, density, coverage, reciprocity, energy, rotation, and the published albedos where there
+//!   are some. One row per law, for people.
 //! * [`furnace`] and [`albedo`] are the deterministic directional albedo.
 //! * [`image`] compares pictures: z-test per pixel with mean and variance references, relative MSE.
 //! * `gpu` and `twins` (feature `gpu`) hold the WGSL twin of each model against its Rust.
@@ -16,6 +17,7 @@ pub mod image;
 mod integrate;
 mod laws;
 mod parameters;
+mod references;
 mod report;
 mod subject;
 #[cfg(feature = "gpu")]
@@ -27,5 +29,6 @@ pub use laws::{
     Albedo, Finding, albedo, coverage, delta, energy, finite, furnace, reciprocity, rotation, sampling,
 };
 pub use parameters::{Parameters, example_data, parameter_sets};
+pub use references::{Reference, references};
 pub use report::{Effort, Family, Report, Row, check, report, report_with, reports};
 pub use subject::Subject;

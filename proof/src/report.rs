@@ -2,7 +2,7 @@
 
 use crate::laws::{Finding, coverage, delta, energy, finite, reciprocity, rotation, sampling};
 use crate::parameters::{example_data, spare_sets};
-use crate::{ChiSquare, Parameters, Subject, chi_square, parameter_sets};
+use crate::{ChiSquare, Parameters, Subject, chi_square, parameter_sets, references};
 use glam::Vec3;
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -91,7 +91,15 @@ pub fn report_with(kind: Kind, effort: Effort, fixture: impl Fn(Kind) -> Option<
         Ok(sets) => {
             let breaks = sets.iter().map(|s| s.bsdf().laws()).any(|l| !l.reciprocal || !l.conserves_energy);
             let spare = if breaks { spare_sets(kind, &data, SPARE) } else { Vec::new() };
-            Report { kind, rows: check(&Sets { sets: &sets, spare: &spare }, effort), skipped: None }
+            let mut rows = check(&Sets { sets: &sets, spare: &spare }, effort);
+            let mut law = Law::new("furnace");
+            for reference in references(kind) {
+                law.add(&reference.label, reference.with(|s| reference.compare(s)));
+            }
+            if law.tried > 0 {
+                rows.push(law.row("difference of the albedo from the published one"));
+            }
+            Report { kind, rows, skipped: None }
         }
         Err(why) => skipped(why),
     }
@@ -327,7 +335,7 @@ pub fn check(family: &dyn Family, effort: Effort) -> Vec<Row> {
                         value: -r.p_value.log10(),
                         bound: -significance.log10(),
                         broken: f64::INFINITY,
-                        note: format!("p = {:.3} over {} cells, {at}{fault}", r.p_value, r.dof + 1.0),
+                        note: format!("p = {:.3} over {} cells, {at}{fault}", r.p_value, r.cells),
                     },
                 );
                 // Five standard errors of the share of hits and of the quadrature, and 1e-4 for f32.
