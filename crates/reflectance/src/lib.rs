@@ -13,6 +13,7 @@
 //! parameter tables, and every test.
 
 mod energy;
+mod fabrics;
 #[cfg(test)]
 mod furnace;
 mod model;

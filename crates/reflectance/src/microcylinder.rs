@@ -39,6 +39,7 @@
 //! (`examples/cloth_cost.rs`), an evaluation takes 0.3 µs in the points form, 0.7 to 2.5 µs along curves; a
 //! density 0.1 to 0.4 µs.
 
+use crate::fabrics::{self, FABRICS, Fabric};
 use crate::model::{Choice, Data, Laws, Model, ModelError, Preset, Sample, Spec, params};
 use glam::{Vec2, Vec3, Vec4};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
@@ -84,117 +85,6 @@ const FIBRE: usize = 7; // per thread: albedo of a lone fibre at θ = 0 for A = 
 const HEAD: usize = 13;
 const BLOCK: usize = 12;
 const SLOPE: usize = 7;
-
-/// What a fabric of Table II is made of: per thread η, A = colour × scale, k_d, γ_s, γ_v, a, offsets, lengths.
-type ThreadRow = (f32, [f32; 3], f32, f32, f32, f32, f32, &'static [f32], &'static [f32]);
-struct Fabric {
-    name: &'static str,
-    doc: &'static str,
-    threads: [ThreadRow; 2],
-}
-
-/// Table II of the paper. The tangent lengths and the charmeuse's twisted A = 0.2 follow the published codes
-/// that agree with one another.
-const FABRICS: [Fabric; 6] = [
-    Fabric {
-        name: "linen_plain",
-        doc: "Linen plain weave (Sadeghi et al. 2013, Table II)",
-        threads: [
-            (1.46, [0.2, 0.8, 1.0], 0.3, 0.3, 12.0, 24.0, 0.33, &[-25.0, 25.0], &[1.0]),
-            (1.46, [0.2, 0.8, 1.0], 0.3, 0.3, 12.0, 24.0, 0.33, &[-25.0, 25.0], &[1.0]),
-        ],
-    },
-    Fabric {
-        name: "silk_crepe_de_chine",
-        doc: "Silk crêpe de Chine, flat and twisted threads (Sadeghi et al. 2013, Table II)",
-        threads: [
-            (
-                1.345,
-                [1.0, 0.95, 0.05],
-                0.12,
-                0.2,
-                5.0,
-                10.0,
-                0.75,
-                &[-35.0, -35.0, 35.0, 35.0],
-                &[1.0, 1.0, 1.0],
-            ),
-            (1.345, [1.0, 0.95, 0.05], 0.16, 0.3, 18.0, 32.0, 0.25, &[0.0, 0.0], &[1.0]),
-        ],
-    },
-    Fabric {
-        name: "polyester_satin_charmeuse",
-        doc: "Polyester satin charmeuse, front (Sadeghi et al. 2013, Table II)",
-        threads: [
-            (
-                1.539,
-                [1.0, 0.37, 0.3],
-                0.035,
-                0.1,
-                2.5,
-                5.0,
-                0.9,
-                &[-32.0, -32.0, -18.0, 0.0, 0.0, 18.0, 32.0, 32.0],
-                &[1.33, 0.66, 2.0, 2.0, 2.0, 0.66, 1.33],
-            ),
-            (1.539, [1.0, 0.37, 0.3], 0.2, 0.7, 30.0, 60.0, 0.1, &[0.0, 0.0], &[1.0]),
-        ],
-    },
-    Fabric {
-        name: "polyester_satin_charmeuse_back",
-        doc: "Polyester satin charmeuse, back (Sadeghi et al. 2013, Table II)",
-        threads: [
-            (
-                1.539,
-                [1.0, 0.37, 0.3],
-                0.035,
-                0.1,
-                2.5,
-                5.0,
-                0.67,
-                &[-30.0, -30.0, 30.0, 30.0, -5.0, -5.0, 5.0, 5.0],
-                &[1.33, 1.33, 1.33, 0.0, 0.67, 0.67, 0.67],
-            ),
-            (1.539, [1.0, 0.37, 0.3], 0.2, 0.7, 30.0, 60.0, 0.33, &[0.0, 0.0], &[1.0]),
-        ],
-    },
-    Fabric {
-        name: "silk_shot",
-        doc: "Shot silk, two colours of thread (Sadeghi et al. 2013, Table II)",
-        threads: [
-            (
-                1.345,
-                [0.1, 1.0, 0.4],
-                0.2,
-                0.1,
-                4.0,
-                8.0,
-                0.86,
-                &[-25.0, -25.0, 25.0, 25.0],
-                &[1.33, 2.67, 1.33],
-            ),
-            (1.345, [1.0, 0.0, 0.1], 0.6, 0.1, 5.0, 10.0, 0.14, &[0.0, 0.0], &[1.0]),
-        ],
-    },
-    Fabric {
-        name: "velvet",
-        doc: "Velvet, whose pile stands up (Sadeghi et al. 2013, Table II)",
-        threads: [
-            (1.46, [0.05, 0.02, 0.0], 0.3, 0.1, 6.0, 12.0, 0.5, &[-90.0, -50.0], &[1.0]),
-            (
-                1.46,
-                [0.05, 0.02, 0.0],
-                0.3,
-                0.1,
-                6.0,
-                12.0,
-                0.5,
-                &[-90.0, -55.0, 55.0, 90.0],
-                &[0.5, 0.0, 0.5],
-            ),
-        ],
-    },
-];
 
 /// A curve made ready: straight pieces as single tangents, sloped pieces by their ends, both with weights.
 #[derive(Default)]
@@ -946,26 +836,6 @@ fn curves(data: &[f32]) -> Result<[Offsets<'_>; 2], ModelError> {
     }
 }
 
-fn curve_data(fabric: &Fabric) -> Vec<f32> {
-    let mut data = Vec::new();
-    for (.., offsets, lengths) in fabric.threads {
-        data.push(offsets.len() as f32);
-        data.extend_from_slice(offsets);
-        data.extend_from_slice(lengths);
-    }
-    data
-}
-
-const PRESETS: [Preset; 6] = {
-    let mut presets = [Preset { name: "", doc: "" }; 6];
-    let mut i = 0;
-    while i < 6 {
-        presets[i] = Preset { name: FABRICS[i].name, doc: FABRICS[i].doc };
-        i += 1;
-    }
-    presets
-};
-
 impl Model for Microcylinder {
     const NAME: &'static str = "microcylinder";
     const SOURCE: &'static str = "Sadeghi, Bisker, De Deken and Jensen 2013, A Practical Microcylinder Appearance \
@@ -980,40 +850,31 @@ impl Model for Microcylinder {
         "tangent curves: for each of the two threads the count of offsets, the offsets in degrees, and count − 1 \
          lengths",
     );
-    const PRESETS: &'static [Preset] = &PRESETS;
+    const PRESETS: &'static [Preset] = &fabrics::PRESETS;
 
     fn preset(name: &str, space: ColourSpace) -> Option<(Self, Vec<f32>)> {
-        let fabric = FABRICS.iter().find(|f| f.name == name)?;
-        // The paper's colours are taken for linear sRGB, as its pictures are.
+        let fabric = Fabric::find(name)?;
         let [t1, t2] = &fabric.threads;
-        let colour = |t: &ThreadRow| {
-            let srgb = Vec3::from_array(t.1) * t.2;
-            if space == ColourSpace::LinearSrgb {
-                srgb
-            } else {
-                ColourSpace::LinearSrgb.matrix_to(space) * srgb
-            }
-        };
         let model = Self {
-            eta_1: t1.0,
-            colour_1: colour(t1),
-            k_d_1: t1.3,
-            gamma_s_1: t1.4,
-            gamma_v_1: t1.5,
-            a_1: t1.6,
-            eta_2: t2.0,
-            colour_2: colour(t2),
-            k_d_2: t2.3,
-            gamma_s_2: t2.4,
-            gamma_v_2: t2.5,
-            a_2: t2.6,
+            eta_1: t1.eta,
+            colour_1: t1.colour(space),
+            k_d_1: t1.k_d,
+            gamma_s_1: t1.gamma_s,
+            gamma_v_1: t1.gamma_v,
+            a_1: t1.a,
+            eta_2: t2.eta,
+            colour_2: t2.colour(space),
+            k_d_2: t2.k_d,
+            gamma_s_2: t2.gamma_s,
+            gamma_v_2: t2.gamma_v,
+            a_2: t2.a,
             ..Self::default()
         };
-        Some((model, curve_data(fabric)))
+        Some((model, fabric.curves()))
     }
 
     fn bake(&self, data: &[f32]) -> Result<Vec<f32>, ModelError> {
-        let default = curve_data(&FABRICS[0]);
+        let default = FABRICS[0].curves();
         let curves = curves(if data.is_empty() { &default } else { data })?;
         let curves =
             curves.map(|(offsets, lengths)| Curve::new(offsets, lengths, self.form.index() == POINTS));
