@@ -1,7 +1,7 @@
 //! The XML itself: parameters, includes, ids and references; objects with typed properties come out.
 
 use crate::formats::folders::Folders;
-use crate::formats::{numbers, read_file};
+use crate::formats::read_file;
 use crate::{Error, Place};
 use glam::{DMat4, DVec3};
 use roxmltree::{Attribute, Node, ParsingOptions};
@@ -61,7 +61,7 @@ impl Class {
     }
 }
 
-const ELEMENTS: &[&str] = &[
+pub(super) const ELEMENTS: &[&str] = &[
     "scene",
     "integrator",
     "sensor",
@@ -90,13 +90,12 @@ const ELEMENTS: &[&str] = &[
     "default",
     "path",
 ];
-const TRANSFORMS: &[&str] = &["translate", "rotate", "scale", "lookat", "matrix"];
 
 /// Where something stands: a file of the document and a byte in it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct At {
-    file: usize,
-    byte: usize,
+    pub(super) file: usize,
+    pub(super) byte: usize,
 }
 
 /// A plugin with its properties.
@@ -185,8 +184,8 @@ struct Parameter {
 }
 
 /// What is open while files are read.
-struct Reader {
-    document: Document,
+pub(super) struct Reader {
+    pub(super) document: Document,
     parameters: Vec<Parameter>,
     substituted: usize,
     /// The chain of includes that led here.
@@ -327,10 +326,10 @@ impl Document {
 
 /// What an element is read into: the file, its version and the object around it.
 #[derive(Clone, Copy)]
-struct Context {
-    file: usize,
+pub(super) struct Context {
+    pub(super) file: usize,
     /// Below 2.0: names are camelCase.
-    old: bool,
+    pub(super) old: bool,
     parent: usize,
     depth: usize,
 }
@@ -344,11 +343,11 @@ impl Reader {
         }
     }
 
-    fn invalid(&self, at: At, problem: impl Into<String>) -> Error {
+    pub(super) fn invalid(&self, at: At, problem: impl Into<String>) -> Error {
         Error::invalid(self.document.place(at), problem)
     }
 
-    fn unknown<'a>(
+    pub(super) fn unknown<'a>(
         &self,
         at: At,
         what: &'static str,
@@ -455,7 +454,12 @@ impl Reader {
     }
 
     /// The attributes of an element, parameters put in; those that are not `allowed` are errors.
-    fn attributes(&mut self, node: Node, c: Context, allowed: &[&str]) -> Result<Attributes, Error> {
+    pub(super) fn attributes(
+        &mut self,
+        node: Node,
+        c: Context,
+        allowed: &[&str],
+    ) -> Result<Attributes, Error> {
         let element = node.tag_name().name().to_string();
         let mut list = Vec::new();
         for a in node.attributes() {
@@ -588,7 +592,7 @@ impl Reader {
         Ok(())
     }
 
-    fn required<'a>(&self, a: &'a Attributes, name: &str) -> Result<(&'a str, At), Error> {
+    pub(super) fn required<'a>(&self, a: &'a Attributes, name: &str) -> Result<(&'a str, At), Error> {
         a.get(name)
             .ok_or_else(|| self.invalid(a.at, format!("expected the attribute '{name}' in <{}>", a.element)))
     }
@@ -685,282 +689,19 @@ impl Reader {
         self.chain.pop();
         Ok(())
     }
-
-    /// The value of a property element, with its attributes.
-    fn value(&mut self, node: Node, c: Context) -> Result<(Attributes, Value), Error> {
-        let tag = node.tag_name().name();
-        let plain = ["name", "value"];
-        let a = match tag {
-            "boolean" | "integer" | "float" | "string" | "rgb" => self.attributes(node, c, &plain)?,
-            "point" | "vector" => self.attributes(node, c, &["name", "value", "x", "y", "z"])?,
-            "spectrum" => self.attributes(node, c, &["name", "value", "filename"])?,
-            "ref" => self.attributes(node, c, &["name", "id"])?,
-            "transform" => self.attributes(node, c, &["name"])?,
-            _ if TRANSFORMS.contains(&tag) => {
-                let at = At { file: c.file, byte: node.range().start };
-                return Err(self.invalid(at, format!("<{tag}> can only stand in a <transform>")));
-            }
-            _ => {
-                let at = At { file: c.file, byte: node.range().start };
-                return Err(self.unknown(at, "element", tag, ELEMENTS.iter().copied()));
-            }
-        };
-        let value = match tag {
-            "boolean" => {
-                let (text, at) = self.required(&a, "value")?;
-                match text.trim().to_ascii_lowercase().as_str() {
-                    "true" => Value::Boolean(true),
-                    "false" => Value::Boolean(false),
-                    _ => {
-                        return Err(
-                            self.invalid(at, format!("expected 'true' or 'false', found '{}'", shown(text)))
-                        );
-                    }
-                }
-            }
-            "integer" => {
-                let (text, at) = self.required(&a, "value")?;
-                let value = text.trim().parse();
-                Value::Integer(value.map_err(|_| {
-                    self.invalid(at, format!("expected a whole number, found '{}'", shown(text)))
-                })?)
-            }
-            "float" => {
-                let (text, at) = self.required(&a, "value")?;
-                Value::Float(self.number(text, at)?)
-            }
-            "string" => Value::String(self.required(&a, "value")?.0.to_string()),
-            "ref" => Value::Reference(self.required(&a, "id")?.0.to_string()),
-            "rgb" => {
-                let (text, at) = self.required(&a, "value")?;
-                match self.numbers(text, at)?[..] {
-                    [v] => Value::Rgb(DVec3::splat(v)),
-                    [r, g, b] => Value::Rgb(DVec3::new(r, g, b)),
-                    ref v => {
-                        return Err(self.invalid(
-                            at,
-                            format!("a colour has one or three numbers, this one has {}", v.len()),
-                        ));
-                    }
-                }
-            }
-            "point" | "vector" => {
-                if a.get("value").is_none() {
-                    for axis in ["x", "y", "z"] {
-                        self.required(&a, axis)?;
-                    }
-                }
-                Value::Vector(self.vector(&a, DVec3::ZERO)?)
-            }
-            "spectrum" => Value::Spectrum(self.spectrum(&a)?),
-            "transform" => {
-                let mut m = DMat4::IDENTITY;
-                for step in node.children().filter(|n| n.is_element()) {
-                    m = self.transform(step, c)? * m;
-                }
-                Value::Transform(m)
-            }
-            _ => unreachable!("every tag above has its value"),
-        };
-        Ok((a, value))
-    }
-
-    fn number(&self, text: &str, at: At) -> Result<f64, Error> {
-        let word = text.trim();
-        match numbers::float(word.as_bytes()) {
-            Some((v, n)) if n == word.len() => Ok(v),
-            _ => Err(self.invalid(at, format!("expected a finite number, found '{}'", shown(text)))),
-        }
-    }
-
-    /// Numbers separated by blanks or commas.
-    fn numbers(&self, text: &str, at: At) -> Result<Vec<f64>, Error> {
-        words(text).map(|w| self.number(w, at)).collect()
-    }
-
-    /// `value="x, y, z"`, or one number for all three, or x, y and z by themselves.
-    fn vector(&self, a: &Attributes, default: DVec3) -> Result<DVec3, Error> {
-        let mut v = default;
-        if let Some((text, at)) = a.get("value") {
-            if let Some(axis) = ["x", "y", "z"].iter().find(|n| a.get(n).is_some()) {
-                return Err(self.invalid(at, format!("'value' and '{axis}' cannot both be given")));
-            }
-            match self.numbers(text, at)?[..] {
-                [s] => v = DVec3::splat(s),
-                [x, y, z] => v = DVec3::new(x, y, z),
-                ref w => {
-                    return Err(self.invalid(at, format!("expected one or three numbers, found {}", w.len())));
-                }
-            }
-        }
-        for (i, axis) in ["x", "y", "z"].iter().enumerate() {
-            if let Some((text, at)) = a.get(axis) {
-                v[i] = self.number(text, at)?;
-            }
-        }
-        Ok(v)
-    }
-
-    fn spectrum(&self, a: &Attributes) -> Result<Spectrum, Error> {
-        let (text, at) = match (a.get("value"), a.get("filename")) {
-            (Some(v), None) => v,
-            (None, Some((name, at))) => {
-                let here = &self.document.files[at.file];
-                let path = self.document.folders.then(&here.folders).find(name, self.document.place(at))?;
-                let bytes = read_file(&path)?;
-                return read_spd(&bytes, &path);
-            }
-            _ => return Err(self.invalid(a.at, "expected either 'value' or 'filename' in <spectrum>")),
-        };
-        let mut wavelengths = Vec::new();
-        let mut values = Vec::new();
-        for word in words(text) {
-            match word.split_once(':') {
-                Some((w, v)) => {
-                    wavelengths.push(self.number(w, at)?);
-                    values.push(self.number(v, at)?);
-                }
-                None => values.push(self.number(word, at)?),
-            }
-        }
-        match (wavelengths.len(), values.len()) {
-            (0, 1) => Ok(Spectrum::Uniform(values[0])),
-            (w, v) if w == v && w >= 2 => Ok(Spectrum::Table { wavelengths, values }),
-            _ => {
-                Err(self.invalid(at, "expected one number, or at least two pairs such as '400:0.1, 700:0.2'"))
-            }
-        }
-    }
-
-    /// One step of a transform; the steps apply in the order they are written.
-    fn transform(&mut self, node: Node, c: Context) -> Result<DMat4, Error> {
-        let tag = node.tag_name().name();
-        // Files before 2.0 write lookAt.
-        let tag = if c.old && tag == "lookAt" { "lookat" } else { tag };
-        let at = At { file: c.file, byte: node.range().start };
-        Ok(match tag {
-            "translate" => {
-                let a = self.attributes(node, c, &["value", "x", "y", "z"])?;
-                DMat4::from_translation(self.vector(&a, DVec3::ZERO)?)
-            }
-            "scale" => {
-                let a = self.attributes(node, c, &["value", "x", "y", "z"])?;
-                DMat4::from_scale(self.vector(&a, DVec3::ONE)?)
-            }
-            "rotate" => {
-                let a = self.attributes(node, c, &["value", "x", "y", "z", "angle"])?;
-                let (angle, angle_at) = self.required(&a, "angle")?;
-                let angle = self.number(angle, angle_at)?.to_radians();
-                let axis = self.vector(&a, DVec3::ZERO)?.try_normalize();
-                DMat4::from_axis_angle(
-                    axis.ok_or_else(|| self.invalid(at, "the axis of a rotation cannot be zero"))?,
-                    angle,
-                )
-            }
-            "lookat" => {
-                let a = self.attributes(node, c, &["origin", "target", "up"])?;
-                let (origin, target) = (self.triple(&a, "origin")?, self.triple(&a, "target")?);
-                let up = if a.get("up").is_some() { self.triple(&a, "up")? } else { DVec3::ZERO };
-                look_at(origin, target, up).ok_or_else(|| {
-                    self.invalid(
-                        at,
-                        "'target' must differ from 'origin', and 'up' must not be parallel to the view",
-                    )
-                })?
-            }
-            "matrix" => {
-                let a = self.attributes(node, c, &["value"])?;
-                let (text, at) = self.required(&a, "value")?;
-                let v = self.numbers(text, at)?;
-                // Row by row in the file.
-                match v.len() {
-                    16 => DMat4::from_cols_array(&std::array::from_fn(|i| v[i])).transpose(),
-                    9 => DMat4::from_mat3(
-                        glam::DMat3::from_cols_array(&std::array::from_fn(|i| v[i])).transpose(),
-                    ),
-                    n => {
-                        return Err(
-                            self.invalid(at, format!("a matrix has 9 or 16 numbers, this one has {n}"))
-                        );
-                    }
-                }
-            }
-            _ => return Err(self.unknown(at, "step of a transform", tag, TRANSFORMS.iter().copied())),
-        })
-    }
-
-    fn triple(&self, a: &Attributes, name: &str) -> Result<DVec3, Error> {
-        let (text, at) = self.required(a, name)?;
-        match self.numbers(text, at)?[..] {
-            [x, y, z] => Ok(DVec3::new(x, y, z)),
-            ref v => Err(self.invalid(at, format!("expected three numbers, found {}", v.len()))),
-        }
-    }
-}
-
-/// From a frame that looks along +z with +y up (and so +x to the left) to the world.
-fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<DMat4> {
-    let z = (target - origin).try_normalize()?;
-    let up = if up == DVec3::ZERO {
-        // Without one Mitsuba takes the tangent of its own frame around the view.
-        let f = yugen_optics::Frame::from_normal(z.as_vec3());
-        f.s.as_dvec3()
-    } else {
-        up
-    };
-    let x = up.cross(z).try_normalize()?;
-    Some(DMat4::from_cols(x.extend(0.0), z.cross(x).extend(0.0), z.extend(0.0), origin.extend(1.0)))
-}
-
-/// A spectrum file: a wavelength and a value in each line, `#` starts a comment.
-fn read_spd(bytes: &[u8], path: &Path) -> Result<Spectrum, Error> {
-    let mut s = numbers::Scanner::new(bytes, path);
-    let (mut wavelengths, mut values) = (Vec::new(), Vec::new());
-    loop {
-        s.space();
-        if s.at_end() {
-            break;
-        }
-        if s.rest().starts_with(b"#") {
-            s.next_line();
-            continue;
-        }
-        wavelengths.push(s.float().ok_or_else(|| s.expected("a wavelength in nm"))?);
-        values.push(s.float().ok_or_else(|| s.expected("the value at this wavelength"))?);
-        if !s.at_line_end() {
-            return Err(s.expected("the end of the line"));
-        }
-    }
-    if wavelengths.len() < 2 {
-        return Err(Error::invalid(
-            Place::file(path),
-            "expected at least two lines, each a wavelength and a value",
-        ));
-    }
-    Ok(Spectrum::Table { wavelengths, values })
 }
 
 /// The attributes of one element, parameters put in.
-struct Attributes {
+pub(super) struct Attributes {
     element: String,
-    at: At,
+    pub(super) at: At,
     list: Vec<(String, String, At)>,
 }
 
 impl Attributes {
-    fn get(&self, name: &str) -> Option<(&str, At)> {
+    pub(super) fn get(&self, name: &str) -> Option<(&str, At)> {
         self.list.iter().find(|(n, ..)| n == name).map(|(_, v, at)| (v.as_str(), *at))
     }
-}
-
-/// Words separated by blanks or commas.
-pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
-    text.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty())
-}
-
-/// The start of a text, for messages.
-fn shown(text: &str) -> String {
-    text.chars().take(40).collect()
 }
 
 /// `sampleCount` to `sample_count`, as files before 2.0 write it.

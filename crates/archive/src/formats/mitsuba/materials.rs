@@ -327,7 +327,7 @@ impl Builder<'_> {
         let place = || p.place();
         let list = |text: &str| -> Result<Vec<f64>, Error> {
             let number = |w: &str| w.parse::<f64>().ok().filter(|v| v.is_finite());
-            let all = super::document::words(text).map(|w| {
+            let all = super::values::words(text).map(|w| {
                 number(w).ok_or_else(|| {
                     Error::invalid(p.place(), format!("expected a finite number, found '{w}'"))
                 })

@@ -13,6 +13,7 @@ mod sensors;
 mod shapes;
 #[cfg(test)]
 mod tests;
+mod values;
 
 use super::Options;
 use crate::Error;
@@ -139,7 +140,7 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
                 None => Integrator { kind: IntegratorKind::Aov, ..Integrator::default() },
             };
             let (list, at) = p.string("aovs")?.ok_or_else(|| p.missing("aovs"))?;
-            for item in document::words(list) {
+            for item in values::words(list) {
                 let (_, kind) = item.split_once(':').ok_or_else(|| {
                     Error::invalid(
                         p.place_of(at),
