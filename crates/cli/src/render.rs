@@ -23,7 +23,8 @@ pub struct Render {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// Width and height in pixels instead of the camera's.
+    /// Width and height in pixels instead of the camera's. Where the aspect changes, the field of view stays
+    /// along the axis that the scene gave it for.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
 

@@ -31,7 +31,7 @@ impl Lens {
         let aspect = self.size.x / self.size.y;
         let [near, far] = self.near_far;
         match self.projection {
-            Projection::Perspective { fov_x, aperture_radius, focus_distance, principal_point } => {
+            Projection::Perspective { fov_x, aperture_radius, focus_distance, principal_point, .. } => {
                 let half = (0.5 * fov_x).tan();
                 // +x is to the left, so the picture's x runs against it.
                 let x = (1.0 - 2.0 * (p.x - principal_point.x)) * half;
@@ -74,7 +74,7 @@ impl Lens {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use yugen_archive::scene::Film;
+    use yugen_archive::scene::{Film, FovAxis};
 
     #[test]
     fn the_corners_see_the_field_of_view() {
@@ -83,6 +83,7 @@ mod tests {
             to_world: Mat4::IDENTITY,
             projection: Projection::Perspective {
                 fov_x: std::f32::consts::FRAC_PI_2,
+                fov_axis: FovAxis::X,
                 aperture_radius: 0.0,
                 focus_distance: 1.0,
                 principal_point: Vec2::ZERO,
@@ -108,6 +109,7 @@ mod tests {
             to_world: Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0)),
             projection: Projection::Perspective {
                 fov_x: 0.8,
+                fov_axis: FovAxis::X,
                 aperture_radius: 0.3,
                 focus_distance: 5.0,
                 principal_point: Vec2::ZERO,

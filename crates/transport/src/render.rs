@@ -67,7 +67,7 @@ const STEP: u32 = 16;
 pub struct Options {
     /// Name of the camera; the first of the scene where absent.
     pub camera: Option<String>,
-    /// Width and height instead of the camera's; a crop is scaled with it.
+    /// Width and height instead of the camera's, as [`Camera::resize`] does it.
     pub size: Option<[u32; 2]>,
     /// When to stop; the camera's own number of samples where absent.
     pub budget: Option<Budget>,
@@ -140,20 +140,7 @@ impl Job {
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, PrepareError> {
         let mut camera = choose_camera(scene, options.camera.as_deref())?.clone();
         if let Some([w, h]) = options.size {
-            if let Some(crop) = &mut camera.film.crop {
-                let scale = |v: u32, from: u32, to: u32| {
-                    (u64::from(v) * u64::from(to) / u64::from(from.max(1))) as u32
-                };
-                let old = [camera.film.width, camera.film.height];
-                *crop = [
-                    scale(crop[0], old[0], w),
-                    scale(crop[1], old[1], h),
-                    scale(crop[2], old[0], w).max(1),
-                    scale(crop[3], old[1], h).max(1),
-                ];
-            }
-            camera.film.width = w;
-            camera.film.height = h;
+            camera.resize(w, h);
         }
         let integrator = options.integrator.clone().unwrap_or_else(|| scene.integrator.clone());
         let mut aovs = options.aovs.clone();

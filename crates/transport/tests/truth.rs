@@ -4,7 +4,8 @@ use glam::{Mat4, Vec2, Vec3};
 use std::f32::consts::PI;
 use std::sync::Arc;
 use yugen_archive::scene::{
-    Aov, Camera, Film, Filter, Geometry, Integrator, Light, Material, Mesh, Projection, Scene, Shape, Value,
+    Aov, Camera, Film, Filter, FovAxis, Geometry, Integrator, Light, Material, Mesh, Projection, Scene,
+    Shape, Value,
 };
 use yugen_reflectance::Kind;
 use yugen_transport::render::{Action, Budget, Job, Options, ResumeError};
@@ -18,6 +19,7 @@ fn camera(width: u32, height: u32, from: Vec3, to: Vec3) -> Camera {
         to_world: Mat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), from.extend(1.0)),
         projection: Projection::Perspective {
             fov_x: 0.6,
+            fov_axis: FovAxis::X,
             aperture_radius: 0.0,
             focus_distance: 1.0,
             principal_point: Vec2::ZERO,

@@ -1,6 +1,6 @@
 //! A camera and a light for scenes that bring none.
 
-use super::{Camera, Film, Geometry, Light, Projection, Scene, Shape};
+use super::{Camera, Film, FovAxis, Geometry, Light, Projection, Scene, Shape};
 use glam::{Mat4, Vec2, Vec3};
 
 /// Horizontal field of view of [`Scene::framing_camera`]: a little longer than a normal lens.
@@ -35,6 +35,8 @@ impl Scene {
             to_world: look_along(middle - direction * distance, direction, Vec3::Y),
             projection: Projection::Perspective {
                 fov_x: FOV,
+                // Whatever the picture's shape, nothing is cut off.
+                fov_axis: FovAxis::Smaller,
                 aperture_radius: 0.0,
                 focus_distance: distance,
                 principal_point: Vec2::ZERO,

@@ -3,12 +3,14 @@
 //! Readers (Mitsuba XML, glTF, Yugen's own TOML) fill a [`Scene`]; the reference renderer and the stage
 //! read it. Indices (`TextureId`, …) point into the vectors of the same scene.
 
+mod camera;
 mod fingerprint;
 mod framing;
 mod material;
 mod normals;
 pub mod primitives;
 
+pub use camera::FovAxis;
 pub use framing::look_along;
 pub use material::ModelBuilder;
 
@@ -317,6 +319,8 @@ pub enum Projection {
     Perspective {
         /// Across the full width, radians.
         fov_x: f32,
+        /// What keeps its field of view when the picture gets another aspect.
+        fov_axis: FovAxis,
         /// 0 for a pinhole; scene units.
         aperture_radius: f32,
         /// Where a thin lens is sharp; distance along the axis.

@@ -13,7 +13,7 @@ mod tests;
 
 use super::Options;
 use super::folders::Folders;
-use crate::scene::{Camera, Film, Geometry, Light, MaterialId, Mesh, Projection, Shape, Value};
+use crate::scene::{Camera, Film, FovAxis, Geometry, Light, MaterialId, Mesh, Projection, Shape, Value};
 use crate::{Error, Scene};
 use document::{CameraEntry, Document, LightEntry, Node, Primitive, Skin};
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
@@ -416,6 +416,7 @@ impl Reader<'_> {
                 let fov_x = 2.0 * ((0.5 * p.yfov).tan() * aspect).atan();
                 let projection = Projection::Perspective {
                     fov_x,
+                    fov_axis: FovAxis::Y,
                     aperture_radius: 0.0,
                     focus_distance: 1.0,
                     principal_point: Vec2::ZERO,

@@ -96,7 +96,7 @@ impl Builder<'_> {
             to_world,
             texture,
             scale: p.float("scale", 1.0)? as f32,
-            fov_x: field_of_view(p, aspect)? as f32,
+            fov_x: field_of_view(p, aspect)?.0 as f32,
         })
     }
 

@@ -4,7 +4,7 @@ use super::Builder;
 use super::document::Class;
 use super::properties::Properties;
 use crate::Error;
-use crate::scene::{Camera, Film, Filter, Projection};
+use crate::scene::{Camera, Film, Filter, FovAxis, Projection};
 use glam::Vec2;
 
 /// Pixels along a side of a picture.
@@ -45,8 +45,10 @@ impl Builder<'_> {
                 p.float("principal_point_offset_x", 0.0)? as f32,
                 p.float("principal_point_offset_y", 0.0)? as f32,
             );
+            let (fov_x, fov_axis) = field_of_view(p, aspect)?;
             Projection::Perspective {
-                fov_x: field_of_view(p, aspect)? as f32,
+                fov_x: fov_x as f32,
+                fov_axis,
                 aperture_radius,
                 focus_distance,
                 principal_point,
@@ -64,28 +66,30 @@ impl Builder<'_> {
     }
 }
 
-/// Across the width, in radians, from `fov` and its axis or from `focal_length`.
-pub(super) fn field_of_view(p: Properties, aspect: f64) -> Result<f64, Error> {
+/// Across the width, in radians, and what it was given along: `fov` and its axis, or the diagonal by `focal_length`.
+pub(super) fn field_of_view(p: Properties, aspect: f64) -> Result<(f64, FovAxis), Error> {
     if p.has("fov") && p.has("focal_length") {
         return Err(p.invalid("'fov' and 'focal_length' cannot both be given"));
     }
-    let along = |half_tangent: f64| 2.0 * half_tangent.atan();
-    let diagonal = |half_tangent: f64| along(half_tangent / (1.0 + 1.0 / (aspect * aspect)).sqrt());
+    let across =
+        |half_tangent: f64, axis: FovAxis| Ok((2.0 * (half_tangent * axis.width_share(aspect)).atan(), axis));
     if p.has("fov") {
         let fov = p.float_in("fov", 0.0, |v| v > 0.0 && v < 180.0, "degrees between 0 and 180")?.to_radians();
         let axis = p.choice("fov_axis", "x", &["x", "y", "diagonal", "smaller", "larger"])?;
-        let tangent = (0.5 * fov).tan();
-        return Ok(match (axis, aspect > 1.0) {
-            ("diagonal", _) => diagonal(tangent),
-            ("y", _) | ("smaller", true) | ("larger", false) => along(tangent * aspect),
-            _ => fov,
-        });
+        let axis = match axis {
+            "y" => FovAxis::Y,
+            "diagonal" => FovAxis::Diagonal,
+            "smaller" => FovAxis::Smaller,
+            "larger" => FovAxis::Larger,
+            _ => FovAxis::X,
+        };
+        return across((0.5 * fov).tan(), axis);
     }
     // The focal length of a 35 mm camera, whose frame is 36 x 24 mm; 50 mm where nothing is said.
     let (text, at) = p.string("focal_length")?.map_or(("50mm", None), |(t, at)| (t, Some(at)));
     let millimetres = text.trim().strip_suffix("mm").unwrap_or(text).trim().parse::<f64>();
     match (millimetres, at) {
-        (Ok(f), _) if f > 0.0 && f.is_finite() => Ok(diagonal(36f64.hypot(24.0) / (2.0 * f))),
+        (Ok(f), _) if f > 0.0 && f.is_finite() => across(36f64.hypot(24.0) / (2.0 * f), FovAxis::Diagonal),
         (_, at) => Err(Error::invalid(
             at.map_or(p.place(), |at| p.place_of(at)),
             format!("expected a focal length such as '50mm', found '{text}'"),

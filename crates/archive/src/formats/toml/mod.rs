@@ -9,8 +9,8 @@ mod tests;
 use super::Options;
 use super::folders::Folders;
 use crate::scene::{
-    Aov, Camera, Film, Filter, Integrator, IntegratorKind, Light, Material, MaterialId, Mesh, Projection,
-    Texture, TextureId, look_along,
+    Aov, Camera, Film, Filter, FovAxis, Integrator, IntegratorKind, Light, Material, MaterialId, Mesh,
+    Projection, Texture, TextureId, look_along,
 };
 use crate::{Error, Place, Scene};
 use ::toml::de::DeTable;
@@ -251,12 +251,13 @@ impl<'a> Reader<'a> {
         let projection = match (fov, fov_y, width) {
             (fov, None, None) => {
                 let fov_x = fov.map_or(Ok(40.0), |i| i.number_in(0.01, 179.0))?.to_radians();
-                Projection::Perspective { fov_x, aperture_radius, focus_distance, principal_point }
+                let fov_axis = FovAxis::X;
+                Projection::Perspective { fov_x, fov_axis, aperture_radius, focus_distance, principal_point }
             }
             (None, Some(fov_y), None) => {
                 let half = 0.5 * fov_y.number_in(0.01, 179.0)?.to_radians();
-                let fov_x = 2.0 * (half.tan() / aspect).atan();
-                Projection::Perspective { fov_x, aperture_radius, focus_distance, principal_point }
+                let (fov_x, fov_axis) = (2.0 * (half.tan() / aspect).atan(), FovAxis::Y);
+                Projection::Perspective { fov_x, fov_axis, aperture_radius, focus_distance, principal_point }
             }
             (None, None, Some(width)) => {
                 let half = 0.5 * width.number_in(1e-9, 1e12)?;
