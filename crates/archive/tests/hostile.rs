@@ -9,7 +9,7 @@ use yugen_archive::formats::image::rows::Rows;
 use yugen_archive::formats::image::{ReadOptions, WriteOptions, read_bytes, write_bytes};
 use yugen_archive::formats::relightable::{Basis, Colouring, Relightable};
 use yugen_archive::formats::{
-    Options, btf, gltf, lp, merl, mitsuba, obj, ply, ptm, relight, rti, serialized, stack, toml,
+    Options, btf, gltf, lp, merl, mitsuba, obj, ply, ptm, relight, rti, serialized, stack, toml, wif,
 };
 use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Image};
@@ -771,6 +771,32 @@ fn maps_of_a_cloth() {
         Err(e) => {
             assert!(e.to_string().contains(FILE), "{e}");
             false
+        }
+    });
+}
+
+#[test]
+fn weaving_drafts() {
+    let seed = b"junk\n[WIF]\nVersion=1.1\n[TEXT]\nTitle=seed\n[WEAVING]\nRising Shed=true\nTreadles=4\nShafts=4\n\
+        [WARP]\nThreads=6\nColor=1\nSpacing=0.2\nUnits=centimeters\n[WEFT]\nThreads=4\nColor=2\nSpacing=0.1\n\
+        Units=inches\n[THREADING]\n1=1\n2=2\n3=3\n4=4\n5=1,2\n6\n[TIEUP]\n1=1,2\n2=2,3\n3=3,4\n4=4,1\n[TREADLING]\n\
+        1=1\n2=2,3\n3=0\n4=\n[COLOR PALETTE]\nRange=0,999\nEntries=2\n[COLOR TABLE]\n1=999,999,999\n2=500,0,10\n\
+        [WARP COLORS]\n2=2\n[WEFT THICKNESS]\n1=0.05\n";
+    let plan = String::from_utf8_lossy(seed).replace("[TREADLING]", "[LIFTPLAN]").into_bytes();
+    assault("wif", &[seed.to_vec(), plan], |b| {
+        match wif::read(b, Path::new(FILE), ColourSpace::LinearSrgb) {
+            Ok(draft) => {
+                let cells = draft.warp.len() * draft.weft.len();
+                assert!(cells > 1 << 16 || draft.drawdown().len() == cells);
+                assert!(
+                    draft.warp.iter().chain(&draft.weft).all(|t| t.colour.is_finite() && t.spacing >= 0.0)
+                );
+                true
+            }
+            Err(e) => {
+                assert!(e.to_string().contains(FILE), "{e}");
+                false
+            }
         }
     });
 }

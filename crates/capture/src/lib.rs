@@ -7,5 +7,6 @@ pub mod fit;
 mod rows;
 pub mod simulate;
 mod stack;
+pub mod weave;
 
 pub use stack::{Lights, Stack};

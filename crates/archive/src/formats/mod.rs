@@ -21,6 +21,7 @@ pub mod rti;
 pub mod serialized;
 pub mod stack;
 pub mod toml;
+pub mod wif;
 
 use crate::{Error, Place, Scene, read_bounded};
 use std::path::{Path, PathBuf};
