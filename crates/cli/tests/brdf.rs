@@ -209,9 +209,18 @@ fn convert_writes_tables_that_are_near_their_source() {
     assert!(mean < 1e-5 && largest < 1e-5, "{mean} {largest}");
     good(&["eval", gonio, "--wi", "0,0,1", "--wo", "0,0,1"]);
 
-    assert!(bad(&["convert", "lambert", "a.bsdf"]).contains("can be read, not written"));
+    // On GGX the warps of a .bsdf fit: measured 0.06 %. On a brushed Ward lobe 2.8 %, most of it in the tails that
+    // Ward's Gaussian lacks and GGX has.
+    let bsdf = scratch("converted.bsdf");
+    let bsdf = bsdf.to_str().unwrap();
+    for (model, most) in [("ggx", 0.0025), ("ward", 0.11)] {
+        let (mean, _) = converted(&[model, bsdf, "--space", "srgb"]);
+        assert!(mean > 0.0 && mean < most, "{model}: {mean}");
+        good(&["eval", bsdf, "--wi", "0,0.6,0.8", "--wo", "0,0,1"]);
+    }
+
     assert!(bad(&["convert", "lambert", "a.binari"]).contains("binary"));
     assert!(bad(&["convert", "conductor", merl]).contains("single directions"));
-    assert!(bad(&["convert", "microcylinder", merl]).contains("write a .gonio"));
+    assert!(bad(&["convert", "microcylinder", merl]).contains("write a .gonio or a .bsdf"));
     assert!(bad(&["convert", "lambert", gonio, "--step", "0"]).contains("1 to 30 degrees"));
 }

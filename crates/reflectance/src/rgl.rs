@@ -51,6 +51,18 @@ pub struct Measurement {
     pub jacobian: bool,
 }
 
+/// The azimuths of the eye of [`Measurement::of`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sweep {
+    /// One: the material is the same however it is turned.
+    None,
+    /// So many (at least three) over a quarter turn: the material is its own mirror image along and across the
+    /// tangent.
+    Quarter(usize),
+    /// So many (at least three) over the whole turn.
+    Whole(usize),
+}
+
 const HEADER: usize = 10;
 
 impl Measurement {
@@ -145,11 +157,12 @@ impl Measurement {
     }
 
     /// A virtual gonioreflectometer: measures `f(wo, wi)` (1/sr, without the cosine) with the warps of a GGX
-    /// surface of roughness `ax`, `ay`, at `n_theta` polar angles of the eye and, where `ax` is not `ay`, 9
-    /// azimuths of a quarter turn. The warps have `fine`², the colours `coarse`² nodes.
+    /// surface of roughness `ax`, `ay`, at `n_theta` polar angles of the eye and the azimuths of `sweep`. The warps
+    /// have `fine`², the colours `coarse`² nodes.
     pub fn of(
         f: impl Fn(Vec3, Vec3) -> Vec3,
         (ax, ay): (f32, f32),
+        sweep: Sweep,
         n_theta: usize,
         fine: usize,
         coarse: usize,
@@ -160,8 +173,12 @@ impl Measurement {
         };
         let theta: Vec<f32> =
             (0..n_theta).map(|i| (i as f32 / (n_theta - 1) as f32) * (FRAC_PI_2 - 0.02)).collect();
-        let phi: Vec<f32> =
-            if ax == ay { vec![0.0] } else { (0..9).map(|i| -PI + FRAC_PI_2 * i as f32 / 8.0).collect() };
+        let spread = |n: usize, turn: f32| (0..n).map(|i| -PI + turn * i as f32 / (n - 1) as f32).collect();
+        let phi: Vec<f32> = match sweep {
+            Sweep::None => vec![0.0],
+            Sweep::Quarter(n) => spread(n, FRAC_PI_2),
+            Sweep::Whole(n) => spread(n, TAU),
+        };
         let over = |n: usize, value: &dyn Fn(Vec2) -> f32| Grid {
             width: n,
             height: n,
@@ -178,7 +195,7 @@ impl Measurement {
             ..Self::default()
         };
         for &phi_o in &phi {
-            let turn = if ax == ay { phi_o } else { 0.0 };
+            let turn = if sweep == Sweep::None { phi_o } else { 0.0 };
             for &theta_o in &theta {
                 let wo = spherical(theta_o, phi_o);
                 m.vndf.values.extend(
@@ -537,9 +554,9 @@ impl Model for Rgl {
     ];
 
     fn preset(name: &str, space: ColourSpace) -> Option<(Self, Vec<f32>)> {
-        let (ax, ay) = match name {
-            "brushed_copper" => (0.15, 0.35),
-            "copper" => (0.25, 0.25),
+        let ((ax, ay), sweep) = match name {
+            "brushed_copper" => ((0.15, 0.35), Sweep::Quarter(9)),
+            "copper" => ((0.25, 0.25), Sweep::None),
             _ => return None,
         };
         let facets = Microfacets::new(Distribution::Ggx, Masking::HeightCorrelated, ax, ay);
@@ -551,7 +568,7 @@ impl Model for Rgl {
             let i = (x as usize).min(31);
             f * tint[i].lerp(tint[i + 1], x - i as f32).clamp(Vec3::ZERO, Vec3::ONE)
         };
-        Some((Self::default(), Measurement::of(f, (ax, ay), 10, 64, 32).to_data()))
+        Some((Self::default(), Measurement::of(f, (ax, ay), sweep, 10, 64, 32).to_data()))
     }
 
     fn bake(&self, data: &[f32]) -> Result<Vec<f32>, ModelError> {
@@ -602,10 +619,12 @@ mod tests {
 
     #[test]
     fn the_virtual_measurement_gives_the_model_back() {
-        for (ax, ay) in [(0.3, 0.3), (0.25, 0.5)] {
+        for (ax, ay, sweep) in
+            [(0.3, 0.3, Sweep::None), (0.25, 0.5, Sweep::Quarter(9)), (0.25, 0.5, Sweep::Whole(33))]
+        {
             let facets = Microfacets::new(Distribution::Ggx, Masking::HeightCorrelated, ax, ay);
             let f = |wo: Vec3, wi: Vec3| facets.reflect(wo, wi).0 * Vec3::new(0.9, 0.5, 0.2) + 0.05;
-            let table = Rgl::default().bake(&Measurement::of(f, (ax, ay), 16, 96, 32).to_data()).unwrap();
+            let table = Rgl::default().bake(&Measurement::of(f, (ax, ay), sweep, 16, 96, 32).to_data()).unwrap();
             let mut rng = Pcg32::new(11, 3);
             let (mut errors, mut n) = (Vec::new(), 0);
             while n < 3000 {

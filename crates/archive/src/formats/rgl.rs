@@ -293,13 +293,15 @@ mod tests {
     use yugen_optics::frame::spherical;
     use yugen_optics::spectrum::reflectance_rgb;
     use yugen_reflectance::microfacet::{Distribution, Masking, Microfacets};
+    use yugen_reflectance::rgl::Sweep;
     use yugen_reflectance::{Bsdf, Kind};
 
     /// GGX with a little Lambert, as if measured.
     fn measured(ax: f32, ay: f32) -> Measurement {
         let facets = Microfacets::new(Distribution::Ggx, Masking::HeightCorrelated, ax, ay);
         let f = |wo: Vec3, wi: Vec3| facets.reflect(wo, wi).0 * Vec3::new(0.9, 0.5, 0.2) + 0.05;
-        Measurement::of(f, (ax, ay), 8, 32, 16)
+        let sweep = if ax == ay { Sweep::None } else { Sweep::Quarter(9) };
+        Measurement::of(f, (ax, ay), sweep, 8, 32, 16)
     }
 
     fn parse(bytes: &[u8]) -> Result<Measurement, Error> {

@@ -7,25 +7,27 @@ use serde_json::json;
 use std::f32::consts::TAU;
 use std::path::PathBuf;
 use yugen_archive::atomic_write;
-use yugen_archive::formats::{goniometer, measured, merl};
+use yugen_archive::formats::{goniometer, measured, merl, rgl};
 use yugen_optics::frame::spherical;
 use yugen_optics::random::Pcg32;
 use yugen_optics::{Mat3, Vec3};
 use yugen_reflectance::merl::tabulate;
+use yugen_reflectance::rgl::{Measurement, Sweep};
 use yugen_reflectance::tabulated::Goniometry;
 use yugen_reflectance::{Bsdf, Kind};
 
-/// Writes a model or a measurement as a MERL .binary or a goniometer .gonio, reads it back and says how far the two
-/// are apart.
+/// Writes a model or a measurement as a MERL .binary, a goniometer .gonio or an RGL .bsdf (for Mitsuba's `measured`),
+/// reads it back and says how far the two are apart.
 #[derive(Args)]
 pub struct Convert {
     #[command(flatten)]
     subject: Subject,
 
-    /// Where to: NAME.binary (isotropic materials only) or NAME.gonio.
+    /// Where to: NAME.binary (isotropic materials only), NAME.gonio or NAME.bsdf.
     output: PathBuf,
 
-    /// Between the angles of a .gonio, degrees; azimuths of the eye are three times as far apart.
+    /// Between the angles of a .gonio, or the eye's of a .bsdf, degrees; azimuths of the eye are three times as far
+    /// apart.
     #[arg(long, value_name = "DEG", default_value_t = 5.0)]
     step: f32,
 
@@ -57,12 +59,12 @@ impl Convert {
         let isotropic = is_isotropic(&bsdf);
         let bytes = match target {
             Kind::Merl if !isotropic => bail!(
-                "{} changes as the surface turns, which a MERL table cannot hold; write a .gonio",
+                "{} changes as the surface turns, which a MERL table cannot hold; write a .gonio or a .bsdf",
                 self.subject.title()
             ),
             Kind::Merl => merl::write(&tabulate(|wo, wi| bsdf.eval(wo, wi)), space),
             Kind::Tabulated => goniometer::write(&self.read_off(&bsdf, isotropic), space).into_bytes(),
-            other => bail!("{} files can be read, not written; expected .binary or .gonio", other.name()),
+            _ => rgl::write(&self.measure(&bsdf, isotropic), &self.subject.title(), space),
         };
         atomic_write(&self.output, &bytes)?;
 
@@ -96,6 +98,22 @@ impl Convert {
         Ok(())
     }
 
+    /// A measurement of the kind that .bsdf files hold.
+    fn measure(&self, bsdf: &Bsdf, isotropic: bool) -> Measurement {
+        let nodes = |turn: f32, step: f32| (turn / step).round() as usize + 1;
+        let (ax, ay) = roughness(bsdf);
+        let mean = 0.5 * (ax + ay);
+        // Where thousands of pairs of grids must be kept, they are half as fine.
+        let (alpha, sweep, fine, coarse) = if isotropic {
+            ((mean, mean), Sweep::None, 128, 128)
+        } else if is_its_own_mirror_image(bsdf) {
+            ((ax, ay), Sweep::Quarter(nodes(90.0, 3.0 * self.step).max(3)), 64, 64)
+        } else {
+            ((ax, ay), Sweep::Whole(nodes(360.0, 3.0 * self.step)), 64, 64)
+        };
+        Measurement::of(|wo, wi| bsdf.eval(wo, wi), alpha, sweep, nodes(90.0, self.step), fine, coarse)
+    }
+
     /// A goniometer's readings of a model.
     fn read_off(&self, bsdf: &Bsdf, isotropic: bool) -> Goniometry {
         let steps = |turn: f32, step: f32| (turn / step).round().max(1.0) as usize;
@@ -119,15 +137,49 @@ fn pair(rng: &mut Pcg32) -> (Vec3, Vec3) {
     (draw(), draw())
 }
 
-fn is_isotropic(bsdf: &Bsdf) -> bool {
+/// Whether f stays as it is when both directions go through a map, which gets a random number.
+fn keeps(bsdf: &Bsdf, map: impl Fn(f32) -> Mat3) -> bool {
     let mut rng = Pcg32::new(11, 5);
     (0..400).all(|_| {
         let (wo, wi) = pair(&mut rng);
-        let turn = Mat3::from_rotation_z(TAU * rng.next_f32());
-        let (a, b) = (bsdf.eval(wo, wi), bsdf.eval(turn * wo, turn * wi));
+        let map = map(rng.next_f32());
+        let (a, b) = (bsdf.eval(wo, wi), bsdf.eval(map * wo, map * wi));
         // Far above rounding, which a steep lobe multiplies, and far below any anisotropy worth the name.
         (a - b).abs().max_element() <= 1e-2 * a.max(b).max_element() + 1e-6
     })
+}
+
+fn is_isotropic(bsdf: &Bsdf) -> bool {
+    keeps(bsdf, |u| Mat3::from_rotation_z(TAU * u))
+}
+
+fn is_its_own_mirror_image(bsdf: &Bsdf) -> bool {
+    [Vec3::new(-1.0, 1.0, 1.0), Vec3::new(1.0, -1.0, 1.0)]
+        .into_iter()
+        .all(|signs| keeps(bsdf, |_| Mat3::from_diagonal(signs)))
+}
+
+/// Roughness along and across the tangent of the GGX surface that reflects an eye head on as widely: half of the
+/// light comes by facets whose slope along an axis is below α/√3.
+fn roughness(bsdf: &Bsdf) -> (f32, f32) {
+    let mut rng = Pcg32::new(7, 2);
+    let draws: Vec<(Vec3, f32)> = (0..4096)
+        .filter_map(|_| bsdf.sample(Vec3::Z, rng.next_vec3()))
+        .map(|s| (s.wi + Vec3::Z, s.weight.element_sum()))
+        .collect();
+    let half = 0.5 * draws.iter().map(|d| d.1).sum::<f32>();
+    let along = |axis: usize| {
+        let mut slopes: Vec<(f32, f32)> = draws.iter().map(|(h, w)| ((h[axis] / h.z).abs(), *w)).collect();
+        slopes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut sum = 0.0;
+        let median = slopes.iter().find(|(_, w)| {
+            sum += w;
+            sum >= half
+        });
+        // Below 0.02 the lobe would fall between the grid's nodes; a black surface has no width.
+        median.map_or(1.0, |m| 3f32.sqrt() * m.0).clamp(0.02, 1.0)
+    };
+    (along(0), along(1))
 }
 
 struct Difference {
