@@ -5,6 +5,7 @@
 
 pub mod fit;
 mod rows;
+pub mod rti;
 pub mod simulate;
 mod stack;
 pub mod weave;

@@ -66,6 +66,23 @@ impl Stack {
         }
     }
 
+    /// The same band under some of its lights only, in the order in which they are named.
+    pub fn select(&self, lights: &[usize]) -> Self {
+        let chosen = |v: &[Vec3]| lights.iter().map(|l| v[*l]).collect();
+        Self {
+            lights: match &self.lights {
+                Lights::Distant(v) => Lights::Distant(chosen(v)),
+                Lights::Near(v) => Lights::Near(chosen(v)),
+            },
+            values: self
+                .values
+                .chunks_exact(self.lights.len().max(1))
+                .flat_map(|texel| lights.iter().map(|l| texel[*l]))
+                .collect(),
+            ..*self
+        }
+    }
+
     /// All samples of texel (x, y) of the band, one a light.
     pub fn samples(&self, x: usize, y: usize) -> &[[f32; 3]] {
         let n = self.lights.len();

@@ -1,0 +1,104 @@
+//! Reflectance transformation imaging: a picture as a function of its light, texel by texel.
+//!
+//! [`fit`] makes polynomial texture maps and hemispherical harmonics of a stack, [`rbf`] interpolates between the lights
+//! of a stack, [`light`] shows any of them, or a fitted cloth, under lamps and environments, and [`holdout`] says
+//! which of them predicts photographs it has not seen.
+//!
+//! Values are display values, as the tools of the field have them: what an eight-bit photograph would show, from 0 to
+//! 1, unless [`Encoding::Linear`] is asked for.
+
+mod basis;
+pub mod fit;
+pub mod holdout;
+pub mod light;
+pub mod rbf;
+mod solve;
+
+pub use basis::evaluate;
+
+use crate::Stack;
+use std::sync::LazyLock;
+use yugen_optics::colour::{linear_to_srgb, srgb_to_linear};
+
+/// What the numbers of a relightable picture mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Encoding {
+    /// sRGB display values of what lies between black and white, the rest cut off: as photographs are.
+    #[default]
+    Srgb,
+    /// Proportional to light.
+    Linear,
+}
+
+/// The curve of sRGB at 4096 steps; between them a straight line is nearer than 2e-5, a two-hundredth of a grey level.
+static CURVE: LazyLock<Vec<f32>> =
+    LazyLock::new(|| (0..=STEPS + 1).map(|i| linear_to_srgb((i as f32 / STEPS as f32).min(1.0))).collect());
+const STEPS: usize = 4096;
+
+impl Encoding {
+    /// From light; what is not a number stays so.
+    #[inline]
+    pub fn encode(self, light: f32) -> f32 {
+        match self {
+            Self::Linear => light,
+            Self::Srgb => {
+                let x = light.clamp(0.0, 1.0) * STEPS as f32;
+                // What is not a number becomes index 0 and comes back with the fraction.
+                let i = x as usize;
+                let (a, b) = (CURVE[i], CURVE[i + 1]);
+                a + (b - a) * (x - i as f32)
+            }
+        }
+    }
+
+    /// To light, never negative.
+    #[inline]
+    pub fn decode(self, value: f32) -> f32 {
+        match self {
+            Self::Linear => value.max(0.0),
+            Self::Srgb => srgb_to_linear(value.max(0.0)),
+        }
+    }
+}
+
+/// Why a stack cannot be fitted.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RtiError {
+    /// Not enough to learn from.
+    #[error("{what} needs at least {least} lights; the stack has {lights}")]
+    TooFewLights {
+        /// Lights of the stack.
+        lights: usize,
+        /// What was to be fitted.
+        what: &'static str,
+        /// How many it takes.
+        least: usize,
+    },
+    /// A texel has all its readings from lights in one place or on one line.
+    #[error("the lights stand on one line as seen from the sample; interpolation needs three that do not")]
+    LightsOnALine,
+}
+
+/// The readings of a texel under lights of the same irradiance, encoded, with zeros after them; what is masked becomes
+/// NaN in all channels. Returns whether any is.
+fn readings(stack: &Stack, x: usize, y: usize, encoding: Encoding, out: &mut [[f32; 3]]) -> bool {
+    let samples = stack.samples(x, y);
+    let near = matches!(stack.lights, crate::Lights::Near(_));
+    let mut sum = 0.0;
+    for (light, (out, sample)) in out.iter_mut().zip(samples).enumerate() {
+        let scale = if near { 1.0 / stack.light(light, x, y).1 } else { 1.0 };
+        *out = sample.map(|v| encoding.encode(v * scale));
+        // A sum is no number as soon as one of its parts is none.
+        sum += out[0] + out[1] + out[2];
+    }
+    let masked = !sum.is_finite();
+    if masked {
+        for v in out.iter_mut().filter(|v| v.iter().any(|v| !v.is_finite())) {
+            *v = [f32::NAN; 3];
+        }
+    }
+    masked
+}
+
+#[cfg(test)]
+mod tests;
