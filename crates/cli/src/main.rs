@@ -1,6 +1,7 @@
 //! The `yugen` command: one file per verb.
 
 mod brdf;
+mod capture;
 mod render;
 
 use clap::{Parser, Subcommand};
@@ -24,6 +25,8 @@ enum Verb {
     Render(render::Render),
     #[command(subcommand)]
     Brdf(brdf::Brdf),
+    #[command(subcommand)]
+    Capture(capture::Capture),
 }
 
 fn main() -> ExitCode {
@@ -39,6 +42,7 @@ fn main() -> ExitCode {
     let outcome = match yugen.verb {
         Verb::Render(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
+        Verb::Capture(verb) => verb.run(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -10,13 +10,16 @@
 // Matrices are written with their indices, as in the books.
 #![allow(clippy::needless_range_loop)]
 
+pub mod compare;
 mod lanes;
 mod model;
 mod prior;
 mod refine;
+mod smooth;
 mod start;
 
 pub use prior::Prior;
+pub use smooth::smooth_tangents;
 
 use crate::{Lights, Stack};
 use glam::Vec3;

@@ -148,7 +148,7 @@ pub(crate) fn solve<const K: usize>(mut h: [[f64; K]; K], mut g: [f64; K]) -> Op
             let dot: f64 = (0..j).map(|k| h[i][k] * h[j][k]).sum();
             let v = h[i][j] - dot;
             if i == j {
-                if !(v > 1e-12 * largest) {
+                if v.is_nan() || v <= 1e-12 * largest {
                     return None;
                 }
                 h[i][i] = v.sqrt();

@@ -1,3 +1,4 @@
+use super::compare::{errors, failed, quantile};
 use super::*;
 use crate::Lights;
 use glam::Vec2;
@@ -71,34 +72,11 @@ fn photograph(texels: &[Texel], lights: &[Vec3], rng: &mut Pcg32) -> Stack {
     Stack { width, height, first_row: 0, rows: height, lights: Lights::Distant(lights.to_vec()), values }
 }
 
-/// Errors of ρ_d, ρ_s, n, t, σ_x, σ_y: relative, and degrees.
-fn errors(got: &Texel, want: &Texel) -> [f32; 6] {
-    let angle = |c: f32| c.clamp(0.0, 1.0).acos().to_degrees();
-    let relative = |a: f32, b: f32| (a - b).abs() / b.max(0.01);
-    // acos is blind below a fortieth of a degree in f32; the sine is not.
-    let small = |a: Vec3, b: Vec3| {
-        let s = a.cross(b).length();
-        if s < 0.1 { s.asin().to_degrees() } else { angle(a.dot(b).abs()) }
-    };
-    [
-        relative(got.diffuse.element_sum(), want.diffuse.element_sum()),
-        relative(got.specular.element_sum(), want.specular.element_sum()),
-        small(got.normal, want.normal),
-        small(got.tangent, want.tangent),
-        relative(got.sigma.x, want.sigma.x),
-        relative(got.sigma.y, want.sigma.y),
-    ]
-}
-
-fn quantile(all: &mut [f32], q: f32) -> f32 {
-    all.sort_unstable_by(f32::total_cmp);
-    all[((all.len() - 1) as f32 * q).round() as usize]
-}
-
 fn summary(fitted: &[Fitted], truth: &[Texel]) -> [[f32; 6]; 2] {
     let each: Vec<[f32; 6]> = fitted.iter().zip(truth).map(|(f, t)| errors(&f.texel, t)).collect();
-    [0.5, 0.9]
-        .map(|q| std::array::from_fn(|i| quantile(&mut each.iter().map(|e| e[i]).collect::<Vec<_>>(), q)))
+    [0.5, 0.9].map(|q| {
+        std::array::from_fn(|i| quantile(&mut each.iter().map(|e| e[i]).collect::<Vec<_>>(), q).unwrap())
+    })
 }
 
 fn print(lights: usize, [median, ninety]: &[[f32; 6]; 2]) {
@@ -176,11 +154,6 @@ fn twill(side: usize, rng: &mut Pcg32) -> Vec<Texel> {
         }
     }
     texels
-}
-
-/// A texel has failed where its tangent is off by 10°, its normal by 3° or a width by a quarter.
-fn failed(e: &[f32; 6]) -> bool {
-    e[2] > 3.0 || e[3] > 10.0 || e[4] > 0.25 || e[5] > 0.25
 }
 
 #[test]

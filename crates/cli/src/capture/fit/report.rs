@@ -1,0 +1,144 @@
+//! What a fit says about itself.
+
+use anyhow::{Context, Result};
+use serde_json::{Map as Json, json};
+use std::path::Path;
+use yugen_archive::formats::btf::maps::{self, Map};
+use yugen_capture::fit::compare::{NAMES, errors, failed, quantile};
+use yugen_optics::Vec3;
+use yugen_reflectance::btf::Btf;
+
+pub struct Report<'a> {
+    pub output: &'a Path,
+    pub maps: &'a Btf,
+    pub residuals: &'a [f32],
+    /// Texels without enough usable readings.
+    pub masked: usize,
+    pub lights: usize,
+    pub learned: bool,
+    pub seconds: f64,
+    pub truth: Option<&'a Btf>,
+}
+
+/// Below this confidence a texel counts as undecided.
+const UNSURE: f32 = 0.1;
+
+/// An error of this much is white in the pictures: parts of albedos and widths, degrees of directions.
+const WHITE: [f32; 6] = [0.2, 0.2, 5.0, 20.0, 0.2, 0.2];
+
+impl Report<'_> {
+    fn errors(&self) -> Option<Vec<Option<[f32; 6]>>> {
+        let each = self.maps.texels.iter().zip(&self.truth?.texels);
+        // Where there is no cloth there is nothing to find.
+        Some(
+            each.map(|(got, want)| {
+                (got.confidence > 0.0 && want.confidence > 0.0).then(|| errors(got, want))
+            })
+            .collect(),
+        )
+    }
+
+    /// To the terminal, or as JSON for scripts.
+    pub fn print(&self, as_json: bool) {
+        let texels = self.maps.texels.len();
+        let used = || self.maps.texels.iter().zip(self.residuals).filter(|(_, r)| **r > 0.0);
+        let mut confidence: Vec<f32> = used().map(|(t, _)| t.confidence).collect();
+        let unsure = confidence.iter().filter(|c| **c < UNSURE).count();
+        let confidence = quantile(&mut confidence, 0.5).unwrap_or(0.0);
+        let mut residuals: Vec<f32> = used().map(|(_, r)| *r).collect();
+        let residual = [0.5, 0.9].map(|q| quantile(&mut residuals, q).unwrap_or(0.0));
+        let errors = self.errors();
+        let compared: Vec<[f32; 6]> = errors.iter().flatten().flatten().copied().collect();
+        let found = |q: f32| -> [f32; 6] {
+            std::array::from_fn(|i| {
+                quantile(&mut compared.iter().map(|e| e[i]).collect::<Vec<_>>(), q).unwrap_or(0.0)
+            })
+        };
+        let (median, ninety) = (found(0.5), found(0.9));
+        let failures = compared.iter().filter(|e| failed(e)).count();
+        if as_json {
+            let mut report = json!({
+                "output": self.output.display().to_string(),
+                "width": self.maps.width,
+                "height": self.maps.height,
+                "lights": self.lights,
+                "masked": self.masked,
+                "unsure": unsure,
+                "learned": self.learned,
+                "median_confidence": confidence,
+                "residual": { "median": residual[0], "ninety": residual[1] },
+                "seconds": self.seconds,
+                "texels_per_second": texels as f64 / self.seconds,
+            });
+            if errors.is_some() {
+                let by_name = |e: &[f32; 6]| -> Json<String, serde_json::Value> {
+                    NAMES.iter().zip(e).map(|(n, v)| (n.to_string(), json!(v))).collect()
+                };
+                report["errors"] = json!({
+                    "texels": compared.len(),
+                    "median": by_name(&median),
+                    "ninety": by_name(&ninety),
+                    "failed": failures,
+                });
+            }
+            println!("{report}");
+            return;
+        }
+        println!(
+            "{}: {} x {} texels from {} lights in {:.1} s ({:.0} texels/s)",
+            self.output.display(),
+            self.maps.width,
+            self.maps.height,
+            self.lights,
+            self.seconds,
+            texels as f64 / self.seconds
+        );
+        println!(
+            "{} masked, {unsure} undecided (confidence below {UNSURE}); median confidence {confidence:.2}; residual {:.2} \
+             standard deviations (90 % of texels below {:.2})",
+            self.masked, residual[0], residual[1]
+        );
+        if errors.is_some() {
+            let row = |name: &str, e: &[f32; 6]| {
+                println!(
+                    "{name:<16}{:8.2} % {:8.2} % {:8.3}° {:8.3}° {:8.2} % {:8.2} %",
+                    100.0 * e[0],
+                    100.0 * e[1],
+                    e[2],
+                    e[3],
+                    100.0 * e[4],
+                    100.0 * e[5]
+                );
+            };
+            println!("against the truth    rho_d      rho_s         n         t    sigma_x    sigma_y");
+            row("median", &median);
+            row("90th percentile", &ninety);
+            println!(
+                "{:.1} % failed (normal off by 3°, tangent by 10° or a width by a quarter)",
+                100.0 * failures as f64 / compared.len().max(1) as f64
+            );
+        }
+    }
+
+    /// Pictures of maps, residual and errors.
+    pub fn pictures(&self, folder: &Path) -> Result<()> {
+        std::fs::create_dir_all(folder).with_context(|| format!("{}", folder.display()))?;
+        for map in Map::ALL {
+            maps::save(&folder.join(format!("{}.png", map.name())), self.maps, map)?;
+        }
+        let (w, h) = (self.maps.width, self.maps.height);
+        // Ten standard deviations are white.
+        let residuals = self.residuals.iter().map(|r| Vec3::splat(0.1 * r));
+        maps::save_numbers(&folder.join("residual.png"), w, h, residuals)?;
+        if let Some(errors) = self.errors() {
+            for (i, (name, white)) in NAMES.iter().zip(WHITE).enumerate() {
+                // What could not be compared is blue.
+                let value =
+                    |e: &Option<[f32; 6]>| e.map_or(Vec3::new(0.0, 0.0, 0.5), |e| Vec3::splat(e[i] / white));
+                let path = folder.join(format!("error_{name}.png"));
+                maps::save_numbers(&path, w, h, errors.iter().map(value))?;
+            }
+        }
+        Ok(())
+    }
+}

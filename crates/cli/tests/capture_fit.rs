@@ -1,0 +1,135 @@
+//! `yugen capture fit` from outside.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use yugen_archive::formats::image::{self, WriteOptions};
+use yugen_archive::formats::{btf, lp, stack};
+use yugen_optics::frame::spherical;
+use yugen_optics::{ColourSpace, Frame, Image, Vec2, Vec3};
+use yugen_reflectance::btf::{Btf, Texel};
+use yugen_reflectance::noh::Noh;
+use yugen_reflectance::{Choice, Model};
+
+const SIZE: [usize; 2] = [24, 40];
+const LIGHTS: usize = 60;
+
+fn yugen(args: &[&str]) -> (bool, String, String) {
+    let out = Command::new(env!("CARGO_BIN_EXE_yugen")).arg("capture").args(args).output().unwrap();
+    (out.status.success(), String::from_utf8(out.stdout).unwrap(), String::from_utf8(out.stderr).unwrap())
+}
+
+/// Two threads side by side, normals turning across them.
+fn cloth() -> Btf {
+    let texels = (0..SIZE[0] * SIZE[1]).map(|i| {
+        let (x, y) = (i % SIZE[0], i / SIZE[0]);
+        let gold = x / 6 % 2 == 0;
+        let tilt = (x % 6) as f32 / 10.0 - 0.25;
+        let normal = Vec3::new(tilt, 0.01 * (y % 7) as f32, 1.0).normalize();
+        let frame = Frame::from_normal_tangent(normal, Vec3::new(0.1, 1.0, 0.0));
+        let (diffuse, specular, sigma) = if gold {
+            (Vec3::ZERO, Vec3::new(0.7, 0.55, 0.25), Vec2::new(0.3, 0.12))
+        } else {
+            (Vec3::new(0.35, 0.05, 0.03), Vec3::splat(0.1), Vec2::new(0.4, 0.2))
+        };
+        Texel { diffuse, specular, normal: frame.n, tangent: frame.s, sigma, confidence: 1.0 }
+    });
+    Btf { width: SIZE[0], height: SIZE[1], colour_space: ColourSpace::LinearSrgb, texels: texels.collect() }
+}
+
+fn photograph(folder: &Path, cloth: &Btf, lights: usize) {
+    std::fs::create_dir_all(folder).unwrap();
+    let mut entries = Vec::new();
+    for i in 0..lights {
+        let z = 1.0 - 0.74 * (i as f32 + 0.5) / lights as f32;
+        let light = spherical(z.acos(), 2.399_963_2 * i as f32);
+        let mut picture = Image::rgb(SIZE[0], SIZE[1]);
+        for (pixel, t) in picture.data.chunks_exact_mut(3).zip(&cloth.texels) {
+            let frame = Frame { s: t.tangent, t: t.normal.cross(t.tangent), n: t.normal };
+            let (wo, wi) = (frame.to_local(Vec3::Z), frame.to_local(light));
+            let noh = Noh {
+                rho_d: t.diffuse,
+                rho_s: t.specular,
+                sigma_x: t.sigma.x,
+                sigma_y: t.sigma.y,
+                grazing: 0.0,
+                form: Choice(0.0),
+            };
+            let v = noh.eval(&[], wo, wi) * (std::f32::consts::PI * wi.z.max(0.0));
+            pixel.copy_from_slice(&v.to_array());
+        }
+        let file = format!("{i:03}.exr");
+        image::write(&folder.join(&file), &picture, &WriteOptions::from(cloth.colour_space)).unwrap();
+        entries.push(lp::Entry { file, light });
+    }
+    stack::write(folder, &entries, &stack::Options::default()).unwrap();
+}
+
+fn scratch(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("capture_fit").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn a_cloth_is_found_in_one_go_and_in_bands() {
+    let folder = scratch("round");
+    let path = |name: &str| folder.join(name).display().to_string();
+    let cloth = cloth();
+    photograph(&folder.join("stack"), &cloth, LIGHTS);
+    btf::save(&folder.join("truth.btf"), &cloth, &btf::About::default()).unwrap();
+    let (stack, truth, report) = (path("stack"), path("truth.btf"), path("report"));
+    let fit = |output: &str, more: &[&str]| {
+        let args = [&["fit", &stack, "-o", output], more].concat();
+        let (success, out, err) = yugen(&args);
+        assert!(success && err.is_empty(), "{args:?}: {err}");
+        out
+    };
+    let whole = path("whole.btf");
+    let out = fit(&whole, &["--truth", &truth, "--report", &report, "--json", "--texel-mm", "0.1"]);
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["errors"]["failed"], 0);
+    assert_eq!(json["masked"], 0);
+    // Pictures of 32-bit floats without noise.
+    for (name, most) in
+        [("rho_d", 0.01), ("rho_s", 0.01), ("n", 0.1), ("t", 0.5), ("sigma_x", 0.01), ("sigma_y", 0.01)]
+    {
+        let worst = json["errors"]["ninety"][name].as_f64().unwrap();
+        assert!(worst < most, "{name}: {worst}");
+    }
+    for name in ["normal.png", "confidence.png", "residual.png", "error_sigma_y.png"] {
+        assert!(folder.join("report").join(name).exists(), "{name}");
+    }
+    let (maps, about) = btf::load(Path::new(&whole), ColourSpace::LinearSrgb).unwrap();
+    assert_eq!((about.lights, about.texel_mm), (LIGHTS, Some(0.1)));
+    assert_eq!((maps.width, maps.height), (SIZE[0], SIZE[1]));
+
+    // Neither threads nor bands change a bit, and nothing is left behind.
+    let banded = path("banded.btf");
+    fit(&banded, &["--threads", "1", "--memory", "0", "--json"]);
+    assert!(!folder.join("banded.btf.checkpoint").exists());
+    assert!(btf::load(Path::new(&banded), ColourSpace::LinearSrgb).unwrap().0 == maps);
+}
+
+#[test]
+fn bad_stacks_get_a_sentence() {
+    let folder = scratch("bad");
+    let path = |name: &str| folder.join(name).display().to_string();
+    photograph(&folder.join("few"), &cloth(), 5);
+    let (success, _, err) = yugen(&["fit", &path("few"), "-o", &path("a.btf")]);
+    assert!(!success && err.contains("5 lights are too few"), "{err}");
+    let (success, _, err) = yugen(&["fit", &path("none"), "-o", &path("a.btf")]);
+    assert!(!success && err.contains("none"), "{err}");
+    let mut small = cloth();
+    small.texels.truncate(24);
+    small.height = 1;
+    btf::save(&folder.join("small.btf"), &small, &btf::About::default()).unwrap();
+    photograph(&folder.join("stack"), &cloth(), 9);
+    let (success, _, err) =
+        yugen(&["fit", &path("stack"), "-o", &path("a.btf"), "--truth", &path("small.btf")]);
+    assert!(!success && err.contains("24 x 1") && err.contains("24 x 40"), "{err}");
+    std::fs::write(folder.join("a.btf.checkpoint"), b"yugen capture fit 1\nof something else").unwrap();
+    let (success, _, err) = yugen(&["fit", &path("stack"), "-o", &path("a.btf"), "--resume"]);
+    assert!(!success && err.contains("leave out --resume"), "{err}");
+    assert!(!folder.join("a.btf").exists());
+}
