@@ -7,6 +7,8 @@ pub mod fit;
 mod rows;
 pub mod rti;
 pub mod simulate;
+pub mod brdf_fit;
+mod parallel;
 mod stack;
 pub mod weave;
 

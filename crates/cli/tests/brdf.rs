@@ -224,3 +224,71 @@ fn convert_writes_tables_that_are_near_their_source() {
     assert!(bad(&["convert", "microcylinder", merl]).contains("write a .gonio or a .bsdf"));
     assert!(bad(&["convert", "lambert", gonio, "--step", "0"]).contains("1 to 30 degrees"));
 }
+
+/// Readings of a model as lines of text, a few of them below the horizon.
+fn readings(name: &str, model: &[&str]) -> PathBuf {
+    let pairs = scratch(&format!("{name}_pairs.csv"));
+    let mut text = String::from("wi_x,wi_y,wi_z,wo_x,wo_y,wo_z\n");
+    for i in 0..200 {
+        let x = |k: f64| (0.5 + k * f64::from(i)).fract();
+        let w = |a: f64, b: f64| {
+            let (theta, phi) = (1.3 * x(a), std::f64::consts::TAU * x(b));
+            format!("{},{},{}", theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+        };
+        text += &format!("{},{}\n", w(0.856_674_9, 0.733_891_8), w(0.628_706_7, 0.538_597_7));
+    }
+    std::fs::write(&pairs, &text).unwrap();
+    let file = scratch(&format!("{name}.csv"));
+    let arguments = [&["eval"], model, &["--pairs", pairs.to_str().unwrap(), "--space", "srgb"]].concat();
+    let values = good(&arguments);
+    let lines: Vec<String> =
+        text.lines().skip(1).zip(values.lines()).map(|(pair, f)| format!("{pair} {f}\n")).collect();
+    std::fs::write(&file, lines.concat() + "0 0 -1 0 0 1 1 1 1\n").unwrap();
+    file
+}
+
+#[test]
+fn fit_finds_a_brushed_material_again_and_writes_a_scene_that_renders() {
+    let file = readings(
+        "brushed",
+        &["ward", "-p", "alpha_x=0.1", "-p", "alpha_y=0.35", "-p", "diffuse=0.2,0.1,0.05"],
+    );
+    let out = scratch("fit_report");
+    let arguments =
+        ["fit", file.to_str().unwrap(), "-m", "ward", "-m", "lambert", "--space", "srgb", "--json"];
+    let more = ["-o", out.to_str().unwrap(), "--spheres", "1", "--starts", "4"];
+    let report: serde_json::Value = serde_json::from_str(&good(&[&arguments[..], &more].concat())).unwrap();
+    assert_eq!((&report["readings"], &report["isotropic"]), (&200.into(), &false.into()));
+    let best = &report["fits"][0];
+    let p = &best["lobes"][0]["parameters"];
+    assert_eq!((best["model"].as_str(), p["form"].as_str()), (Some("ward"), Some("gmd")));
+    for (name, want) in [("alpha_x", 0.1), ("alpha_y", 0.35)] {
+        assert!((p[name].as_f64().unwrap() / want - 1.0).abs() < 2e-3, "{p}");
+    }
+    // Values are printed with all their digits: nothing but the search is between them and the fit.
+    assert!(best["cube_root"].as_f64().unwrap() < 0.02 && report["fits"][1]["model"] == "lambert");
+    assert!(std::fs::read(out.join("spheres.png")).unwrap().starts_with(b"\x89PNG"));
+    let scene = std::fs::read_to_string(out.join("ward.toml")).unwrap()
+        + "[[shape]]\ntype = \"sphere\"\nmaterial = \"brushed\"\n";
+    let path = out.join("scene.toml");
+    std::fs::write(&path, scene).unwrap();
+    let scene = yugen_archive::formats::load_scene(&path, &Default::default()).unwrap();
+    assert_eq!(scene.shapes.len(), 1);
+}
+
+#[test]
+fn fit_says_what_is_wrong_with_its_data() {
+    let file = scratch("directions.csv");
+    std::fs::write(&file, "0 0 1 0 0 1\n".repeat(9)).unwrap();
+    let path = file.to_str().unwrap();
+    assert!(bad(&["fit", path]).contains("directions only; expected wi, wo, r, g, b"));
+    std::fs::write(&file, "0 0 1 0 0 1 1 1 1\n").unwrap();
+    assert!(
+        bad(&["fit", path])
+            .contains("1 of 1 readings lie within 80 degrees of the normal; expected at least 8")
+    );
+    assert!(bad(&["fit", path, "-m", "glas"]).contains("no reflectance model"));
+    assert!(bad(&["fit", path, "-m", "conductor"]).contains("single directions only"));
+    assert!(bad(&["fit", "a.jpeg"]).contains("expected .binary, .bsdf, .gonio, or .csv"));
+    assert!(bad(&["fit", path, "--max-angle", "3"]).contains("expected 10 to 90"));
+}

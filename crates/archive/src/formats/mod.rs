@@ -16,6 +16,7 @@ pub mod ply;
 pub mod ptm;
 pub mod relight;
 pub mod relightable;
+pub mod readings;
 pub mod rgl;
 pub mod rti;
 pub mod serialized;

@@ -6,6 +6,8 @@ use clap::Args;
 use serde_json::json;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use yugen_archive::formats::readings;
+use yugen_archive::read_bounded;
 use yugen_optics::Vec3;
 
 /// Values of f in 1/sr, without the cosine, linear RGB.
@@ -23,8 +25,8 @@ pub struct Eval {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, requires = "wi")]
     wo: Option<Vec3>,
 
-    /// Many pairs: six numbers a line, wi then wo, separated by blanks or commas; # starts a comment; - reads
-    /// standard input.
+    /// Many pairs: a line each, wi then wo, separated by blanks or commas; what `brdf fit` reads will do, its values
+    /// are passed over; # starts a comment; - reads standard input.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["wi", "wo"])]
     pairs: Option<PathBuf>,
 
@@ -77,28 +79,12 @@ fn parse_direction(text: &str) -> Result<Vec3, String> {
 }
 
 fn read_pairs(file: &Path) -> Result<Vec<(Vec3, Vec3)>> {
-    let mut text = String::new();
-    if file == Path::new("-") {
-        std::io::stdin().read_to_string(&mut text).context("standard input")?;
+    let bytes = if file == Path::new("-") {
+        let mut bytes = Vec::new();
+        std::io::stdin().read_to_end(&mut bytes).context("standard input")?;
+        bytes
     } else {
-        text = std::fs::read_to_string(file).with_context(|| file.display().to_string())?;
-    }
-    let mut pairs = Vec::new();
-    for (i, line) in text.lines().enumerate() {
-        let line = line.split('#').next().unwrap_or_default();
-        let words: Vec<&str> = line.split([',', ' ', '\t', ';']).filter(|w| !w.is_empty()).collect();
-        if words.is_empty() {
-            continue;
-        }
-        let numbers: Vec<f32> = words.iter().filter_map(|w| w.parse().ok()).collect();
-        let pair = match (words.len(), numbers.as_slice()) {
-            (6, &[a, b, c, d, e, f]) => direction([a, b, c]).zip(direction([d, e, f])),
-            _ => None,
-        };
-        let Some(pair) = pair else {
-            bail!("{}:{}: expected six numbers, wi then wo, neither of length zero", file.display(), i + 1);
-        };
-        pairs.push(pair);
-    }
-    Ok(pairs)
+        read_bounded(file, 1 << 30)?
+    };
+    Ok(readings::read(&bytes, file)?.into_iter().map(|line| (line.wi, line.wo)).collect())
 }

@@ -3,6 +3,7 @@
 mod check;
 mod convert;
 mod eval;
+mod fit;
 mod list;
 mod plot;
 mod show;
@@ -11,7 +12,7 @@ mod subject;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// Looks into reflectance models: list, show, eval, plot, check, convert.
+/// Looks into reflectance models: list, show, eval, plot, check, convert, fit.
 #[derive(Subcommand)]
 pub enum Brdf {
     /// All models, a line each.
@@ -26,6 +27,8 @@ pub enum Brdf {
     Check(check::Check),
     /// Writes a model or a measurement as a MERL .binary or a goniometer .gonio.
     Convert(convert::Convert),
+    /// Parameters of any model that come nearest to a measured BRDF, and a table that ranks the models.
+    Fit(fit::Fit),
 }
 
 impl Brdf {
@@ -38,6 +41,7 @@ impl Brdf {
             Self::Plot(v) => v.run(),
             Self::Check(v) => v.run(),
             Self::Convert(v) => v.run(),
+            Self::Fit(v) => v.run(),
         }
     }
 }

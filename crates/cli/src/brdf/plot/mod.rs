@@ -1,12 +1,12 @@
 //! `yugen brdf plot`.
 
 mod albedo;
-mod figure;
+pub mod figure;
 mod lobe;
 mod polar;
 mod scale;
 mod slice;
-mod sphere;
+pub mod sphere;
 
 use super::subject::{Model, Subject};
 use anyhow::{Result, bail};

@@ -7,7 +7,8 @@ use std::f32::consts::TAU;
 use yugen_optics::frame::Frame;
 use yugen_optics::random::hash_combine;
 use yugen_optics::tonemap::{Curve, Display};
-use yugen_optics::{Vec2, Vec3};
+use yugen_optics::{ColourSpace, Vec2, Vec3};
+use yugen_reflectance::{Bsdf, Sample};
 
 /// Draws a pixel, each for the sky and for the lamp, at this width and more; smaller pictures get more for the same
 /// time, up to four times as many.
@@ -57,8 +58,37 @@ fn point(pixel: u32, i: u32, dimension: u32) -> Vec3 {
     }))
 }
 
+/// Lobes that are added up.
+pub struct Sum<'a>(pub Vec<Bsdf<'a>>);
+
+impl Sum<'_> {
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
+        let (f, pdf) = self.0.iter().fold((Vec3::ZERO, 0.0), |(f, pdf), lobe| {
+            let (g, p) = lobe.eval_pdf(wo, wi);
+            (f + g, pdf + p)
+        });
+        (f, pdf / self.0.len() as f32)
+    }
+
+    /// One of the lobes draws, each as often as the others.
+    fn sample(&self, wo: Vec3, u: Vec3) -> Option<Sample> {
+        let n = self.0.len() as f32;
+        let lobe = ((u.z * n) as usize).min(self.0.len() - 1);
+        let mut s =
+            self.0[lobe].sample(wo, u.with_z((u.z * n - lobe as f32).min(1.0 - f32::EPSILON / 2.0)))?;
+        if s.delta {
+            s.weight *= n;
+        } else if self.0.len() > 1 {
+            let (f, pdf) = self.eval_pdf(wo, s.wi);
+            s.weight = f * (s.wi.z.abs() / pdf);
+            s.pdf = pdf;
+        }
+        Some(s)
+    }
+}
+
 /// Radiance at one point of the picture; x right and y up in units of the radius.
-fn radiance(scene: &Scene, at: Vec2, for_sky: Vec3, for_lamp: Vec2) -> Vec3 {
+fn radiance(bsdf: &Sum, at: Vec2, for_sky: Vec3, for_lamp: Vec2) -> Vec3 {
     let r2 = at.length_squared();
     if r2 >= 1.0 {
         return BACKDROP;
@@ -66,7 +96,6 @@ fn radiance(scene: &Scene, at: Vec2, for_sky: Vec3, for_lamp: Vec2) -> Vec3 {
     let normal = Vec3::new(at.x, at.y, (1.0 - r2).sqrt());
     // The tangent goes around the upright axis.
     let frame = Frame::from_normal_tangent(normal, Vec3::Y.cross(normal));
-    let bsdf = scene.model.bsdf();
     let wo = frame.to_local(Vec3::Z);
     let mut sum = Vec3::ZERO;
     // Both ways of finding the lamp, weighted by the balance heuristic (Veach and Guibas 1995).
@@ -83,10 +112,19 @@ fn radiance(scene: &Scene, at: Vec2, for_sky: Vec3, for_lamp: Vec2) -> Vec3 {
     sum + f * wi.z.abs() * LAMP * lamp / (lamp + pdf)
 }
 
-pub fn draw(scene: &Scene) -> Result<Figure> {
-    let n = scene.size as usize;
-    let draws = (DRAWS.0 * DRAWS.1.pow(2) / scene.size.pow(2)).clamp(DRAWS.0, 4 * DRAWS.0);
-    let display = Display::new(scene.space, 0.3, Curve::Aces);
+pub(super) fn draw(scene: &Scene) -> Result<Figure> {
+    let rows = pixels(&Sum(vec![scene.model.bsdf()]), scene.space, scene.size);
+    let side = scene.size as f32;
+    let mut figure = Figure::new(side, side);
+    figure.picture(Vec2::ZERO, Vec2::splat(side), scene.size, &rows)?;
+    Ok(figure)
+}
+
+/// The picture as `size` rows of `size` pixels; the colours of the lobes are of `space`.
+pub fn pixels(bsdf: &Sum, space: ColourSpace, size: u32) -> Vec<Colour> {
+    let n = size as usize;
+    let draws = (DRAWS.0 * DRAWS.1.pow(2) / size.pow(2)).clamp(DRAWS.0, 4 * DRAWS.0);
+    let display = Display::new(space, 0.3, Curve::Aces);
     let rows = super::parallel(n, "sphere", |y| {
         (0..n)
             .map(|x| {
@@ -96,7 +134,7 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
                     let (a, b) = (point(pixel, i, 0), point(pixel, i, 1));
                     let film = Vec2::new(x as f32 + b.z, y as f32 + point(pixel, i, 2).x) / n as f32;
                     let at = (2.0 * film - 1.0) * Vec2::new(1.0, -1.0) / FILL;
-                    let light = radiance(scene, at, a, Vec2::new(b.x, b.y));
+                    let light = radiance(bsdf, at, a, Vec2::new(b.x, b.y));
                     if light.is_finite() {
                         sum += light;
                     }
@@ -105,8 +143,5 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
             })
             .collect::<Vec<Colour>>()
     });
-    let side = scene.size as f32;
-    let mut figure = Figure::new(side, side);
-    figure.picture(Vec2::ZERO, Vec2::splat(side), scene.size, &rows.concat())?;
-    Ok(figure)
+    rows.concat()
 }
