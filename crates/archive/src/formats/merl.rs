@@ -95,8 +95,9 @@ pub fn write(values: &[f32], space: ColourSpace) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::neural_brdf;
     use yugen_optics::frame::spherical;
-    use yugen_reflectance::merl::{bin_centre, tabulate};
+    use yugen_reflectance::merl::bin_centre;
     use yugen_reflectance::{Bsdf, Kind};
 
     fn text(bytes: &[u8]) -> String {
@@ -138,21 +139,6 @@ mod tests {
         assert_eq!(values[3 * bin..3 * bin + 6], [0.0, 0.23, 0.0, -1.0, -1.0, -1.0]);
     }
 
-    /// The material `index` of the tiny networks in `brdf/merl.f32`: 6 → 21 → 21 → 3, rectified, then
-    /// max(exp − 1, 0); the input is h and the difference vector in the Rusinkiewicz frame.
-    fn decode(weights: &[f32], theta_h: f32, theta_d: f32, phi_d: f32) -> Vec3 {
-        let layer = |w: &[f32], b: &[f32], x: &[f32]| -> Vec<f32> {
-            let n = b.len();
-            (0..n).map(|j| b[j] + x.iter().enumerate().map(|(i, x)| x * w[i * n + j]).sum::<f32>()).collect()
-        };
-        let rectify = |v: Vec<f32>| v.into_iter().map(|x| x.max(0.0)).collect::<Vec<f32>>();
-        let (h, d) = (spherical(theta_h, 0.0), spherical(theta_d, phi_d));
-        let x = rectify(layer(&weights[..126], &weights[126..147], &[h.x, h.y, h.z, d.x, d.y, d.z]));
-        let x = rectify(layer(&weights[147..588], &weights[588..609], &x));
-        let y = layer(&weights[609..672], &weights[672..675], &x);
-        Vec3::from_slice(&y).map(|y| y.exp_m1().max(0.0))
-    }
-
     #[test]
     fn a_whole_measurement_goes_out_and_comes_back() {
         let Some(data) = std::env::var_os("YUGEN_DATA") else {
@@ -163,13 +149,9 @@ mod tests {
         let folder = Path::new(&data).join("brdf");
         let names = std::fs::read_to_string(folder.join("merl.names.txt")).unwrap();
         let index = names.lines().position(|n| n == "blue-metallic-paint").unwrap();
-        let all: Vec<f32> = bytemuck::pod_collect_to_vec(&std::fs::read(folder.join("merl.f32")).unwrap());
-        let weights = &all[index * 675..][..675];
-
-        let values = tabulate(|wo, wi| {
-            let a = yugen_reflectance::importance::rusinkiewicz(wo, wi);
-            decode(weights, a.x, a.y, a.z.rem_euclid(std::f32::consts::PI))
-        });
+        let file = folder.join("merl.f32");
+        let material = neural_brdf::read(&std::fs::read(&file).unwrap(), &file).unwrap().swap_remove(index);
+        let values = material.tabulate();
         let bytes = write(&values, ColourSpace::LinearSrgb);
         assert_eq!(bytes.len(), 34_992_012);
         let back = read(&bytes, Path::new("blue-metallic-paint.binary"), ColourSpace::LinearSrgb).unwrap();
@@ -183,7 +165,7 @@ mod tests {
         for (h, d, p) in [(0, 10, 3), (5, 30, 60), (11, 2, 179), (40, 20, 90), (70, 10, 45)] {
             let [th, td, pd] = bin_centre(h, d, p);
             let (wo, wi) = yugen_reflectance::importance::from_rusinkiewicz(th, td, pd);
-            let (got, want) = (bsdf.eval(wo, wi), decode(weights, th, td, pd));
+            let (got, want) = (bsdf.eval(wo, wi), material.eval(th, td, pd));
             // The angles of a bin's centre are found again to about 1e-6; the highlight is the steepest place.
             assert!(
                 (got - want).abs().max_element() <= 2e-4 * want.max_element(),

@@ -10,6 +10,7 @@ pub mod measured;
 pub mod merl;
 pub mod mitsuba;
 mod mtl;
+pub mod neural_brdf;
 mod numbers;
 pub mod obj;
 pub mod ply;

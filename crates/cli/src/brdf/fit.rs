@@ -425,17 +425,19 @@ impl Fit {
             let tables: Vec<Vec<f32>> =
                 f.lobes.iter().map(|l| l.kind.bake(&l.slots, &[])).collect::<Result<_, _>>()?;
             let lobes = f.lobes.iter().zip(&tables).map(|(l, t)| Bsdf::new(l.kind, &l.slots, t)).collect();
-            shown(format!("{} {:.3}", title(f), f.error(self.metric.into())), lobes);
+            shown(format!("{}\n{:.4}", title(f), f.error(self.metric.into())), lobes);
         }
         let across = cells.len().min(6);
         let down = cells.len().div_ceil(across);
-        let (width, row) = (SIDE * across as f32, SIDE + 22.0);
+        let (width, row) = (SIDE * across as f32, SIDE + 40.0);
         let mut figure = Figure::new(width, row * down as f32);
         for (i, (label, pixels)) in cells.iter().enumerate() {
             let at = Vec2::new(SIDE * (i % across) as f32, row * (i / across) as f32);
             figure.picture(at, Vec2::splat(SIDE), SIDE as u32, pixels)?;
-            let label: String = label.chars().take(30).collect();
-            figure.text(at.x + 0.5 * SIDE, at.y + SIDE + 15.0, Anchor::Middle, label);
+            for (k, line) in label.lines().enumerate() {
+                let y = at.y + SIDE + 15.0 + 17.0 * k as f32;
+                figure.text(at.x + 0.5 * SIDE, y, Anchor::Middle, line.chars().take(27).collect::<String>());
+            }
         }
         figure.png(width as u32)
     }

@@ -2,6 +2,7 @@
 
 mod check;
 mod convert;
+mod decode;
 mod eval;
 mod fit;
 mod list;
@@ -12,7 +13,7 @@ mod subject;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// Looks into reflectance models: list, show, eval, plot, check, convert, fit.
+/// Looks into reflectance models: list, show, eval, plot, check, convert, decode, fit.
 #[derive(Subcommand)]
 pub enum Brdf {
     /// All models, a line each.
@@ -27,6 +28,8 @@ pub enum Brdf {
     Check(check::Check),
     /// Writes a model or a measurement as a MERL .binary or a goniometer .gonio.
     Convert(convert::Convert),
+    /// Writes neural encodings of measurements as MERL .binary tables.
+    Decode(decode::Decode),
     /// Parameters of any model that come nearest to a measured BRDF, and a table that ranks the models.
     Fit(fit::Fit),
 }
@@ -41,6 +44,7 @@ impl Brdf {
             Self::Plot(v) => v.run(),
             Self::Check(v) => v.run(),
             Self::Convert(v) => v.run(),
+            Self::Decode(v) => v.run(),
             Self::Fit(v) => v.run(),
         }
     }

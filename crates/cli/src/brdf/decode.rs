@@ -1,0 +1,55 @@
+//! `yugen brdf decode`.
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::PathBuf;
+use yugen_archive::formats::{merl, neural_brdf};
+use yugen_archive::{atomic_write, nearest, read_bounded};
+use yugen_optics::ColourSpace;
+
+/// Writes the materials of a file of neural encodings (Sztrajman et al. 2021) as MERL .binary tables of 35 MB each.
+#[derive(Args)]
+pub struct Decode {
+    /// The encodings: 675 little-endian f32 a material. The names stand beside it, NAME.names.txt for NAME.f32.
+    encodings: PathBuf,
+
+    /// A material; all where absent. May be repeated.
+    #[arg(long, value_name = "MATERIAL")]
+    only: Vec<String>,
+
+    /// The folder for MATERIAL.binary.
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+}
+
+impl Decode {
+    /// Does it.
+    pub fn run(self) -> Result<()> {
+        let all = neural_brdf::read(&read_bounded(&self.encodings, 1 << 28)?, &self.encodings)?;
+        let beside = self.encodings.with_extension("names.txt");
+        let names = neural_brdf::read_names(&read_bounded(&beside, 1 << 24)?, &beside, all.len())?;
+        for wanted in &self.only {
+            if !names.contains(wanted) {
+                let hint = nearest(wanted, names.iter().map(String::as_str))
+                    .map_or(String::new(), |n| format!("; did you mean '{n}'?"));
+                bail!("{}: has no material '{wanted}'{hint}", beside.display());
+            }
+        }
+        std::fs::create_dir_all(&self.output).with_context(|| self.output.display().to_string())?;
+        let chosen: Vec<_> =
+            names.iter().zip(&all).filter(|(n, _)| self.only.is_empty() || self.only.contains(n)).collect();
+        let bar = ProgressBar::new(chosen.len() as u64).with_style(
+            ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}, {eta} left")
+                .unwrap_or_else(|_| ProgressStyle::default_bar()),
+        );
+        for (name, material) in chosen {
+            bar.set_message(name.clone());
+            let bytes = merl::write(&material.tabulate(), ColourSpace::LinearSrgb);
+            atomic_write(&self.output.join(format!("{name}.binary")), &bytes)?;
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(())
+    }
+}
