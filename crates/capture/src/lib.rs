@@ -3,12 +3,12 @@
 //! Frame of a sample that lies flat before the camera: +x right, +y up in the picture, +z to the camera,
 //! right-handed. Pure: slices in, values out; `archive` reads and writes the files.
 
+pub mod brdf_fit;
 pub mod fit;
+mod parallel;
 mod rows;
 pub mod rti;
 pub mod simulate;
-pub mod brdf_fit;
-mod parallel;
 mod stack;
 pub mod weave;
 

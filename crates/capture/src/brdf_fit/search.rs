@@ -180,12 +180,13 @@ impl Search<'_> {
             })
         };
         for preset in kind.presets() {
-            if let Ok((slots, data)) = kind.preset(preset.name, self.readings.space) {
-                if data.is_empty() && same_form(&slots) {
-                    let mut u = u.clone();
-                    space.put(&mut u, 0, &slots);
-                    starts.push(u);
-                }
+            if let Ok((slots, data)) = kind.preset(preset.name, self.readings.space)
+                && data.is_empty()
+                && same_form(&slots)
+            {
+                let mut u = u.clone();
+                space.put(&mut u, 0, &slots);
+                starts.push(u);
             }
         }
         starts.extend(self.starts(space, &u, 0));
