@@ -2,6 +2,7 @@
 
 mod brdf;
 mod capture;
+mod figure;
 mod render;
 
 use clap::{Parser, Subcommand};

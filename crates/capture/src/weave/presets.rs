@@ -111,9 +111,9 @@ fn kinran(space: ColourSpace) -> Option<Fabric> {
         let p = Vec2::new(ends[end], (r as f32 + 0.5) * row);
         let (m, q) = honeycomb(p, ACROSS);
         let rim = 0.5 * ACROSS - m;
-        // Outline, a second one inside, and a flower of six petals around an eye.
-        let flower = 2.5 * (0.62 + 0.38 * (6.0 * q.y.atan2(q.x)).cos());
-        let gold = rim < 0.6 || (1.2..1.75).contains(&rim) || (0.45..flower).contains(&q.length());
+        // The outline, and a flower of six petals around an eye.
+        let flower = 2.9 * (0.62 + 0.38 * (6.0 * q.y.atan2(q.x)).cos());
+        let gold = rim < 0.75 || (0.5..flower).contains(&q.length());
         usize::from(gold)
     };
     let weave = Weave::with_pattern_wefts(&ground, [4 * GROUPS, ROWS], 2, 1, figure, &tie);

@@ -1,8 +1,8 @@
 //! `yugen brdf fit`.
 
-use super::plot::figure::{Anchor, Figure};
 use super::plot::sphere;
 use super::subject::{Model, find};
+use crate::figure::{Anchor, Figure};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};

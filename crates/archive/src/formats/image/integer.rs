@@ -89,7 +89,7 @@ pub fn show(image: &Image, options: &WriteOptions, with_alpha: bool) -> Result<S
         if let Some(a) = coverage.filter(|&a| a > 0.0) {
             rgb /= a;
         }
-        let shown = display.show(rgb).to_array();
+        let shown = if options.raw { rgb.clamp(Vec3::ZERO, Vec3::ONE) } else { display.show(rgb) }.to_array();
         data.extend_from_slice(if grey { &shown[..1] } else { &shown });
         data.extend(coverage);
     }

@@ -145,6 +145,9 @@ pub struct WriteOptions {
     pub metadata: Vec<(String, String)>,
     /// What to do with values that are not finite; [`NonFinite::Keep`] only for EXR.
     pub non_finite: NonFinite,
+    /// PNG, JPEG: values are parts of full scale and stay as they are, with no colour conversion and no curve. For
+    /// maps, and for the numbers of a sensor.
+    pub raw: bool,
 }
 
 impl Default for WriteOptions {
@@ -158,6 +161,7 @@ impl Default for WriteOptions {
             curve: Curve::default(),
             metadata: Vec::new(),
             non_finite: NonFinite::default(),
+            raw: false,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Directional albedo against angle.
 
 use super::Scene;
-use super::figure::{Anchor, CHANNELS, CURVES, Figure, INK, RULE};
 use super::scale::{Scale, digits};
+use crate::figure::{Anchor, CHANNELS, CURVES, Figure, INK, RULE};
 use anyhow::{Result, bail};
 use yugen_optics::frame::spherical;
 use yugen_optics::{Vec2, Vec3};

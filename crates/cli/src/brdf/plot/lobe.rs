@@ -1,8 +1,8 @@
 //! The lobe in three dimensions: a surface as far from the origin as the value is large.
 
 use super::Scene;
-use super::figure::{Anchor, Figure, INK, RULE};
 use super::scale::digits;
+use crate::figure::{Anchor, Figure, INK, RULE};
 use anyhow::{Result, bail};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use yugen_optics::frame::spherical;

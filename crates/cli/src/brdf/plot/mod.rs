@@ -1,7 +1,6 @@
 //! `yugen brdf plot`.
 
 mod albedo;
-pub mod figure;
 mod lobe;
 mod polar;
 mod scale;
@@ -9,9 +8,9 @@ mod slice;
 pub mod sphere;
 
 use super::subject::{Model, Subject};
+use crate::figure::Colour;
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
-use figure::Colour;
 use scale::Scale;
 use std::path::PathBuf;
 use yugen_archive::atomic_write;

@@ -1,9 +1,9 @@
 //! The lobe in the plane of incidence.
 
-use super::figure::{Anchor, CHANNELS, CURVES, Figure, INK, RULE};
 use super::lobe::clustered;
 use super::scale::digits;
 use super::{Colour, Scene};
+use crate::figure::{Anchor, CHANNELS, CURVES, Figure, INK, RULE};
 use anyhow::{Result, bail};
 use std::f32::consts::{FRAC_PI_2, PI};
 use yugen_optics::frame::spherical;

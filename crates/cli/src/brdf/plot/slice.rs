@@ -2,9 +2,9 @@
 //! Fresnel rise at the top, grazing retroreflection at the right. (Burley 2012, "Physically-Based Shading at
 //! Disney".)
 
-use super::figure::{Anchor, Figure, INK};
 use super::scale::digits;
 use super::{Scene, bytes};
+use crate::figure::{Anchor, Figure, INK};
 use anyhow::{Result, bail};
 use std::f32::consts::FRAC_PI_2;
 use yugen_optics::tonemap::into_gamut;

@@ -1,7 +1,7 @@
 //! A sphere under a lamp and a soft sky, seen from far away.
 
-use super::figure::{Colour, Figure};
 use super::{Scene, bytes};
+use crate::figure::{Colour, Figure};
 use anyhow::Result;
 use std::f32::consts::TAU;
 use yugen_optics::frame::Frame;

@@ -56,6 +56,11 @@ impl Figure {
         Self { size: Vec2::new(width, height), marks: Vec::new() }
     }
 
+    /// In pixels, one to a unit.
+    pub fn width(&self) -> u32 {
+        self.size.x.ceil() as u32
+    }
+
     pub fn line(&mut self, points: Vec<Vec2>, colour: Colour, width: f32) {
         self.marks.push(Mark::Line { points, colour, width, dashed: false });
     }

@@ -1,0 +1,174 @@
+//! The cloth that a command is about: a preset, a draft or maps.
+
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use std::path::Path;
+use yugen_archive::formats::image::{self, ReadOptions};
+use yugen_archive::formats::{btf, wif};
+use yugen_archive::nearest;
+use yugen_capture::weave::{Cloth, Fabric, Irregularity, PRESETS, ThreadId};
+use yugen_optics::{ColourSpace, Vec2};
+use yugen_reflectance::btf::Btf;
+
+/// Texels per mm of a preset where nobody says.
+const SCALE: f32 = 16.0;
+/// Texels from thread to thread of a draft where nobody says.
+const PER_THREAD: f32 = 14.0;
+
+/// How a cloth is woven.
+#[derive(Args)]
+pub struct Weaving {
+    /// Width and height in texels.
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = parse_pair)]
+    size: [u32; 2],
+
+    /// Texels to a millimetre [default: 16; for a draft 14 from thread to thread].
+    #[arg(long, value_name = "N", value_parser = parse_scale, conflicts_with = "repeats")]
+    scale: Option<f32>,
+
+    /// So many whole repeats across and up, which tile without a seam; the height follows from the width.
+    #[arg(long, value_name = "CxR", value_parser = parse_pair)]
+    repeats: Option<[u32; 2]>,
+
+    /// Perfectly even threads instead of real ones.
+    #[arg(long)]
+    even: bool,
+
+    /// Same seed, same cloth (and same noise).
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub seed: u32,
+
+    /// The linear space of the colours.
+    #[arg(long, default_value = "rec2020", value_parser = ColourSpace::ALL.map(ColourSpace::name), value_name = "SPACE")]
+    space: String,
+}
+
+/// A cloth in front of the camera.
+pub struct Sample {
+    pub btf: Btf,
+    /// In widths of a texel; `None` for maps without.
+    pub heights: Option<Vec<f32>>,
+    pub threads: Vec<Option<ThreadId>>,
+    /// `None` where the maps do not say.
+    pub texel_mm: Option<f32>,
+    /// What it came from; `None` for maps.
+    pub fabric: Option<Fabric>,
+    /// For people.
+    pub source: String,
+}
+
+impl Weaving {
+    fn space(&self) -> ColourSpace {
+        ColourSpace::from_name(&self.space).unwrap_or_default()
+    }
+
+    /// The fabric of a preset or a draft.
+    pub fn fabric(&self, what: &str) -> Result<Fabric> {
+        let (path, space) = (Path::new(what), self.space());
+        if let Some(fabric) = Fabric::preset(what, space) {
+            return Ok(fabric);
+        }
+        if has_extension(path, "wif") {
+            let bytes = yugen_archive::read_bounded(path, 64 << 20)?;
+            let draft = wif::read(&bytes, path, space)?;
+            let mut fabric = Fabric::from_draft(&draft, space);
+            if fabric.name.is_empty() {
+                fabric.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            }
+            return Ok(fabric);
+        }
+        let names = PRESETS.iter().map(|p| p.name);
+        let hint = match nearest(what, names.clone()) {
+            Some(name) => format!("did you mean '{name}'?"),
+            None => format!("the presets are {}", names.collect::<Vec<_>>().join(" and ")),
+        };
+        bail!("'{what}' is neither a preset nor a .wif draft; {hint}")
+    }
+
+    /// Weaves it.
+    pub fn weave(&self, fabric: Fabric, preset: bool) -> Result<Sample> {
+        let repeat = fabric.repeat();
+        let [width, height] = self.size.map(|n| n as usize);
+        let (size, extent) = match self.repeats {
+            Some(n) => {
+                let extent = repeat * Vec2::new(n[0] as f32, n[1] as f32);
+                let high = (extent.y / extent.x * width as f32).round().max(1.0);
+                if high > 65536.0 {
+                    bail!(
+                        "{} x {} repeats would be {high} texels high; ask for a smaller --size",
+                        n[0],
+                        n[1]
+                    );
+                }
+                ([width, high as usize], extent)
+            }
+            None => {
+                let usual = if preset { SCALE } else { PER_THREAD * fabric.warp.len() as f32 / repeat.x };
+                let scale = self.scale.unwrap_or(usual);
+                ([width, height], Vec2::new(width as f32, height as f32) / scale)
+            }
+        };
+        // Threads are few beside texels unless the scale is absurd.
+        let threads = extent / repeat * Vec2::new(fabric.warp.len() as f32, fabric.weft.len() as f32);
+        if threads.max_element() > 65536.0 {
+            bail!("{:.0} by {:.0} threads are too many; raise --scale", threads.x, threads.y);
+        }
+        let irregular = if self.even { Irregularity::NONE } else { Irregularity::default() };
+        let Cloth { btf, heights, threads } = Cloth::weave(&fabric, size, extent, irregular, self.seed);
+        let texel_mm = Some(extent.x / size[0] as f32);
+        let source = format!("woven: {}, seed {}", fabric.name, self.seed);
+        Ok(Sample { btf, heights: Some(heights), threads, texel_mm, fabric: Some(fabric), source })
+    }
+
+    /// The cloth in a file of maps, or woven from a preset or draft. `heights` names a picture that goes with maps.
+    pub fn sample(&self, what: &str, heights: Option<&Path>) -> Result<Sample> {
+        let path = Path::new(what);
+        if !(has_extension(path, "btf") || has_extension(path, "exr")) {
+            if heights.is_some() {
+                bail!("--heights goes with maps (.btf, .exr); '{what}' has heights of its own");
+            }
+            return self.weave(self.fabric(what)?, Fabric::preset(what, self.space()).is_some());
+        }
+        let (btf, about) = btf::load(path, self.space())?;
+        let heights = match heights {
+            None => None,
+            Some(path) => {
+                let picture = image::read(path, &ReadOptions::raw())?;
+                if (picture.width, picture.height) != (btf.width, btf.height) {
+                    bail!(
+                        "{} is {} x {}, but the maps are {} x {}",
+                        path.display(),
+                        picture.width,
+                        picture.height,
+                        btf.width,
+                        btf.height
+                    );
+                }
+                Some(picture.data.chunks_exact(picture.channels.len()).map(|p| p[0]).collect())
+            }
+        };
+        let texel_mm = about.texel_mm;
+        Ok(Sample { btf, heights, threads: Vec::new(), texel_mm, fabric: None, source: about.source })
+    }
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+}
+
+/// Makes the folder that a command writes into.
+pub fn folder(path: &Path) -> Result<()> {
+    std::fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))
+}
+
+fn parse_pair(text: &str) -> Result<[u32; 2], String> {
+    let number = |s: &str| s.parse::<u32>().ok().filter(|n| (1..=16384).contains(n));
+    text.split_once(['x', 'X'])
+        .and_then(|(w, h)| Some([number(w)?, number(h)?]))
+        .ok_or_else(|| "expected two numbers from 1 to 16384, as in 512x512".to_string())
+}
+
+fn parse_scale(text: &str) -> Result<f32, String> {
+    let ok = |v: &f32| (1e-2..=1e5).contains(v);
+    text.parse().ok().filter(ok).ok_or_else(|| "expected texels per mm, a number from 0.01 to 100000".into())
+}
