@@ -3,14 +3,17 @@
 mod chart;
 mod cloth;
 mod fit;
+mod relight;
+mod rti;
 mod simulate;
+mod stack;
 mod traced;
 mod weave;
 
 use anyhow::Result;
 use clap::Subcommand;
 
-/// From photographs under many lights to the maps of a cloth: simulate, weave, fit.
+/// From photographs under many lights to the maps of a cloth: simulate, weave, fit, relight, rti.
 #[derive(Subcommand)]
 pub enum Capture {
     /// Photographs of a cloth whose truth is known, as a machine with lights on all sides would take them.
@@ -19,6 +22,10 @@ pub enum Capture {
     Weave(weave::Weave),
     /// What each texel of a cloth reflects, from photographs under many lights.
     Fit(fit::Fit),
+    /// A picture under new light: from photographs, an RTI file or a fitted cloth; or how well each predicts.
+    Relight(relight::Relight),
+    /// Fits PTM or HSH to photographs and writes them for RTI viewers.
+    Rti(rti::Rti),
 }
 
 impl Capture {
@@ -28,6 +35,8 @@ impl Capture {
             Self::Simulate(v) => v.run(),
             Self::Weave(v) => v.run(),
             Self::Fit(v) => v.run(),
+            Self::Relight(v) => v.run(),
+            Self::Rti(v) => v.run(),
         }
     }
 }

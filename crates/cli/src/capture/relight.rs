@@ -1,0 +1,229 @@
+//! `yugen capture relight`: photographs, RTI files and fitted cloth under new light.
+
+mod holdout;
+
+use super::stack::Source;
+use anyhow::{Result, bail};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use yugen_archive::formats::relightable::{self, Basis, Colouring};
+use yugen_archive::formats::{btf, image};
+use yugen_capture::rti::Encoding;
+use yugen_capture::rti::fit::{Options, choose_ridge, fit};
+use yugen_capture::rti::holdout::Method;
+use yugen_capture::rti::light::{self, Lamp};
+use yugen_capture::rti::rbf::{Kernel, Rbf};
+use yugen_optics::tonemap::Curve;
+use yugen_optics::{ColourSpace, Image, Vec3};
+use yugen_reflectance::{Kind, ParamType};
+
+/// A picture under new light: from photographs, an RTI file or a fitted cloth.
+///
+/// `--light` is a direction (x right, y up, z to the camera); a white diffuser that faces it comes out as 1.
+/// `--environment` is a panorama, equirectangular, whose centre lies where the camera is. With `--hold-out` nothing is
+/// lit: photographs of a stack are left out, predicted from the others by every method, and compared.
+#[derive(Args)]
+pub struct Relight {
+    /// A stack (folder or .lp), a .ptm, a .rti, a RelightLab folder, or the maps of a cloth (.btf, .exr).
+    source: PathBuf,
+
+    /// Toward the light; any length.
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, group = "task")]
+    light: Option<Vec3>,
+
+    /// A panorama to light it with: .exr or .hdr.
+    #[arg(long, value_name = "FILE", group = "task")]
+    environment: Option<PathBuf>,
+
+    /// Leave out so many photographs, evenly over the list, or these: numbers from 1 on or file names, with commas; a
+    /// comma after a single one.
+    #[arg(long, value_name = "N|LIST", group = "task", required_unless_present_any = ["light", "environment"])]
+    hold_out: Option<String>,
+
+    /// The picture: .exr, .hdr, .png or .jpg.
+    #[arg(
+        short,
+        long,
+        value_name = "FILE",
+        required_unless_present = "hold_out",
+        conflicts_with = "hold_out"
+    )]
+    output: Option<PathBuf>,
+
+    /// Turn the panorama about the vertical by so many degrees, counterclockwise from above.
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        requires = "environment"
+    )]
+    turn: f32,
+
+    /// Cells across the panorama that light is gathered in: more are sharper and slower.
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u16).range(4..=1024))]
+    cells: u16,
+
+    /// What to fit to a stack: lrgb-ptm, ptm, hsh4, hsh9, hsh16, rbf (thin plate), rbf-gaussian; with --hold-out also
+    /// btf, and several with commas. Where absent hsh9, with --hold-out all of them.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse_method)]
+    method: Vec<Method>,
+
+    /// Values of the file, or of what is fitted to a stack, are proportional to light, not sRGB display values.
+    #[arg(long)]
+    linear: bool,
+
+    /// True normals for --hold-out: channels X, Y, Z (or R, G, B) of an .exr, or a .png with (n + 1)/2.
+    #[arg(long, value_name = "FILE", requires = "hold_out")]
+    normals: Option<PathBuf>,
+
+    /// Pictures for --hold-out: truth, predictions and maps of their errors go into this folder.
+    #[arg(long, value_name = "FOLDER", requires = "hold_out")]
+    report: Option<PathBuf>,
+
+    /// Memory for the photographs of a stack, in MiB.
+    #[arg(long, value_name = "MIB", default_value_t = 4096)]
+    memory: u64,
+
+    /// Brighter by this many stops, for .png and .jpg.
+    #[arg(long, default_value_t = 0.0, value_name = "STOPS", allow_hyphen_values = true)]
+    exposure: f32,
+
+    /// From scene light to display light, for .png and .jpg.
+    #[arg(long, default_value = "clip", value_parser = Curve::ALL.map(Curve::name), value_name = "CURVE")]
+    curve: String,
+
+    /// Threads instead of one per core, for the fit of a cloth.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+
+    /// Print the comparison as JSON, and no progress.
+    #[arg(long, requires = "hold_out")]
+    json: bool,
+}
+
+impl Relight {
+    /// Does it.
+    pub fn run(self) -> Result<()> {
+        if self.hold_out.is_some() {
+            return self.compare();
+        }
+        let Some(output) = &self.output else { bail!("expected --output") };
+        image::can_write(output)?;
+        let cloth = is_cloth(&self.source);
+        // Gold lies outside sRGB; display values lie in it.
+        let space = if cloth { ColourSpace::LinearRec2020 } else { ColourSpace::LinearSrgb };
+        let lamps = self.lamps(space)?;
+        let (width, pixels) = if cloth { self.cloth(&lamps)? } else { self.picture(&lamps)? };
+        let mut picture = Image::rgb(width, pixels.len() / width);
+        picture.data.copy_from_slice(pixels.as_flattened());
+        let write = image::WriteOptions {
+            exposure: self.exposure,
+            curve: Curve::from_name(&self.curve).unwrap_or_default(),
+            ..image::WriteOptions::from(space)
+        };
+        image::write(output, &picture, &write)?;
+        println!("{}: {width}x{}", output.display(), picture.height);
+        Ok(())
+    }
+
+    fn encoding(&self) -> Encoding {
+        if self.linear { Encoding::Linear } else { Encoding::Srgb }
+    }
+
+    fn lamps(&self, space: ColourSpace) -> Result<Vec<Lamp>> {
+        if let Some(toward) = self.light {
+            return Ok(vec![Lamp::unit(toward)]);
+        }
+        let Some(file) = &self.environment else { bail!("expected --light or --environment") };
+        let panorama = image::read(file, &image::ReadOptions::to(space))?;
+        let Some(panorama) = panorama.select(&["R", "G", "B"]) else {
+            bail!("{}: a panorama needs the channels R, G and B", file.display());
+        };
+        let lamps = light::panorama(&panorama, usize::from(self.cells), self.turn.to_radians());
+        if lamps.is_empty() {
+            bail!("{}: no light comes from the half of the panorama in front of the sample", file.display());
+        }
+        Ok(lamps)
+    }
+
+    fn cloth(&self, lamps: &[Lamp]) -> Result<(usize, Vec<[f32; 3]>)> {
+        let (maps, about) = btf::load(&self.source, ColourSpace::LinearRec2020)?;
+        let noh = Kind::from_name("noh")?;
+        let forms = noh.params().iter().find(|p| p.name == "form").map(|p| p.kind);
+        let Some(ParamType::Choice(forms)) = forms else { bail!("the model noh has no forms") };
+        let Some(form) = forms.iter().position(|f| *f == about.form) else {
+            bail!(
+                "{}: unknown form '{}'; expected one of {}",
+                self.source.display(),
+                about.form,
+                forms.join(", ")
+            );
+        };
+        Ok((maps.width, light::cloth(&maps, yugen_reflectance::Choice(form as f32), lamps)?))
+    }
+
+    fn picture(&self, lamps: &[Lamp]) -> Result<(usize, Vec<[f32; 3]>)> {
+        let encoding = self.encoding();
+        if relightable::recognises(&self.source) {
+            if !self.method.is_empty() {
+                bail!("--method is for stacks of photographs; {} is fitted already", self.source.display());
+            }
+            let picture = relightable::read(&self.source, relightable::DEFAULT_MAX_TEXELS)?;
+            return Ok((picture.width, light::picture(&picture, lamps, encoding)));
+        }
+        let stack = Source::open(&self.source)?.whole(self.memory << 20)?;
+        let method = match self.method.as_slice() {
+            [] => Method::Basis(Basis::Hsh { order: 3 }),
+            [method] => *method,
+            _ => bail!("--method: several are for --hold-out; expected one"),
+        };
+        let (basis, colouring) = match method {
+            Method::Basis(basis) => (basis, Colouring::Rgb),
+            Method::LrgbPtm => (Basis::Ptm, Colouring::Lrgb),
+            Method::Btf => bail!("--method btf: fit the stack with `yugen capture fit`, then light the .btf"),
+            Method::Rbf(kernel) => {
+                let rbf = Rbf::new(&stack, kernel, encoding)?;
+                let mut sum = vec![[0.0; 3]; stack.width * stack.height];
+                for lamp in lamps {
+                    for (sum, v) in sum.iter_mut().zip(rbf.picture(|_, _| lamp.toward)) {
+                        let white = lamp.white.to_array();
+                        (0..3).for_each(|c| sum[c] += encoding.decode(v[c]) * white[c]);
+                    }
+                }
+                return Ok((stack.width, sum));
+            }
+        };
+        let ridge = choose_ridge(&stack, basis, encoding)?;
+        let fitted = fit(&stack, &Options { basis, colouring, encoding, ridge })?;
+        Ok((stack.width, light::picture(&fitted.picture, lamps, encoding)))
+    }
+}
+
+/// A file that is no list of lights and no RTI file.
+fn is_cloth(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    ["btf", "exr"].contains(&extension.as_str()) && !path.is_dir()
+}
+
+fn parse_direction(text: &str) -> Result<Vec3, String> {
+    let numbers: Vec<f32> = text.split(',').filter_map(|v| v.trim().parse().ok()).collect();
+    <[f32; 3]>::try_from(numbers)
+        .ok()
+        .and_then(|n| Vec3::from_array(n).try_normalize())
+        .filter(|d| d.z > 0.0)
+        .ok_or_else(|| {
+            "expected a direction with z above zero as three numbers, as in 0.5,0,0.87".to_string()
+        })
+}
+
+fn parse_method(text: &str) -> Result<Method, String> {
+    let name = |m: Method| match m {
+        Method::Rbf(Kernel::ThinPlate) => "rbf".into(),
+        Method::Rbf(Kernel::Gaussian) => "rbf-gaussian".into(),
+        Method::LrgbPtm => "lrgb-ptm".into(),
+        m => m.name().replace(' ', "").to_lowercase(),
+    };
+    let names = || Method::ALL.map(name).join(", ");
+    Method::ALL.into_iter().find(|m| name(*m) == text).ok_or_else(|| format!("expected one of {}", names()))
+}

@@ -1,0 +1,85 @@
+//! A stack folder as verbs read it: bands of photographs in linear sRGB.
+
+use anyhow::{Result, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::Path;
+use yugen_archive::formats::relightable;
+use yugen_archive::formats::stack::{Bands, Folder};
+use yugen_capture::Stack;
+use yugen_optics::{ColourSpace, Mat3, Vec3};
+
+/// An opened stack whose colours become linear sRGB, in which display values are.
+pub struct Source {
+    /// What was opened.
+    pub folder: Folder,
+    to_srgb: Mat3,
+}
+
+impl Source {
+    pub fn open(path: &Path) -> Result<Self> {
+        if relightable::recognises(path) {
+            bail!("{}: this is fitted already; expected a stack of photographs", path.display());
+        }
+        let folder = Folder::open(path)?;
+        let to_srgb = folder.colour_space.matrix_to(ColourSpace::LinearSrgb);
+        Ok(Self { folder, to_srgb })
+    }
+
+    pub fn bands(&self, rows: usize) -> Result<SrgbBands<'_>> {
+        Ok(SrgbBands { source: self, bands: self.folder.bands(rows)? })
+    }
+
+    /// Up to `rows` rows from the middle.
+    pub fn middle(&self, rows: usize) -> Result<Stack> {
+        let rows = rows.min(self.folder.height);
+        let mut bands = self.bands(rows)?;
+        bands.bands.skip_rows((self.folder.height - rows) / 2)?;
+        match bands.next()? {
+            Some(stack) => Ok(stack),
+            None => bail!("{}: the pictures of the stack have no rows", self.folder.path.display()),
+        }
+    }
+
+    /// The whole stack, if its values fit into so many bytes.
+    pub fn whole(&self, bytes: u64) -> Result<Stack> {
+        let Folder { width, height, .. } = self.folder;
+        let need = (width * height * self.folder.pictures.len() * size_of::<[f32; 3]>()) as u64;
+        if need > bytes {
+            bail!(
+                "{}: all photographs at once need {} MiB; give more with --memory, or crop them",
+                self.folder.path.display(),
+                need >> 20
+            );
+        }
+        self.middle(height)
+    }
+}
+
+/// Bands of a [`Source`].
+pub struct SrgbBands<'a> {
+    source: &'a Source,
+    bands: Bands<'a>,
+}
+
+impl SrgbBands<'_> {
+    pub fn next(&mut self) -> Result<Option<Stack>> {
+        let Some(band) = self.bands.next().transpose()? else { return Ok(None) };
+        let mut stack = Stack::from_band(&self.source.folder, band);
+        if self.source.to_srgb != Mat3::IDENTITY {
+            for v in &mut stack.values {
+                *v = (self.source.to_srgb * Vec3::from_array(*v)).to_array();
+            }
+        }
+        Ok(Some(stack))
+    }
+}
+
+/// For work on `total` of something.
+pub fn bar(total: u64, hidden: bool) -> ProgressBar {
+    if hidden {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {percent:>3} %  {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(total).with_style(style)
+}
