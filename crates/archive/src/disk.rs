@@ -31,6 +31,17 @@ pub fn atomic_write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     })
 }
 
+/// Whether [`atomic_write`] could write `path` now: asked before an hour of work, not after it.
+pub fn check_writable(path: &Path) -> Result<(), Error> {
+    if path.is_dir() {
+        return Err(Error::io(path, std::io::ErrorKind::IsADirectory.into()));
+    }
+    let mut probe = path.file_name().unwrap_or_default().to_os_string();
+    probe.push(format!(".{}.probe", std::process::id()));
+    let probe = path.with_file_name(probe);
+    File::create_new(&probe).and_then(|_| std::fs::remove_file(&probe)).map_err(|e| Error::io(path, e))
+}
+
 /// All of `path`, or an error where it holds more than `limit` bytes.
 pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
@@ -69,6 +80,11 @@ mod tests {
         let error = atomic_write(&folder.join("b"), b"x").unwrap_err();
         assert!(error.to_string().contains("/b"), "{error}");
         assert!(atomic_write(&folder.join("missing/c"), b"x").is_err());
+        assert!(check_writable(&folder.join("c")).is_ok() && check_writable(&path).is_ok());
+        for (name, problem) in [("missing/c", "there is no folder"), ("b", "this is a folder")] {
+            let error = check_writable(&folder.join(name)).unwrap_err().to_string();
+            assert!(error.contains(problem), "{error}");
+        }
         assert!(atomic_write(Path::new("/"), b"x").is_err());
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
         std::fs::remove_dir_all(&folder).unwrap();

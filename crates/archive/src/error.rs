@@ -1,6 +1,7 @@
 //! What can go wrong with a file, as one clear sentence that says where.
 
 use std::fmt;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use yugen_reflectance::ModelError;
 
@@ -70,12 +71,14 @@ impl fmt::Display for Place {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The operating system says no.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {problem}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// Its words.
-        source: std::io::Error,
+        /// What it says, and what to do.
+        problem: String,
+        /// What kind of no.
+        kind: ErrorKind,
     },
     /// The content is wrong: the problem says what was expected and what to do.
     #[error("{at}: {problem}")]
@@ -98,7 +101,7 @@ pub enum Error {
         hint: String,
     },
     /// The file asks for more than the limit.
-    #[error("{at}: {what} is {asked}, more than the limit of {limit}; raise the limit if that is right")]
+    #[error("{at}: {what} is {asked}, more than the limit of {limit}; check the file, or use a smaller one")]
     TooLarge {
         /// Where.
         at: Place,
@@ -122,7 +125,16 @@ pub enum Error {
 impl Error {
     /// The operating system says no.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
-        Self::Io { path: path.to_path_buf(), source }
+        let problem = match source.kind() {
+            ErrorKind::NotFound => not_found(path),
+            ErrorKind::PermissionDenied => {
+                "this is not allowed; check the permissions of the file and its folder".into()
+            }
+            ErrorKind::IsADirectory => "this is a folder; name a file in it".into(),
+            ErrorKind::StorageFull => "the disk is full; make room or write elsewhere".into(),
+            _ => source.to_string(),
+        };
+        Self::Io { path: path.to_path_buf(), problem, kind: source.kind() }
     }
 
     /// Wrong content.
@@ -150,6 +162,22 @@ impl Error {
     /// A reflectance model refuses.
     pub fn model(at: Place, source: ModelError) -> Self {
         Self::Model { at, source: Box::new(source) }
+    }
+}
+
+/// Which part of `path` is missing, and what may have been meant.
+fn not_found(path: &Path) -> String {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return format!("there is no folder '{}'; make it, or check its name", folder.display());
+    }
+    // A crowded folder is not searched to its end.
+    let entries = std::fs::read_dir(folder).into_iter().flatten().take(4096).flatten();
+    let names: Vec<String> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    match nearest(&name, names.iter().map(String::as_str)) {
+        Some(near) => format!("there is no such file; did you mean '{near}'?"),
+        None => "there is no such file; check its name".into(),
     }
 }
 
@@ -202,6 +230,19 @@ mod tests {
         assert_eq!(nearest("temperature", known), None);
         let e = Error::unknown(Place::line("a.toml", 3, 7), "key", "aplha", known);
         assert_eq!(e.to_string(), "a.toml:3:7: unknown key 'aplha'; did you mean 'alpha'?");
+    }
+
+    #[test]
+    fn a_missing_file_tells_what_is_missing_and_what_is_near() {
+        let folder = std::env::temp_dir().join(format!("yugen-missing-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("kimono.toml"), "").unwrap();
+        let said = |path: &Path| Error::io(path, std::fs::File::open(path).unwrap_err()).to_string();
+        assert!(said(&folder.join("kimnoo.toml")).ends_with("no such file; did you mean 'kimono.toml'?"));
+        assert!(said(&folder.join("z")).ends_with("there is no such file; check its name"));
+        let nowhere = said(&folder.join("obi/kimono.toml"));
+        assert!(nowhere.contains("there is no folder") && nowhere.contains("obi'; make it"), "{nowhere}");
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

@@ -29,7 +29,8 @@ pub struct Render {
     size: Option<[u32; 2]>,
 
     /// Samples per pixel instead of what the scene says. Powers of two serve best.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), group = "budget")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true,
+          group = "budget")]
     spp: Option<u32>,
 
     /// Render for this long: 90, 90s, 5m, 1h.
@@ -103,7 +104,9 @@ impl Render {
         let prepared = started.elapsed() - loaded;
 
         let checkpoint = checkpoint_path(&self.output);
-        if self.resume && checkpoint.exists() {
+        if self.resume && !checkpoint.exists() {
+            eprintln!("there is no checkpoint {}: starting from the beginning", checkpoint.display());
+        } else if self.resume {
             let bytes = std::fs::read(&checkpoint).with_context(|| format!("{}", checkpoint.display()))?;
             job.resume(&bytes).with_context(|| format!("{}", checkpoint.display()))?;
             if !self.json {
@@ -225,10 +228,11 @@ impl Render {
             return;
         }
         println!(
-            "{}: {w}x{h}, {:.1} samples a pixel in {seconds:.1} s ({:.2} M samples/s)",
+            "{}: {w}x{h}, {:.1} samples a pixel in {seconds:.1} s{}",
             self.output.display(),
             status.samples as f64 / pixels as f64,
-            rate / 1e6,
+            // Nothing can be said of a moment.
+            if seconds > 0.05 { format!(" ({:.2} M samples/s)", rate / 1e6) } else { String::new() },
         );
         if status.rejected > 0 {
             println!("{} samples were not finite and were left out", status.rejected);
@@ -265,7 +269,7 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let number = |s: &str| s.parse::<u32>().ok().filter(|n| (1..=1 << 16).contains(n));
     text.split_once(['x', 'X'])
         .and_then(|(w, h)| Some([number(w)?, number(h)?]))
-        .ok_or_else(|| "expected width x height in pixels, as in 640x480".to_string())
+        .ok_or_else(|| "expected width x height in pixels, each 1 to 65536, as in 640x480".to_string())
 }
 
 fn parse_time(text: &str) -> Result<Duration, String> {

@@ -174,7 +174,11 @@ fn json_says_what_was_done() {
 fn mistakes_are_told_before_anything_is_rendered() {
     let folder = Folder::new("mistakes");
     let scene = folder.file("ball.toml");
-    let cases: [(&[&str], &str, &str); 5] = [
+    let cases: [(&[&str], &str, &str); 9] = [
+        (&[], "missing/a.png", "there is no folder"),
+        (&[], ".", "cannot tell a picture format"),
+        (&["-D", "spp=4"], "a.exr", "has no parameters, so 'spp'"),
+        (&["--size", "65536x65536"], "a.exr", "give a smaller size"),
         (&[], "a.bmp", "exr"),
         (&["--aov", "normal"], "a.png", "--aov needs an .exr"),
         (&["--camera", "left"], "a.exr", "no camera called 'left'"),
@@ -184,11 +188,15 @@ fn mistakes_are_told_before_anything_is_rendered() {
     for (arguments, output, expected) in cases {
         let text = refused(&run(yugen(&scene, &folder.file(output), arguments)));
         assert!(text.contains(expected), "{arguments:?}: {text}");
-        assert!(!folder.file(output).exists());
+        assert!(output == "." || !folder.file(output).exists());
     }
     std::fs::write(&scene, SCENE.replace("reflectance = 0.8", "reflectanse = 0.8")).expect("the scene");
     let text = refused(&run(yugen(&scene, &folder.file("a.exr"), &[])));
     assert!(text.contains("ball.toml:12:1") && text.contains("reflectance"), "{text}");
     let text = refused(&run(yugen(&folder.file("none.toml"), &folder.file("a.exr"), &[])));
-    assert!(text.contains("none.toml"), "{text}");
+    assert!(text.contains("none.toml: there is no such file; check its name\n"), "{text}");
+    let text = refused(&run(yugen(&folder.file("bal.toml"), &folder.file("a.exr"), &[])));
+    assert!(text.contains("did you mean 'ball.toml'?"), "{text}");
+    let text = refused(&run(yugen(&folder.0, &folder.file("a.exr"), &[])));
+    assert!(text.contains("this is a folder"), "{text}");
 }

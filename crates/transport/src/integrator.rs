@@ -37,6 +37,19 @@ pub enum PrepareError {
     /// Lights.
     #[error(transparent)]
     Light(#[from] crate::lights::LightError),
+    /// A picture too large to keep.
+    #[error(
+        "a picture of {width} x {height} pixels is more than the {limit} that are rendered at once; give a smaller \
+         size, or render parts of it by a crop"
+    )]
+    TooLarge {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+        /// Most pixels.
+        limit: u64,
+    },
     /// A camera called that does not exist.
     #[error("there is no camera called '{name}' (the scene has {known})")]
     UnknownCamera {

@@ -57,6 +57,8 @@ pub enum Budget {
 
 /// Most samples a pixel gets under an error target.
 pub const MAX_SAMPLES: u32 = 1 << 16;
+/// Most pixels of a picture: 16 GB of sums and moments.
+const MAX_PIXELS: u64 = 1 << 28;
 /// Fewest samples before the error of a tile is believed.
 const MIN_SAMPLES: u32 = 32;
 /// Samples per pixel of one visit to a tile.
@@ -152,6 +154,10 @@ impl Job {
         let named = aovs.iter().flat_map(|a| channels(*a)).copied();
         let channels = ["R", "G", "B", "A"].into_iter().chain(named).map(String::from).collect();
         let layout = FilmLayout::new(&camera.film, channels);
+        let [_, _, width, height] = layout.window;
+        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+            return Err(PrepareError::TooLarge { width, height, limit: MAX_PIXELS });
+        }
         let budget = options.budget.unwrap_or(Budget::Samples(camera.samples_per_pixel.max(1)));
         let mut print = Fingerprint::default();
         print.word(scene.fingerprint());

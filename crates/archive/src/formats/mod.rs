@@ -43,15 +43,17 @@ pub struct Format {
     pub name: &'static str,
     /// Lower case, without the dot.
     pub extensions: &'static [&'static str],
+    /// Whether its files have parameters for [`Options::defines`].
+    pub parameters: bool,
     /// Reads a scene from the bytes of a file; the path names it in messages and says where its files lie.
     pub read: fn(&[u8], &Path, &Options) -> Result<Scene, Error>,
 }
 
 /// Every format that scenes come in.
 pub const FORMATS: &[Format] = &[
-    Format { name: "Yugen TOML", extensions: &["toml"], read: toml::read },
-    Format { name: "glTF 2.0", extensions: &["glb", "gltf"], read: gltf::read },
-    Format { name: "Mitsuba 3 XML", extensions: &["xml"], read: mitsuba::read },
+    Format { name: "Yugen TOML", extensions: &["toml"], parameters: false, read: toml::read },
+    Format { name: "glTF 2.0", extensions: &["glb", "gltf"], parameters: false, read: gltf::read },
+    Format { name: "Mitsuba 3 XML", extensions: &["xml"], parameters: true, read: mitsuba::read },
 ];
 
 /// Reads a scene in the format that the extension of its file names.
@@ -59,8 +61,16 @@ pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let Some(format) = FORMATS.iter().find(|f| f.extensions.contains(&extension.as_str())) else {
         let known = FORMATS.iter().flat_map(|f| f.extensions).copied();
-        return Err(Error::unknown(Place::file(path), "scene file extension", &extension, known));
+        return Err(match path.is_dir() {
+            true => Error::io(path, std::io::ErrorKind::IsADirectory.into()),
+            false => Error::unknown(Place::file(path), "scene file extension", &extension, known),
+        });
     };
+    if let (false, Some((name, _))) = (format.parameters, options.defines.first()) {
+        let problem =
+            format!("a {} scene has no parameters, so '{name}' cannot be given a value", format.name);
+        return Err(Error::invalid(Place::file(path), problem));
+    }
     (format.read)(&read_file(path)?, path, options)
 }
 

@@ -140,7 +140,8 @@ fn set(kind: Kind, slots: &mut [f32], name: &str, value: &str) -> Result<()> {
             )
         })?;
     if let Some(bad) = numbers.iter().find(|v| !(param.min..=param.max).contains(v)) {
-        bail!("{name} is {bad}; expected {} to {} {}", param.min, param.max, param.unit);
+        let expected = format!("{} to {} {}", param.min, param.max, param.unit);
+        bail!("{name} is {bad}; expected {}", expected.trim_end());
     }
     match (param.width(), numbers.as_slice()) {
         (w, [v]) => slots[at..at + w].fill(*v),

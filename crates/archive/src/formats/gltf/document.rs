@@ -449,6 +449,11 @@ impl Document {
                 let (json, binary) = split_glb(bytes, path)?;
                 (json, 20, binary)
             }
+            None if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) => {
+                let problem =
+                    "a .glb file starts with 'glTF'; this is another format, or glTF as text (.gltf)";
+                return Err(Error::invalid(Place::byte(path, 0), problem));
+            }
             None => (bytes, 0, None),
         };
         let mut deserializer = serde_json::Deserializer::from_slice(json);
@@ -671,8 +676,12 @@ fn split_glb<'a>(bytes: &'a [u8], path: &Path) -> Result<(&'a [u8], Option<&'a [
         let length = word(at)? as usize;
         (bytes.get(at + 4..at + 8)? == kind).then(|| bytes.get(at + 8..)?.get(..length)).flatten()
     };
-    let json =
-        chunk(12, b"JSON").ok_or_else(|| invalid(12, "expected a JSON chunk that lies within the file"))?;
+    let json = chunk(12, b"JSON").ok_or_else(|| {
+        invalid(
+            12,
+            "expected a JSON chunk that ends within the file; it is cut short, fetch or export it again",
+        )
+    })?;
     let next = 20 + json.len().next_multiple_of(4);
     match chunk(next, b"BIN\0") {
         Some(binary) => Ok((json, Some(binary))),

@@ -267,7 +267,7 @@ fn damaged_files_are_refused_in_words() {
     }
     let glb = |bytes: &[u8]| read(bytes, "a.glb".as_ref(), &Options::default()).unwrap_err().to_string();
     assert!(glb(b"glTF\x01\0\0\0").contains("version 2"));
-    assert!(glb(b"glTF\x02\0\0\0\xff\0\0\0\xff\xff\0\0JSON{}").contains("lies within the file"));
+    assert!(glb(b"glTF\x02\0\0\0\xff\0\0\0\xff\xff\0\0JSON{}").contains("ends within the file"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! OpenEXR: any channels, several parts, half and float in; one part, ZIP-compressed scanlines out.
 
-use super::{Codec, Decoded, ReadOptions, WriteOptions};
+use super::{Codec, Decoded, ReadOptions, WriteOptions, damaged};
 use crate::{Error, Place};
 use ::exr::meta::MetaData;
 use ::exr::prelude::{FlatSamples, ReadChannels, ReadLayers, f16, read};
@@ -20,7 +20,7 @@ pub const CODEC: Codec = Codec {
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
 fn decode(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Decoded, Error> {
-    let invalid = |e: ::exr::error::Error| Error::invalid(at.clone(), e.to_string());
+    let invalid = |e: ::exr::error::Error| Error::invalid(at.clone(), damaged(e));
     let window = admit(bytes, options, at)?;
     let file = read()
         .no_deep_data()
@@ -84,7 +84,7 @@ struct Window {
 /// Reads only the header, and refuses what it should not have promised.
 fn admit(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Window, Error> {
     let invalid = |problem: String| Error::invalid(at.clone(), problem);
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| invalid(e.to_string()))?;
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| invalid(damaged(e)))?;
     let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);
     let (mut channels, mut samples, mut chunks) = (0u64, 0u64, 0u64);
     for header in &meta.headers {

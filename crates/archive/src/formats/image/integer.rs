@@ -1,6 +1,6 @@
 //! What PNG, JPEG and WebP share: integers that are sRGB display values unless read as raw.
 
-use super::{Decoded, ReadOptions, WriteOptions, shown_channels};
+use super::{Decoded, ReadOptions, WriteOptions, damaged, shown_channels};
 use crate::{Error, Place};
 use ::image::{ColorType, ImageDecoder, Limits};
 use yugen_optics::colour::srgb_to_linear;
@@ -9,7 +9,7 @@ use yugen_optics::{Image, Vec3};
 
 /// Everything a decoder of the `image` crate can give, as linear floats.
 pub fn decode(mut decoder: impl ImageDecoder, options: &ReadOptions, at: &Place) -> Result<Decoded, Error> {
-    let invalid = |e: ::image::ImageError| Error::invalid(at.clone(), e.to_string());
+    let invalid = |e: ::image::ImageError| Error::invalid(at.clone(), damaged(e));
     let (width, height) = decoder.dimensions();
     let (names, wide): (&[&str], bool) = match decoder.color_type() {
         ColorType::L8 => (&["Y"], false),

@@ -1,6 +1,6 @@
 //! JPEG (ISO/IEC 10918), 8 bits.
 
-use super::{Codec, integer};
+use super::{Codec, damaged, integer};
 use crate::Error;
 use ::image::codecs::jpeg::{JpegDecoder, JpegEncoder};
 use ::image::{ExtendedColorType, ImageEncoder};
@@ -12,7 +12,12 @@ pub const CODEC: Codec = Codec {
     recognises: |bytes| bytes.starts_with(b"\xff\xd8\xff"),
     decode: |bytes, options, at| {
         let decoder =
-            JpegDecoder::new(Cursor::new(bytes)).map_err(|e| Error::invalid(at.clone(), e.to_string()))?;
+            JpegDecoder::new(Cursor::new(bytes)).map_err(|e| Error::invalid(at.clone(), damaged(e)))?;
+        // The decoder paints grey what is missing. Within the data of a scan neither marker can stand.
+        let last = |marker: &[u8]| bytes.windows(2).rposition(|w| w == marker);
+        if last(b"\xff\xd9") < last(b"\xff\xda") {
+            return Err(Error::invalid(at.clone(), damaged("it ends before its end marker")));
+        }
         integer::decode(decoder, options, at)
     },
     encode: Some(|image, options| {

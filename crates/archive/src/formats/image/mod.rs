@@ -19,7 +19,7 @@ pub mod rows;
 mod tiff;
 mod webp;
 
-use crate::{Error, Place, atomic_write, read_bounded};
+use crate::{Error, Place, atomic_write, check_writable, read_bounded};
 use std::path::Path;
 use yugen_optics::colour::rgb_to_rgb;
 use yugen_optics::tonemap::Curve;
@@ -173,10 +173,16 @@ impl WriteOptions {
     }
 }
 
-/// Whether a file of this name can be written by [`write`]; the error names the formats that can. Ask
-/// before an hour of rendering.
+/// Whether this file can be written by [`write`]: its format, which the error names, and its folder. Ask before an
+/// hour of rendering.
 pub fn can_write(path: &Path) -> Result<(), Error> {
-    writer(path).map(|_| ())
+    writer(path)?;
+    check_writable(path)
+}
+
+/// What a decoder found, and what to do.
+fn damaged(found: impl std::fmt::Display) -> String {
+    format!("this picture cannot be decoded ({found}); it is damaged or cut short, fetch or export it again")
 }
 
 /// Reads a picture. The format is told by the content, not by the name.

@@ -1,6 +1,6 @@
 //! PNG, 8 and 16 bits (ISO/IEC 15948).
 
-use super::{Codec, integer};
+use super::{Codec, damaged, integer};
 use crate::Error;
 use ::image::codecs::png::{PngDecoder, PngEncoder};
 use ::image::{ExtendedColorType, ImageEncoder, Limits};
@@ -15,7 +15,7 @@ pub const CODEC: Codec = Codec {
         // Before the size is known: what text chunks and profiles may take.
         limits.max_alloc = Some(1 << 26);
         let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits)
-            .map_err(|e| Error::invalid(at.clone(), e.to_string()))?;
+            .map_err(|e| Error::invalid(at.clone(), damaged(e)))?;
         integer::decode(decoder, options, at)
     },
     encode: Some(|image, options| {
