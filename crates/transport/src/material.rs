@@ -3,9 +3,9 @@
 use crate::texture::{Lookup, Textures};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
-use yugen_archive::scene::{Material, MaterialId, Scene, Value};
+use yugen_archive::scene::{Material, MaterialId, Scene, TextureId, Value};
 use yugen_optics::Frame;
-use yugen_reflectance::{Bsdf, Kind, MAX_SLOTS, ParamType};
+use yugen_reflectance::{Bsdf, Choice, Kind, MAX_SLOTS, ParamType};
 
 /// Most lobes a material may resolve to; more is refused when the scene is prepared.
 pub const MAX_LOBES: usize = 8;
@@ -26,6 +26,7 @@ enum Node {
     Sum(Vec<MaterialId>),
     NormalMap { texture: Value, scale: f32, base: MaterialId },
     BumpMap { texture: Value, scale: f32, base: MaterialId },
+    Cloth { texture: TextureId, form: Choice },
     Null,
 }
 
@@ -142,7 +143,7 @@ impl Materials {
         }
         let node = self.nodes.get(id).ok_or_else(|| format!("there is no material {id}"))?;
         Ok(match node {
-            Node::Model { .. } => 1,
+            Node::Model { .. } | Node::Cloth { .. } => 1,
             Node::TwoSided { front, back } => {
                 self.lobes(*front, depth + 1)?.max(self.lobes(*back, depth + 1)?)
             }
@@ -159,7 +160,7 @@ impl Materials {
 
     fn is_see_through(&self, id: MaterialId) -> bool {
         match &self.nodes[id] {
-            Node::Model { .. } => false,
+            Node::Model { .. } | Node::Cloth { .. } => false,
             Node::TwoSided { front, back } => self.is_see_through(*front) || self.is_see_through(*back),
             Node::Mask { .. } | Node::Null => true,
             Node::NormalMap { base, .. } | Node::BumpMap { base, .. } => self.is_see_through(*base),
@@ -284,6 +285,29 @@ impl Materials {
                     Seen { frame, wo: frame.to_local(seen.frame.to_world(seen.wo)), perturbed: true, ..seen };
                 self.resolve(textures, *base, point, seen, share, room, out);
             }
+            Node::Cloth { texture, form } => {
+                let t = textures.cloth(*texture, &point.lookup);
+                // The frame of the maps is +x along u and +y up, against v; mirrored where the picture is.
+                let up = -point.dp[1].dot(seen.frame.t);
+                let turn = |v: Vec3| Vec3::new(v.x, if up < 0.0 { -v.y } else { v.y }, v.z);
+                let local = Frame::from_normal_tangent(turn(t.normal), turn(t.tangent));
+                let old = seen.frame;
+                let frame =
+                    Frame { s: old.to_world(local.s), t: old.to_world(local.t), n: old.to_world(local.n) };
+                let seen = Seen { frame, wo: local.to_local(seen.wo), perturbed: true, ..seen };
+                let noh = t.noh(*form);
+                let Some((own, rest)) = std::mem::take(room).split_first_mut() else { return };
+                *room = rest;
+                let slots: &[f32] = bytemuck::cast_slice(std::slice::from_ref(&noh));
+                let own = &mut own[..slots.len()];
+                own.copy_from_slice(slots);
+                let lobe = Lobe { bsdf: Bsdf::new(Kind::Noh, own, &[]), seen, weight, probability };
+                if out.first.is_none() {
+                    out.first = Some(lobe);
+                } else {
+                    out.rest.push(lobe);
+                }
+            }
             Node::Null => {
                 out.through += weight;
                 out.through_probability += probability;
@@ -373,6 +397,7 @@ fn node(material: &Material) -> Result<Node, String> {
         Material::BumpMap { texture, scale, base } => {
             Node::BumpMap { texture: Value::Texture(*texture), scale: *scale, base: *base }
         }
+        Material::Cloth { texture, form } => Node::Cloth { texture: *texture, form: *form },
         Material::Null => Node::Null,
     })
 }

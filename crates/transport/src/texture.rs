@@ -5,6 +5,7 @@ use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_archive::scene::{Scene, Texture, TextureFilter, Value, Wrap};
 use yugen_optics::Image;
+use yugen_reflectance::btf::{Btf, Moments, Texel};
 
 /// Where a texture is looked up.
 #[derive(Clone, Copy)]
@@ -28,6 +29,12 @@ enum Node {
     Checkerboard {
         even: Value,
         odd: Value,
+        to_uv: Affine2,
+    },
+    /// Levels of [`Moments`].
+    Cloth {
+        levels: Vec<Arc<Image>>,
+        wrap: Wrap,
         to_uv: Affine2,
     },
     Attribute {
@@ -63,11 +70,16 @@ impl Textures {
                 Texture::Checkerboard { even, odd, to_uv } => {
                     Node::Checkerboard { even: even.clone(), odd: odd.clone(), to_uv: *to_uv }
                 }
+                Texture::Cloth { maps, wrap, to_uv } => {
+                    Node::Cloth { levels: pyramid(&Arc::new(moments(maps))), wrap: *wrap, to_uv: *to_uv }
+                }
                 Texture::MeshAttribute { name } => Node::Attribute { name: name.clone() },
                 Texture::Scaled { texture, factor } => Node::Scaled { texture: *texture, factor: *factor },
             })
             .collect();
-        let filtered = nodes.iter().any(|n| matches!(n, Node::Image { filter: TextureFilter::Mip, .. }));
+        let filtered =
+            |n: &Node| matches!(n, Node::Image { filter: TextureFilter::Mip, .. } | Node::Cloth { .. });
+        let filtered = nodes.iter().any(filtered);
         Self { nodes, luminance: scene.working_space.luminance_weights(), filtered }
     }
 
@@ -110,7 +122,7 @@ impl Textures {
 
     fn texel(&self, id: usize) -> Vec2 {
         match &self.nodes[id] {
-            Node::Image { levels, to_uv, .. } => {
+            Node::Image { levels, to_uv, .. } | Node::Cloth { levels, to_uv, .. } => {
                 let scale = to_uv.matrix2;
                 let (su, sv) = (scale.x_axis.length(), scale.y_axis.length());
                 Vec2::new(
@@ -132,10 +144,7 @@ impl Textures {
                     TextureFilter::Nearest => nearest(&levels[0], *wrap, uv),
                     TextureFilter::Bilinear => bilinear(&levels[0], *wrap, uv),
                     TextureFilter::Mip => {
-                        let stretch = to_uv.matrix2.x_axis.length().max(to_uv.matrix2.y_axis.length());
-                        let texels = at.footprint * stretch * levels[0].width.max(levels[0].height) as f32;
-                        let level = texels.max(1.0).log2().min((levels.len() - 1) as f32);
-                        let (lo, t) = (level as usize, level.fract());
+                        let (lo, t) = level(levels, to_uv, at.footprint);
                         let a = bilinear(&levels[lo], *wrap, uv);
                         if t > 0.0 && lo + 1 < levels.len() {
                             a.lerp(bilinear(&levels[lo + 1], *wrap, uv), t)
@@ -157,6 +166,7 @@ impl Textures {
                 let grey = matches!(value, Value::Number(_));
                 (self.rgb(value, at), grey)
             }
+            Node::Cloth { .. } => (self.cloth(id, at).diffuse, false),
             Node::Attribute { name } => {
                 let found = at.surface.and_then(|(geometry, surface)| geometry.attribute(surface, name));
                 (found.unwrap_or(Vec3::ZERO), false)
@@ -166,6 +176,33 @@ impl Textures {
                 (c * *factor, grey && factor.x == factor.y && factor.y == factor.z)
             }
         }
+    }
+
+    /// What the maps of a cloth say, averaged over the footprint: trilinear in moments, which is what may be averaged.
+    /// A black flat texel where `id` is no cloth.
+    pub fn cloth(&self, id: usize, at: &Lookup) -> Texel {
+        let Node::Cloth { levels, wrap, to_uv } = &self.nodes[id] else { return Moments::default().texel() };
+        let uv = to_uv.transform_point2(at.uv);
+        let (lo, t) = level(levels, to_uv, at.footprint);
+        let mut sum = Moments::default();
+        for (image, weight) in levels[lo..].iter().zip([1.0 - t, t]).filter(|l| l.1 > 0.0) {
+            let (x, y) = (uv.x * image.width as f32 - 0.5, uv.y * image.height as f32 - 0.5);
+            let (tx, ty) = (x - x.floor(), y - y.floor());
+            let (x, y) = (x.floor() as i64, y.floor() as i64);
+            for (dx, dy, part) in [
+                (0, 0, (1.0 - tx) * (1.0 - ty)),
+                (1, 0, tx * (1.0 - ty)),
+                (0, 1, (1.0 - tx) * ty),
+                (1, 1, tx * ty),
+            ] {
+                let x = wrap_index(x + dx, image.width, *wrap);
+                let y = wrap_index(y + dy, image.height, *wrap);
+                for (sum, v) in sum.values.iter_mut().zip(image.pixel(x, y)) {
+                    *sum += v * (weight * part);
+                }
+            }
+        }
+        sum.texel()
     }
 
     /// The mean of a value over the unit square, for constants derived from textures.
@@ -185,6 +222,21 @@ impl Textures {
             _ => self.rgb(value, &Lookup { uv: Vec2::ZERO, footprint: 0.0, surface: None }),
         }
     }
+}
+
+/// The finer of the two levels that a footprint lies between, and how far it is to the other.
+fn level(levels: &[Arc<Image>], to_uv: &Affine2, footprint: f32) -> (usize, f32) {
+    let stretch = to_uv.matrix2.x_axis.length().max(to_uv.matrix2.y_axis.length());
+    let texels = footprint * stretch * levels[0].width.max(levels[0].height) as f32;
+    let level = texels.max(1.0).log2().min((levels.len() - 1) as f32);
+    (level as usize, level.fract())
+}
+
+/// The [`Moments`] of every texel, as a picture with as many channels.
+fn moments(maps: &Btf) -> Image {
+    let names: Vec<String> = (0..Moments::COUNT).map(|i| i.to_string()).collect();
+    let data = maps.texels.iter().flat_map(|t| Moments::of(t).values).collect();
+    Image { width: maps.width, height: maps.height, channels: names, data }
 }
 
 fn wrap_index(i: i64, n: usize, wrap: Wrap) -> usize {

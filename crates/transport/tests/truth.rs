@@ -5,9 +5,11 @@ use std::f32::consts::PI;
 use std::sync::Arc;
 use yugen_archive::scene::{
     Aov, Camera, Film, Filter, FovAxis, Geometry, Integrator, Light, Material, Mesh, Projection, Scene,
-    Shape, Value,
+    Shape, Texture, Value, Wrap,
 };
-use yugen_reflectance::Kind;
+use yugen_optics::{ColourSpace, Frame};
+use yugen_reflectance::btf::{Btf, Texel};
+use yugen_reflectance::{Choice, Kind, Model};
 use yugen_transport::render::{Action, Budget, Job, Options, ResumeError};
 
 fn camera(width: u32, height: u32, from: Vec3, to: Vec3) -> Camera {
@@ -349,4 +351,98 @@ fn the_id_tells_instances_apart() {
     let ids: Vec<f32> = (0..3).map(|x| image.pixel(x, 0)[id]).collect();
     assert_eq!(ids[1], 0.0);
     assert!(ids[0] > 0.0 && ids[2] > 0.0 && ids[0] != ids[2], "{ids:?}");
+}
+
+/// A cloth that fills the view of a camera straight above it, its top row up; or its mirror image.
+fn flat_cloth(maps: Btf, form: u32, size: u32, light: Vec3, mirrored: bool) -> Scene {
+    let corner = |x: f32, y: f32| Vec3::new(x, y, 0.0);
+    let u = |x: f32| if mirrored { 0.5 - 0.5 * x } else { 0.5 + 0.5 * x };
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    let quad = Mesh {
+        name: "cloth".into(),
+        positions: corners.map(|(x, y)| corner(x, y)).to_vec(),
+        uvs: corners.map(|(x, y)| Vec2::new(u(x), 0.5 - 0.5 * y)).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    };
+    let mut above = camera(size, size, Vec3::new(0.0, 0.0, 3.0), Vec3::ZERO);
+    above.projection = Projection::Orthographic;
+    let maps = Arc::new(maps);
+    Scene {
+        working_space: ColourSpace::LinearSrgb,
+        cameras: vec![above],
+        textures: vec![Texture::Cloth { maps, wrap: Wrap::Repeat, to_uv: glam::Affine2::IDENTITY }],
+        materials: vec![Material::Cloth { texture: 0, form: Choice(form as f32) }],
+        shapes: vec![shape(Geometry::Mesh(Arc::new(quad)), Mat4::IDENTITY, 0)],
+        lights: vec![Light::Directional { direction: -light, irradiance: Vec3::ONE }],
+        ..Scene::default()
+    }
+}
+
+fn thread(slope: Vec2, along: Vec2) -> Texel {
+    let frame = Frame::from_normal_tangent(slope.extend(1.0).normalize(), along.extend(0.0));
+    Texel {
+        diffuse: Vec3::new(0.3, 0.1, 0.05),
+        specular: Vec3::new(0.6, 0.5, 0.2),
+        normal: frame.n,
+        tangent: frame.s,
+        sigma: Vec2::new(0.35, 0.12),
+        confidence: 1.0,
+    }
+}
+
+/// Radiance under irradiance 1 of a texel that lies in the plane z = 0.
+fn shone(t: &Texel, form: u32, light: Vec3) -> Vec3 {
+    let frame = t.frame();
+    let wi = frame.to_local(light);
+    t.noh(Choice(form as f32)).eval(&[], frame.to_local(Vec3::Z), wi) * wi.z.max(0.0)
+}
+
+/// Normal and tangent of the maps stand in the world as in the picture, in a mirror as in the mirrored one.
+#[test]
+fn a_cloth_shines_as_its_texels_say() {
+    let light = Vec3::new(0.35, 0.3, 0.9).normalize();
+    let t = thread(Vec2::new(0.15, 0.1), Vec2::new(0.8, 0.6));
+    let other = thread(Vec2::new(-0.15, 0.1), Vec2::new(-0.8, 0.6));
+    for form in [0, 1, 5] {
+        for (mirrored, want) in [(false, shone(&t, form, light)), (true, shone(&other, form, light))] {
+            let maps =
+                Btf { width: 4, height: 4, colour_space: ColourSpace::LinearSrgb, texels: vec![t; 16] };
+            let image = render(&flat_cloth(maps, form, 8, light, mirrored), 4);
+            for c in 0..3 {
+                let got = mean(&image, c);
+                let want = f64::from(want[c]);
+                assert!(
+                    (got / want - 1.0).abs() < 1e-3,
+                    "form {form}, mirrored {mirrored}: {got}, expected {want}"
+                );
+            }
+        }
+    }
+}
+
+/// From afar, two kinds of threads whose normals lean apart shine as much as the mean of their highlights, near that of
+/// every texel by itself; the mean normal alone would be dark here or blinding.
+#[test]
+fn a_cloth_from_afar_is_as_rough_as_its_threads_are_crooked() {
+    let texels: Vec<Texel> = (0..64 * 64)
+        .map(|i| {
+            let across = ((i % 64 % 8) as f32 - 3.5) / 3.5;
+            thread(Vec2::new(0.3 * across, 0.0), Vec2::Y)
+        })
+        .collect();
+    for polar in [0.0f32, 0.3, 0.6] {
+        let light = Vec3::new(polar.sin(), 0.0, polar.cos());
+        let each = texels.iter().map(|t| shone(t, 0, light)).sum::<Vec3>() / texels.len() as f32;
+        let maps =
+            Btf { width: 64, height: 64, colour_space: ColourSpace::LinearSrgb, texels: texels.clone() };
+        // A pixel has eight texels across, a whole thread.
+        let got = mean(&render(&flat_cloth(maps, 0, 8, light, false), 16), 0);
+        let flat = f64::from(shone(&thread(Vec2::ZERO, Vec2::Y), 0, light).x);
+        let want = f64::from(each.x);
+        println!("{polar}: {got:.4}, texel by texel {want:.4}, mean normal {flat:.4}");
+        // Worst .20: these slopes are spread evenly, the Gaussian that stands for them is not.
+        assert!((got / want - 1.0).abs() < 0.25, "{polar}: {got}, texel by texel {want}");
+        assert!(polar == 0.3 || (flat / want - 1.0).abs() > 0.5, "{polar}: the test is too easy");
+    }
 }

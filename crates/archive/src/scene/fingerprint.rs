@@ -20,6 +20,10 @@ impl Scene {
                     picture(&mut print, image);
                     print.debug(&(filter, wrap, to_uv, channel));
                 }
+                Texture::Cloth { maps, wrap, to_uv } => {
+                    picture(&mut print, &crate::formats::btf::image(maps));
+                    print.debug(&(maps.colour_space, wrap, to_uv));
+                }
                 small => print.debug(small),
             }
         }

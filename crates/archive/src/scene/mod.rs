@@ -17,7 +17,8 @@ pub use material::ModelBuilder;
 use glam::{Affine2, Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};
-use yugen_reflectance::Kind;
+use yugen_reflectance::btf::Btf;
+use yugen_reflectance::{Choice, Kind};
 
 /// Index into [`Scene::textures`].
 pub type TextureId = usize;
@@ -88,6 +89,15 @@ pub enum Texture {
     MeshAttribute {
         /// For example `vertex_color`.
         name: String,
+    },
+    /// The maps of a cloth, for [`Material::Cloth`]; always filtered. As a colour: ρ_d.
+    Cloth {
+        /// In the working space.
+        maps: Arc<Btf>,
+        /// What lies outside [0, 1).
+        wrap: Wrap,
+        /// Applied to (u, v) first.
+        to_uv: Affine2,
     },
     /// A texture times a constant (glTF's factors).
     Scaled {
@@ -167,6 +177,14 @@ pub enum Material {
         scale: f32,
         /// What is turned.
         base: MaterialId,
+    },
+    /// The model `noh` with all its numbers, the normal and the tangent from the maps of a cloth. From afar the normals
+    /// of many texels become the width of one highlight.
+    Cloth {
+        /// A [`Texture::Cloth`].
+        texture: TextureId,
+        /// The parameter `form` of `noh`; not `ashikhmin2000`, whose table is for constant widths.
+        form: Choice,
     },
     /// Turns the shading frame by the slope of a height field.
     BumpMap {

@@ -11,8 +11,8 @@
 //! of lines and of logarithms of widths.
 
 use super::lanes::{F, Mask};
-use glam::{Mat2, Vec2, Vec3};
-use yugen_optics::Frame;
+use glam::{Vec2, Vec3};
+use yugen_reflectance::btf::Texel;
 
 /// Numbers of a texel.
 pub(crate) const N: usize = 7;
@@ -99,20 +99,8 @@ pub(crate) fn logarithm([p11, p12, p22]: [f32; 3]) -> Option<[f32; 3]> {
 pub(crate) fn surface(t: &Theta) -> (Vec3, Vec3, Vec2) {
     let [_, _, a, b, m, p, q] = *t;
     let n = Vec3::new(a, b, 1.0).normalize();
-    let frame = Frame::from_normal(n);
-    let [p11, p12, p22] = precision(m, p, q);
-    let world = Mat2::from_cols(Vec2::new(p11, p12), Vec2::new(p12, p22)) * (n.z * n.z);
-    // The form that P is, on the two tangents of the frame.
-    let lower = |e: Vec3| Vec2::new(e.x - e.z * a, e.y - e.z * b);
-    let (e, f) = (lower(frame.s), lower(frame.t));
-    let (ee, ef, ff) = (e.dot(world * e), e.dot(world * f), f.dot(world * f));
-    let (mean, half) = (0.5 * (ee + ff), (0.5 * (ee - ff)).hypot(ef));
-    // The smaller eigenvalue belongs to the long axis, at right angles to the larger one's.
-    let angle = 0.5 * ef.atan2(0.5 * (ee - ff)) + std::f32::consts::FRAC_PI_2;
-    let tangent = frame.s * angle.cos() + frame.t * angle.sin();
-    let det = (ee * ff - ef * ef).max(1e-12);
-    let large = mean + half;
-    (n, tangent, Vec2::new((large / det).sqrt(), large.powf(-0.5)))
+    let (tangent, sigma) = Texel::of_slope_form(n, precision(m, p, q));
+    (n, tangent, sigma)
 }
 
 /// What makes D of ρ_d and A of ρ_s at this normal and width: D = ρ_d · first, A = ρ_s · second.
@@ -124,11 +112,9 @@ pub(crate) fn scales(t: &Theta) -> (f32, f32) {
 /// The numbers of a surface with grey albedos.
 #[cfg(test)]
 pub(crate) fn theta(rho_d: f32, rho_s: f32, n: Vec3, t: Vec3, sigma: Vec2) -> Theta {
-    let u = n.cross(t);
-    let form = |i: usize, j: usize| {
-        (t[i] * t[j] / (sigma.x * sigma.x) + u[i] * u[j] / (sigma.y * sigma.y)) / (n.z * n.z)
-    };
-    let [m, p, q] = logarithm([form(0, 0), form(0, 1), form(1, 1)]).unwrap();
+    let of =
+        Texel { diffuse: Vec3::ZERO, specular: Vec3::ZERO, normal: n, tangent: t, sigma, confidence: 1.0 };
+    let [m, p, q] = logarithm(of.slope_form()).unwrap();
     let mut theta = [0.0, 0.0, n.x / n.z, n.y / n.z, m, p, q];
     let (d, s) = scales(&theta);
     (theta[0], theta[1]) = (rho_d * d, (rho_s * s).ln());
@@ -379,6 +365,7 @@ pub(crate) fn linear<R: Rays>(rays: R, value: &[F], weight: &[F], theta: &[F; N]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use yugen_optics::Frame;
     use yugen_optics::random::Pcg32;
     use yugen_reflectance::noh::Noh;
     use yugen_reflectance::{Choice, Model};

@@ -3,7 +3,7 @@
 use super::document::{Item, Keys};
 use super::{Named, Reader};
 use crate::Error;
-use crate::formats::{image, measured};
+use crate::formats::{btf, image, measured};
 use crate::scene::{Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, Value, Wrap};
 use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use yugen_optics::spectrum::{Spectrum, blackbody, emission_rgb, reflectance_rgb}
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::metals::{conductor_names, named_conductor};
 use yugen_reflectance::microfacet::f_conductor;
-use yugen_reflectance::{Data, Kind, ModelError, ParamType};
+use yugen_reflectance::{Choice, Data, Kind, ModelError, ParamType};
 
 /// Words for metals that people use, and the names of the published measurements.
 const METALS: [(&str, &str); 7] = [
@@ -24,6 +24,8 @@ const METALS: [(&str, &str); 7] = [
     ("tungsten", "W"),
     ("mercury", "Hg"),
 ];
+
+const WRAPS: [(&str, Wrap); 3] = [("repeat", Wrap::Repeat), ("mirror", Wrap::Mirror), ("clamp", Wrap::Clamp)];
 
 /// What a value is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,8 +170,7 @@ impl<'a> Reader<'a> {
                     ("mip", TextureFilter::Mip),
                 ];
                 let filter = keys.or("filter", TextureFilter::default(), |i| i.one_of("filter", &filters))?;
-                let wraps = [("repeat", Wrap::Repeat), ("mirror", Wrap::Mirror), ("clamp", Wrap::Clamp)];
-                let wrap = keys.or("wrap", Wrap::default(), |i| i.one_of("wrap", &wraps))?;
+                let wrap = keys.or("wrap", Wrap::default(), |i| i.one_of("wrap", &WRAPS))?;
                 let channel = match keys.get("channel") {
                     Some(item) => {
                         let name = item.text()?;
@@ -271,7 +272,16 @@ impl<'a> Reader<'a> {
 
         let (model, blend, sum, front) =
             (keys.get("model"), keys.get("blend"), keys.get("sum"), keys.get("front"));
+        let cloth = keys.get("btf");
         let material = match (model, blend, sum, front) {
+            (None, None, None, None) if cloth.is_some() => {
+                self.cloth(cloth.as_ref().unwrap_or(&item), &mut keys)?
+            }
+            _ if cloth.is_some() => {
+                let problem =
+                    format!("{}: 'btf' takes the place of a model and of other materials", keys.what);
+                return Err(keys.invalid(problem));
+            }
             (Some(model), None, None, None) => self.model(&model, &mut keys)?,
             (None, Some(blend), None, None) => {
                 let parts = blend.array()?;
@@ -292,7 +302,7 @@ impl<'a> Reader<'a> {
             }
             _ => {
                 let problem = format!(
-                    "{} needs one of 'model', 'blend' (two materials), 'sum' (several) and 'front' with 'back'",
+                    "{} needs one of 'model', 'btf' (a file), 'blend' (two materials), 'sum' (several) and 'front' with 'back'",
                     keys.what
                 );
                 return Err(keys.invalid(problem));
@@ -393,6 +403,24 @@ impl<'a> Reader<'a> {
             builder.data(self.measured(kind, &file)?);
         }
         builder.build().map_err(|e| Error::model(item.place(), e))
+    }
+
+    /// The maps of a cloth as a material.
+    fn cloth(&mut self, file: &Item<'a>, keys: &mut Keys<'a>) -> Result<Material, Error> {
+        let path = self.folders.find(file.text()?, file.place())?;
+        let maps = Arc::new(btf::load(&path, self.scene.working_space)?.0);
+        // Its table is for constant widths.
+        let forms: Vec<(&str, Choice)> = match Kind::Noh.param("form").map(|(_, p)| p.kind) {
+            Ok(ParamType::Choice(names)) => {
+                names.iter().enumerate().map(|(i, n)| (*n, Choice(i as f32))).collect()
+            }
+            _ => Vec::new(),
+        };
+        let forms: Vec<_> = forms.into_iter().filter(|f| f.0 != "ashikhmin2000").collect();
+        let form = keys.or("form", Choice(0.0), |i| i.one_of("form for maps", &forms))?;
+        let wrap = keys.or("wrap", Wrap::default(), |i| i.one_of("wrap", &WRAPS))?;
+        let texture = self.push_texture(Texture::Cloth { maps, wrap, to_uv: to_uv(keys)? });
+        Ok(Material::Cloth { texture, form })
     }
 
     /// The numbers of a measured file, by the model that bakes them.

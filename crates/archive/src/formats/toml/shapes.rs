@@ -252,7 +252,7 @@ impl<'a> Reader<'a> {
             Texture::Checkerboard { even, odd, to_uv } => {
                 Texture::Checkerboard { even: shift(even), odd: shift(odd), to_uv }
             }
-            own @ (Texture::Image { .. } | Texture::MeshAttribute { .. }) => own,
+            own @ (Texture::Image { .. } | Texture::MeshAttribute { .. } | Texture::Cloth { .. }) => own,
         }));
         self.scene.materials.extend(other.materials.into_iter().map(|material| match material {
             Material::Model { kind, params, table } => {
@@ -267,6 +267,7 @@ impl<'a> Reader<'a> {
             Material::NormalMap { texture, scale, base } => {
                 Material::NormalMap { texture: texture + t, scale, base: base + m }
             }
+            Material::Cloth { texture, form } => Material::Cloth { texture: texture + t, form },
             Material::BumpMap { texture, scale, base } => {
                 Material::BumpMap { texture: texture + t, scale, base: base + m }
             }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::{Geometry, Shape, Value};
+use crate::scene::{Geometry, Shape, Value, Wrap};
 use yugen_reflectance::Kind;
 
 fn load(text: &str) -> Result<Scene, Error> {
@@ -263,4 +263,33 @@ fn files_textures_and_transforms() {
     assert!((axis - Vec3::new(0.0, -2.0, 1.0).normalize()).length() < 1e-6 && beam < cutoff);
     // No camera in the file: one that sees everything.
     assert_eq!(scene.cameras[0].name, "framing");
+}
+
+#[test]
+fn maps_of_a_cloth_are_a_material() {
+    use crate::formats::btf;
+    use yugen_reflectance::btf::Btf;
+    let folder = std::env::temp_dir().join(format!("yugen-toml-btf-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let texels = vec![btf::NOTHING; 6];
+    let maps = Btf { width: 3, height: 2, colour_space: ColourSpace::LinearSrgb, texels };
+    btf::save(&folder.join("c.btf"), &maps, &btf::About::default()).unwrap();
+    let read = |material: &str| {
+        let text = format!("[material.m]\n{material}\n[[shape]]\ntype = \"sphere\"\nmaterial = \"m\"\n");
+        read(text.as_bytes(), &folder.join("s.toml"), &Options::default())
+    };
+    let scene = read("btf = \"c.btf\"\nform = \"ggx\"\nscale = 4\nwrap = \"mirror\"").unwrap();
+    let Material::Cloth { texture, form } = scene.materials[scene.shapes[0].material] else {
+        panic!("a cloth")
+    };
+    assert_eq!(form.index(), 5);
+    let Texture::Cloth { maps, wrap: Wrap::Mirror, to_uv } = &scene.textures[texture] else { panic!("maps") };
+    assert_eq!((maps.width, maps.height, maps.colour_space), (3, 2, scene.working_space));
+    assert_eq!(to_uv.transform_point2(Vec2::ONE), Vec2::splat(4.0));
+    let say = |material: &str| read(material).unwrap_err().to_string();
+    assert!(say("btf = \"c.btf\"\nform = \"ashikhmin2000\"").contains("form for maps 'ashikhmin2000'"));
+    assert!(say("btf = \"c.btf\"\nmodel = \"noh\"").contains("takes the place of a model"));
+    assert!(say("btf = \"d.btf\"").contains("d.btf"));
+    assert!(say("btf = \"c.btf\"\nroughness = 1").contains("roughness"));
+    std::fs::remove_dir_all(&folder).unwrap();
 }
