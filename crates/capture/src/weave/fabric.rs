@@ -119,8 +119,7 @@ impl Fabric {
         let mut yarns: Vec<Yarn> = Vec::new();
         let mut kinds: Vec<(Thread, usize)> = Vec::new();
         let mut place = |thread: &Thread| {
-            // Even threads that the file says take no room need some to be seen.
-            let spacing = thread.spacing.max(1e-3);
+            let spacing = thread.spacing;
             let like = |t: &Thread| t.colour == thread.colour && t.thickness == thread.thickness;
             if let Some((_, kind)) = kinds.iter().find(|(t, _)| like(t)) {
                 return (*kind, spacing);
@@ -129,8 +128,8 @@ impl Fabric {
             let radius = 0.5 * thread.thickness.max(1e-3);
             yarns.push(Yarn {
                 name: format!("yarn {}", yarns.len() + 1),
-                // Flattened by the beat, so that neighbours meet.
-                half_width: 1.05 * radius,
+                half_width: radius,
+                // Flattened by the beat.
                 half_height: 0.5 * radius,
                 stiffness: 1.0,
                 loft: 0.0,
@@ -143,8 +142,14 @@ impl Fabric {
             });
             (yarns.len() - 1, spacing)
         };
-        let warp = draft.warp.iter().map(&mut place).collect();
-        let weft = draft.weft.iter().map(&mut place).collect();
+        let mut warp: Vec<(usize, f32)> = draft.warp.iter().map(&mut place).collect();
+        let mut weft: Vec<(usize, f32)> = draft.weft.iter().map(&mut place).collect();
+        for threads in [&mut warp, &mut weft] {
+            // A draft may say that some threads take no room, but not that all do.
+            if threads.iter().map(|(_, spacing)| spacing).sum::<f32>() < 1e-3 {
+                threads.iter_mut().for_each(|(_, spacing)| *spacing = 1e-3);
+            }
+        }
         let name = draft.title.clone();
         Self { name, weave: Weave::of(draft), yarns, warp, weft, colour_space: space }
     }
@@ -219,4 +224,56 @@ pub(super) fn noh(name: &str, space: ColourSpace) -> Option<(Vec3, Vec3, Vec2)> 
     use yugen_reflectance::Model;
     let (m, _) = Noh::preset(name, space)?;
     Some((m.rho_d, m.rho_s, Vec2::new(m.sigma_x, m.sigma_y)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::PRESETS;
+    use super::*;
+
+    /// Peirce's geometry: where threads cross they touch, and none reaches above the top of the ground.
+    #[test]
+    fn threads_touch_where_they_cross() {
+        for preset in PRESETS {
+            let fabric = Fabric::preset(preset.name, ColourSpace::LinearSrgb).unwrap();
+            let top = fabric.top();
+            let mut ties = 0;
+            for (end, pick) in
+                (0..fabric.warp.len()).flat_map(|e| (0..fabric.weft.len()).map(move |p| (e, p)))
+            {
+                let (warp, weft) = (&fabric.yarns[fabric.warp[end].0], &fabric.yarns[fabric.weft[pick].0]);
+                let both = warp.half_height + weft.half_height;
+                let (z_warp, z_weft) = fabric.crossing(end, pick, top);
+                let Some(z_warp) = z_warp else {
+                    // A pattern weft that is not held keeps clear of the ground on its side.
+                    assert!((z_weft.abs() - weft.half_height - top).abs() < 1e-6);
+                    assert_eq!(z_weft < 0.0, fabric.weave.up(end, pick));
+                    continue;
+                };
+                let apart = z_warp - z_weft;
+                let side = if fabric.weave.up(end, pick) { 1.0 } else { -1.0 };
+                assert!((apart - side * both).abs() < 1e-6, "{} {end} {pick}: {apart}", fabric.name);
+                if fabric.ties(end, pick) {
+                    ties += 1;
+                } else {
+                    assert!((z_warp + warp.half_height).max(z_weft + weft.half_height) <= top + 1e-6);
+                }
+            }
+            assert!(ties > 100, "{}: only {ties} ties", fabric.name);
+        }
+    }
+
+    #[test]
+    fn a_draft_keeps_its_colours_and_sizes() {
+        let kinran = Fabric::preset("kinran", ColourSpace::LinearSrgb).unwrap();
+        let draft = kinran.draft();
+        let woven = Fabric::from_draft(&draft, kinran.colour_space);
+        assert_eq!(woven.weave, kinran.weave);
+        // Four kinds of thread, two of which look alike but for their width.
+        assert_eq!(woven.yarns.len(), 4);
+        for ((kind, spacing), thread) in woven.warp.iter().zip(&draft.warp) {
+            assert_eq!(woven.yarns[*kind].diffuse, thread.colour);
+            assert_eq!(*spacing, thread.spacing);
+        }
+    }
 }

@@ -76,7 +76,7 @@ pub struct Simulate {
     #[arg(long, value_name = "PATHS", conflicts_with = "shadows", num_args = 0..=1, default_missing_value = "64", value_parser = clap::value_parser!(u32).range(1..=1 << 16))]
     trace: Option<u32>,
 
-    /// Exposures of each picture, the longest one second.
+    /// Exposures of each picture, the longest first.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
     exposures: u32,
 
@@ -84,7 +84,7 @@ pub struct Simulate {
     #[arg(long, value_name = "STOPS", default_value_t = 3.0, value_parser = parse_stops)]
     stops: f32,
 
-    /// The reflectance factor that fills the sensor in one second [default: 64 for one exposure, 2 for several].
+    /// The reflectance factor that fills the sensor in the longest exposure [default: 64 for one, 2 for several].
     #[arg(long, value_name = "FACTOR", value_parser = parse_positive)]
     white: Option<f32>,
 
@@ -193,10 +193,11 @@ impl Simulate {
             || self.full_well.is_some()
             || self.read_noise.is_some()
             || self.bits.is_some();
-        let white = if self.exposures > 1 { 2.0 } else { usual.white };
+        let white = self.white.unwrap_or(if self.exposures > 1 { 2.0 } else { usual.white });
         let sensor = Sensor {
-            white: self.white.unwrap_or(white),
-            seconds: (0..self.exposures).map(|i| (-self.stops * i as f32).exp2()).collect(),
+            // White fills it in one second, so that light per second is the reflectance factor.
+            white: 1.0,
+            seconds: (0..self.exposures).map(|i| (-self.stops * i as f32).exp2() / white).collect(),
             full_well: match self.full_well {
                 Some(0.0) => f32::INFINITY,
                 given => given.unwrap_or(usual.full_well),
@@ -281,8 +282,6 @@ impl Simulate {
         let bracketed = camera.sensor.as_ref().filter(|s| s.seconds.len() > 1);
         let options = stack::Options {
             near: matches!(lights, Lights::Near(_)),
-            // Merged, a picture is in parts of full scale a second.
-            white: [bracketed.map_or(1.0, |s| 1.0 / s.white); 3],
             response: if bracketed.is_some() { stack::Response::Linear } else { stack::Response::Srgb },
             // EXR says so itself.
             colour_space: bracketed.map(|_| sample.btf.colour_space),
