@@ -6,7 +6,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use yugen_archive::formats::{self, image};
+use yugen_archive::formats::{self, Moment, image};
 use yugen_archive::scene::{Aov, IntegratorKind};
 use yugen_archive::{Scene, atomic_write};
 use yugen_optics::Image;
@@ -79,6 +79,14 @@ pub struct Render {
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
     define: Vec<(String, String)>,
 
+    /// The pose of a glTF scene this many seconds into its animation; as the file stands where absent.
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    at: Option<f64>,
+
+    /// Which animation, by its name; the first where absent.
+    #[arg(long, value_name = "NAME", requires = "at")]
+    animation: Option<String>,
+
     /// From scene light to display light, for .png and .jpg.
     #[arg(long, default_value = "clip", value_parser = Curve::ALL.map(Curve::name), value_name = "CURVE")]
     curve: String,
@@ -97,7 +105,12 @@ impl Render {
     pub fn run(self) -> Result<()> {
         image::can_write(&self.output)?;
         let started = Instant::now();
-        let options = formats::Options { defines: self.define.clone(), ..formats::Options::default() };
+        let moment = |seconds| Moment { seconds: seconds as f32, animation: self.animation.clone() };
+        let options = formats::Options {
+            defines: self.define.clone(),
+            moment: self.at.map(moment),
+            ..formats::Options::default()
+        };
         let scene = formats::load_scene(&self.scene, &options)?;
         let loaded = started.elapsed();
         let job = Job::new(&scene, &self.options(&scene)?)?;

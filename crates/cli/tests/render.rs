@@ -174,7 +174,8 @@ fn json_says_what_was_done() {
 fn mistakes_are_told_before_anything_is_rendered() {
     let folder = Folder::new("mistakes");
     let scene = folder.file("ball.toml");
-    let cases: [(&[&str], &str, &str); 9] = [
+    let cases: [(&[&str], &str, &str); 10] = [
+        (&["--at", "1.5"], "a.exr", "does not move"),
         (&[], "missing/a.png", "there is no folder"),
         (&[], ".", "cannot tell a picture format"),
         (&["-D", "spp=4"], "a.exr", "has no parameters, so 'spp'"),

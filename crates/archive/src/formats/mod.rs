@@ -15,9 +15,9 @@ mod numbers;
 pub mod obj;
 pub mod ply;
 pub mod ptm;
+pub mod readings;
 pub mod relight;
 pub mod relightable;
-pub mod readings;
 pub mod rgl;
 pub mod rti;
 pub mod serialized;
@@ -35,6 +35,17 @@ pub struct Options {
     pub defines: Vec<(String, String)>,
     /// Folders in which a scene's files may lie, besides its own.
     pub folders: Vec<PathBuf>,
+    /// When a scene that moves is read; as its file stands where absent.
+    pub moment: Option<Moment>,
+}
+
+/// A moment of an animation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// From the animation's zero.
+    pub seconds: f32,
+    /// Its name; the first of the file where absent.
+    pub animation: Option<String>,
 }
 
 /// A format that scenes come in.
@@ -45,15 +56,35 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Whether its files have parameters for [`Options::defines`].
     pub parameters: bool,
+    /// Whether its files may move: [`Options::moment`].
+    pub animations: bool,
     /// Reads a scene from the bytes of a file; the path names it in messages and says where its files lie.
     pub read: fn(&[u8], &Path, &Options) -> Result<Scene, Error>,
 }
 
 /// Every format that scenes come in.
 pub const FORMATS: &[Format] = &[
-    Format { name: "Yugen TOML", extensions: &["toml"], parameters: false, read: toml::read },
-    Format { name: "glTF 2.0", extensions: &["glb", "gltf"], parameters: false, read: gltf::read },
-    Format { name: "Mitsuba 3 XML", extensions: &["xml"], parameters: true, read: mitsuba::read },
+    Format {
+        name: "Yugen TOML",
+        extensions: &["toml"],
+        parameters: false,
+        animations: false,
+        read: toml::read,
+    },
+    Format {
+        name: "glTF 2.0",
+        extensions: &["glb", "gltf"],
+        parameters: false,
+        animations: true,
+        read: gltf::read,
+    },
+    Format {
+        name: "Mitsuba 3 XML",
+        extensions: &["xml"],
+        parameters: true,
+        animations: false,
+        read: mitsuba::read,
+    },
 ];
 
 /// Reads a scene in the format that the extension of its file names.
@@ -69,6 +100,10 @@ pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
     if let (false, Some((name, _))) = (format.parameters, options.defines.first()) {
         let problem =
             format!("a {} scene has no parameters, so '{name}' cannot be given a value", format.name);
+        return Err(Error::invalid(Place::file(path), problem));
+    }
+    if !format.animations && options.moment.is_some() {
+        let problem = format!("a {} scene does not move; a glTF file may", format.name);
         return Err(Error::invalid(Place::file(path), problem));
     }
     (format.read)(&read_file(path)?, path, options)

@@ -23,10 +23,40 @@ pub(super) struct Root {
     pub images: Vec<ImageEntry>,
     pub samplers: Vec<Sampler>,
     pub cameras: Vec<CameraEntry>,
+    pub animations: Vec<AnimationEntry>,
     pub accessors: Vec<Accessor>,
     pub buffer_views: Vec<BufferView>,
     pub buffers: Vec<Buffer>,
     pub extensions: RootExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct AnimationEntry {
+    pub name: String,
+    pub channels: Vec<Channel>,
+    pub samplers: Vec<AnimationSampler>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Channel {
+    pub sampler: usize,
+    pub target: Target,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Target {
+    pub node: Option<usize>,
+    pub path: String,
+}
+
+#[derive(Deserialize)]
+pub(super) struct AnimationSampler {
+    /// Times.
+    pub input: usize,
+    /// Values.
+    pub output: usize,
+    pub interpolation: Option<String>,
 }
 
 #[derive(Deserialize, Default)]

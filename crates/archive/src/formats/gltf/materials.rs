@@ -6,6 +6,7 @@ use crate::Error;
 use crate::formats::image;
 use crate::scene::{Material, ModelBuilder, Texture, TextureFilter, TextureId, Value, Wrap};
 use glam::{Affine2, Mat2, Mat3, Vec2, Vec3};
+use std::f32::consts::TAU;
 use std::path::PathBuf;
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};
@@ -135,17 +136,13 @@ impl Reader<'_> {
             values.push(("clearcoat_roughness", roughness));
         }
         if let Some(a) = &x.anisotropy {
-            if a.anisotropy_texture.is_some() {
-                tracing::warn!(
-                    "{}: of the anisotropy texture of '{}' only the strength is used",
-                    self.doc.at,
-                    entry.name
-                );
-            }
             values
                 .push(("anisotropy", self.number(a.anisotropy_strength, a.anisotropy_texture.as_ref(), 2)?));
-            let turn = a.anisotropy_rotation.rem_euclid(std::f32::consts::TAU);
-            values.push(("anisotropy_rotation", Value::Number(turn)));
+            let rotation = match &a.anisotropy_texture {
+                Some(info) => self.directions(info, a.anisotropy_rotation)?,
+                None => Value::Number(a.anisotropy_rotation.rem_euclid(TAU)),
+            };
+            values.push(("anisotropy_rotation", rotation));
         }
         if let Some(i) = &x.iridescence {
             values
@@ -280,6 +277,23 @@ impl Reader<'_> {
         let baked = Image { width: image.width, height: image.height, channels: vec!["Y".into()], data };
         let texture = self.picture(info, Arc::new(baked), None)?;
         Ok(Some(Value::Texture(self.push(texture))))
+    }
+
+    /// Angles of the directions that red and green stand for, [0, 1] for [−1, 1], turned by `turn` radians.
+    fn directions(&mut self, info: &TextureInfo, turn: f32) -> Result<Value, Error> {
+        let image = self.image(info, true)?;
+        let [Some(r), Some(g)] = ["R", "G"].map(|c| image.channel(c)) else {
+            return Ok(Value::Number(turn.rem_euclid(TAU)));
+        };
+        let angle = |p: &[f32]| ((2.0 * p[g] - 1.0).atan2(2.0 * p[r] - 1.0) + turn).rem_euclid(TAU);
+        let data = image.data.chunks_exact(image.channels.len()).map(angle).collect();
+        let angles = Image { width: image.width, height: image.height, channels: vec!["Y".into()], data };
+        let mut texture = self.picture(info, Arc::new(angles), None)?;
+        if let Texture::Image { filter, .. } = &mut texture {
+            // Between an angle and the same a turn on lies every other.
+            *filter = TextureFilter::Nearest;
+        }
+        Ok(Value::Texture(self.push(texture)))
     }
 
     fn texture(&mut self, info: &TextureInfo, raw: bool, channel: Option<usize>) -> Result<TextureId, Error> {

@@ -1,18 +1,19 @@
 //! glTF 2.0 and GLB. Khronos Group 2021, "glTF 2.0 Specification", with the extensions of [`EXTENSIONS`].
 //!
 //! Materials become the model `metallic_roughness`. Skinned and morphed meshes are read in the pose of the
-//! file's nodes and weights; animations are not played. Photometric numbers are taken as radiometric ones: a
+//! file's nodes and weights, or in that of an animation at a moment ([`Options::moment`]). Photometric numbers are taken as radiometric ones: a
 //! candela as 1 W/sr, a lux as 1 W/m², so that lights and emission keep their proportions. A file without a
 //! camera gets one that sees everything, one without light a sun and a sky
 //! ([`Scene::framing_camera`], [`Scene::add_default_light`]).
 
+mod animation;
 mod document;
 mod materials;
 #[cfg(test)]
 mod tests;
 
-use super::Options;
 use super::folders::Folders;
+use super::{Moment, Options};
 use crate::scene::{Camera, Film, FovAxis, Geometry, Light, MaterialId, Mesh, Projection, Shape, Value};
 use crate::{Error, Scene};
 use document::{CameraEntry, Document, LightEntry, Node, Primitive, Skin};
@@ -49,7 +50,7 @@ const MAX_SAMPLES: u64 = 1 << 29;
 /// its files lie.
 pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error> {
     let folders = Folders::new(path, &options.folders)?;
-    let mut scene = read_into(ColourSpace::default(), bytes, path, &folders)?;
+    let mut scene = read_into(ColourSpace::default(), bytes, path, &folders, options.moment.as_ref())?;
     if scene.cameras.is_empty() {
         let camera = scene.framing_camera();
         scene.cameras.push(camera);
@@ -66,13 +67,17 @@ pub(crate) fn read_into(
     bytes: &[u8],
     path: &Path,
     folders: &Folders,
+    moment: Option<&Moment>,
 ) -> Result<Scene, Error> {
     let folders = folders.inside(path);
-    let doc = Document::read(bytes, path, &folders)?;
+    let mut doc = Document::read(bytes, path, &folders)?;
     if let Some(name) = doc.root.extensions_required.iter().find(|e| !EXTENSIONS.contains(&e.as_str())) {
         let problem =
             format!("the file requires the extension {name}, which is not supported; export it without");
         return Err(doc.invalid(problem));
+    }
+    if let Some(moment) = moment {
+        animation::pose(&mut doc, moment)?;
     }
     let reader = Reader {
         doc: &doc,

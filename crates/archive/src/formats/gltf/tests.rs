@@ -95,7 +95,8 @@ fn geometry_instances_cameras_and_lights() {
         { "extensions": { "KHR_lights_punctual": { "light": 1 } } } ]"#;
     let json = document(extra, "", nodes);
     let mut folders = Folders::default();
-    let srgb = read_into(ColourSpace::LinearSrgb, json.as_bytes(), "scene.gltf".as_ref(), &folders).unwrap();
+    let srgb =
+        read_into(ColourSpace::LinearSrgb, json.as_bytes(), "scene.gltf".as_ref(), &folders, None).unwrap();
     assert_eq!((srgb.groups.len(), srgb.shapes.len(), srgb.cameras.len(), srgb.lights.len()), (1, 2, 2, 2));
     assert!(srgb.shapes.iter().all(|s| matches!(s.geometry, Geometry::Instance(0))));
     // The child is scaled, turned and then moved with its parent.
@@ -121,8 +122,8 @@ fn geometry_instances_cameras_and_lights() {
     let Light::Directional { direction, irradiance } = srgb.lights[1] else { panic!("a sun") };
     assert_eq!((direction, irradiance), (Vec3::NEG_Z, Vec3::splat(3.0)));
     folders = Folders::default();
-    let wide =
-        read_into(ColourSpace::LinearRec2020, json.as_bytes(), "scene.gltf".as_ref(), &folders).unwrap();
+    let wide = read_into(ColourSpace::LinearRec2020, json.as_bytes(), "scene.gltf".as_ref(), &folders, None)
+        .unwrap();
     let Light::Spot { intensity, .. } = wide.lights[0] else { panic!("a spot") };
     assert!((intensity.x - (6.274 + 5.0 * 0.3293)).abs() < 2e-3, "{intensity}");
 }
@@ -147,7 +148,8 @@ fn materials_with_every_extension() {
               "iridescenceThicknessMaximum": 500, "iridescenceThicknessTexture": { "index": 0 } } } } ],"#;
     let json = document(extra, r#", "material": 0"#, r#"[{ "mesh": 0 }]"#);
     let scene =
-        read_into(ColourSpace::LinearSrgb, json.as_bytes(), "s.gltf".as_ref(), &Folders::default()).unwrap();
+        read_into(ColourSpace::LinearSrgb, json.as_bytes(), "s.gltf".as_ref(), &Folders::default(), None)
+            .unwrap();
     let shape = &scene.shapes[0];
     assert_eq!(shape.emission, Some(Value::Rgb(Vec3::new(7.0, 0.0, 0.0))));
     assert!(shape.two_sided_emission);
@@ -203,8 +205,9 @@ fn materials_with_every_extension() {
     assert!((film.data[0] - (100.0 + 400.0 * green)).abs() < 2.0, "{}", film.data[0]);
 
     // In another space the coloured factor multiplies in linear sRGB all the same.
-    let wide = read_into(ColourSpace::LinearRec2020, json.as_bytes(), "s.gltf".as_ref(), &Folders::default())
-        .unwrap();
+    let wide =
+        read_into(ColourSpace::LinearRec2020, json.as_bytes(), "s.gltf".as_ref(), &Folders::default(), None)
+            .unwrap();
     let Value::Texture(id) = param(&wide, wide.shapes[0].material, "base_color") else { panic!("textured") };
     let Texture::Image { image: baked, .. } = &wide.textures[id] else { panic!("baked") };
     let to = ColourSpace::LinearSrgb.matrix_to(ColourSpace::LinearRec2020);
@@ -320,4 +323,97 @@ fn real_figures_stand_as_another_reader_sees_them() {
         assert!((sum / area - 1.0).abs() < 1e-5, "{file}: area {sum}");
         assert_eq!((scene.cameras.len(), scene.lights.len()), (1, 2));
     }
+}
+
+#[test]
+fn a_figure_moves_as_another_reader_moves_it() {
+    let Some(folder) = std::env::var_os("YUGEN_DATA") else {
+        assert!(std::env::var_os("CI").is_none(), "YUGEN_DATA must be set in CI");
+        println!("skipped: YUGEN_DATA is not set");
+        return;
+    };
+    let path = Path::new(&folder).join("mesh/gltf/Fox.glb");
+    let at = |animation: &str, seconds: f32| {
+        let moment = Some(Moment { seconds, animation: Some(animation.into()) });
+        crate::formats::load_scene(&path, &Options { moment, ..Options::default() })
+    };
+    let vertices = |scene: &Scene| {
+        let Geometry::Mesh(mesh) = &scene.shapes[0].geometry else { panic!("a mesh") };
+        [0, 500, 1200].map(|i| mesh.positions[i])
+    };
+    // Vertices 0, 500 and 1200 by numpy in double precision from the raw accessors.
+    for (animation, seconds, expected) in [
+        (
+            "Walk",
+            0.0,
+            [[2.2913, 31.7829, -23.1143], [7.8063, 19.257, -37.554], [-11.3933, 47.4461, -22.8333]],
+        ),
+        (
+            "Walk",
+            0.3,
+            [[1.9499, 33.1406, -21.8939], [7.7778, 24.4212, -37.9744], [-11.5858, 48.2881, -22.4967]],
+        ),
+        (
+            "Run",
+            0.55,
+            [[2.9629, 31.0359, -29.8442], [9.5312, 33.0023, -48.9388], [-11.6086, 45.2629, -27.0698]],
+        ),
+    ] {
+        let got = vertices(&at(animation, seconds).unwrap());
+        for (got, want) in got.into_iter().zip(expected.map(Vec3::from)) {
+            // Four digits in the table; the fox is 155 long.
+            assert!(got.distance(want) < 3e-4, "{animation} {seconds}: {got} for {want}");
+        }
+    }
+    // Before it begins and after it ends it stands still.
+    assert_eq!(vertices(&at("Run", -1.0).unwrap()), vertices(&at("Run", 0.0).unwrap()));
+    assert_eq!(vertices(&at("Run", 9.0).unwrap()), vertices(&at("Run", 99.0).unwrap()));
+    assert!(at("Runn", 0.0).unwrap_err().to_string().contains("did you mean 'Run'?"));
+}
+
+#[test]
+fn the_direction_of_a_brush_is_painted() {
+    let anisotropy =
+        r#"{ "anisotropyStrength": 0.5, "anisotropyRotation": 1.0, "anisotropyTexture": { "index": 0 } }"#;
+    let extra =
+        format!(r#""materials": [{{ "extensions": {{ "KHR_materials_anisotropy": {anisotropy} }} }}],"#);
+    let scene = load(&document(&extra, r#", "material": 0"#, r#"[{ "mesh": 0 }]"#)).unwrap();
+    let Value::Texture(id) = param(&scene, 0, "anisotropy_rotation") else { panic!("a texture") };
+    let Texture::Image { image, filter, .. } = &scene.textures[id] else { panic!("a picture") };
+    assert_eq!(*filter, crate::scene::TextureFilter::Nearest);
+    // The picture's raw values are the display values of (0.5, 0.25) and, without its alpha, (0.25, 0.1).
+    for (angle, [r, g]) in image.data.iter().zip([[0.5f32, 0.25], [0.25, 0.1]]) {
+        let [x, y] = [r, g].map(|v| 2.0 * yugen_optics::colour::linear_to_srgb(v) - 1.0);
+        let off = (angle - 1.0 - y.atan2(x)).rem_euclid(std::f32::consts::TAU);
+        // Eight bits of a short direction.
+        assert!(off.min(std::f32::consts::TAU - off) < 0.03, "{angle} {x} {y}");
+    }
+}
+
+#[test]
+fn an_animation_that_makes_no_sense_is_refused() {
+    let moment = Some(Moment { seconds: 0.5, animation: None });
+    let read_at = |animations: &str| {
+        let json = document(animations, "", r#"[{ "mesh": 0 }]"#);
+        read(
+            json.as_bytes(),
+            "scene.gltf".as_ref(),
+            &Options { moment: moment.clone(), ..Options::default() },
+        )
+        .unwrap_err()
+        .to_string()
+    };
+    let one = |node: usize, path: &str, input: usize, more: &str| {
+        read_at(&format!(
+            r#""animations": [{{ "channels": [{{ "sampler": 0, "target": {{ "node": {node}, "path": "{path}" }} }}],
+            "samplers": [{{ "input": {input}, "output": 0 {more} }}] }}],"#
+        ))
+    };
+    assert!(read_at("").contains("there is no animation in it"));
+    assert!(one(7, "translation", 5, "").contains("there is no node 7"));
+    assert!(one(0, "rotatoin", 5, "").contains("did you mean 'rotation'?"));
+    assert!(one(0, "scale", 5, r#", "interpolation": "CUBIC""#).contains("interpolation 'CUBIC'"));
+    assert!(one(0, "translation", 5, "").contains("6 times but 4 values"));
+    assert!(one(0, "rotation", 5, "").contains("expected 4 components"));
+    assert!(one(0, "translation", 99, "").contains("there is no accessor 99"));
 }

@@ -228,8 +228,13 @@ impl<'a> Reader<'a> {
                 out.push(shape);
             }
             "glb" | "gltf" => {
-                let scene =
-                    gltf::read_into(self.scene.working_space, &read_file(&path)?, &path, &self.folders)?;
+                let scene = gltf::read_into(
+                    self.scene.working_space,
+                    &read_file(&path)?,
+                    &path,
+                    &self.folders,
+                    None,
+                )?;
                 self.adopt(scene, to_world, material, out);
             }
             other => {
