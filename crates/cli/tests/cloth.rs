@@ -161,11 +161,30 @@ fn views_get_a_stack_each_and_near_lamps_their_places() {
     // From the side some texels hide behind others.
     assert!(report["hidden"].as_u64().unwrap() > 0);
     let list = std::fs::read_to_string(out.join("views.csv")).unwrap();
-    assert!(list.lines().nth(2).unwrap().starts_with("view_02,50,90,"));
+    assert!(list.lines().nth(2).unwrap().starts_with("view_02,50.000,90.000,"));
     let stack = load(&out.join("view_02"));
     let yugen_capture::Lights::Near(places) = &stack.lights else { panic!("near lamps became distant") };
     assert!(places.iter().all(|p| (p.length() - 1.5).abs() < 1e-5));
     assert!(stack.values.iter().any(|v| v[0].is_nan()));
+}
+
+#[test]
+fn pairs_of_directions_are_photographed_eye_by_eye() {
+    let out = scratch("pairs");
+    let list = out.join("pairs.txt");
+    std::fs::write(&list, "wi wo\n0 0 1  0 0 1\n1 0 1  0 1 1\n0.5 0 1  0 0 2\n").unwrap();
+    let cloth = ["simulate", "kinran", "--size", "8x8", "--pairs", &text(&list), "-o", &text(&out)];
+    let report = good(&cloth);
+    assert_eq!((report["views"].as_u64(), report["pictures"].as_u64()), (Some(2), Some(3)));
+    let overhead = load(&out.join("view_01"));
+    let tilted = yugen_optics::Vec3::new(0.5, 0.0, 1.0).normalize();
+    let yugen_capture::Lights::Distant(toward) = &overhead.lights else {
+        panic!("distant light became near")
+    };
+    assert!(toward.len() == 2 && (toward[1] - tilted).length() < 1e-6);
+    assert_eq!(load(&out.join("view_02")).lights.len(), 1);
+    std::fs::write(&list, "0 0 1  0 0 1\n1 0 -1  0 1 1\n").unwrap();
+    assert!(bad(&cloth).contains("the light of pair 2 is not above the sample"));
 }
 
 /// Where a texel sees the light and little else, a path tracer sees what the model says; in a shadow it sees what

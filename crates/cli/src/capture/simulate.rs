@@ -11,7 +11,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yugen_archive::formats::image::{self, NonFinite, WriteOptions};
-use yugen_archive::formats::{btf, lp, stack};
+use yugen_archive::formats::{btf, lp, readings, stack};
 use yugen_archive::{atomic_write, read_bounded};
 use yugen_capture::Lights;
 use yugen_capture::simulate::{Camera, Sensor, Subject, fibonacci_dome};
@@ -52,6 +52,11 @@ pub struct Simulate {
     /// The lights of this list instead of a dome.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["lights", "max_polar"])]
     lp: Option<PathBuf>,
+
+    /// Pairs of light and eye instead: lines of six numbers, toward the light and toward the eye, +x right, +y up, +z to
+    /// the camera. Every eye gets a stack.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["lights", "max_polar", "lp", "view"])]
+    pairs: Option<PathBuf>,
 
     /// Lamps this many widths of the picture from its centre, instead of light from far away; with --lp the list
     /// gives directions.
@@ -132,9 +137,8 @@ impl Simulate {
             bail!("--shadows needs heights, which maps do not hold; name them with --heights");
         }
         let form = choice(&self.form);
-        let lights = self.lights()?;
+        let stacks = self.stacks()?;
         let camera = self.camera();
-        let views = if self.view.is_empty() { vec![[0.0, 0.0]] } else { self.view.clone() };
 
         folder(&self.output)?;
         let about = btf::About {
@@ -152,38 +156,46 @@ impl Simulate {
             Some(n) => Some(Tracer::new(&sample.btf, sample.heights.as_deref(), &self.form, n)?),
             None => None,
         };
-        let bar = if self.json { ProgressBar::hidden() } else { bar(views.len() * lights.len()) };
+        let pictures = stacks.iter().map(|(_, lights)| lights.len()).sum();
+        let bar = if self.json { ProgressBar::hidden() } else { bar(pictures) };
         let mut counts = Counts::default();
         let mut index = String::from("folder,polar,azimuth,x,y,z\n");
-        for (v, angles) in views.iter().enumerate() {
-            let [polar, azimuth] = angles.map(f32::to_radians);
-            let view = spherical(polar, azimuth);
+        for (v, (view, lights)) in stacks.iter().enumerate() {
             let name = format!("view_{:02}", v + 1);
-            writeln!(index, "{name},{},{},{},{},{}", angles[0], angles[1], view.x, view.y, view.z)?;
-            let place = if views.len() == 1 { self.output.clone() } else { self.output.join(name) };
+            let (polar, azimuth) = (view.z.clamp(-1.0, 1.0).acos(), view.y.atan2(view.x));
+            writeln!(
+                index,
+                "{name},{:.3},{:.3},{},{},{}",
+                polar.to_degrees(),
+                azimuth.to_degrees(),
+                view.x,
+                view.y,
+                view.z
+            )?;
+            let place = if stacks.len() == 1 { self.output.clone() } else { self.output.join(name) };
             folder(&place)?;
             let mut times = String::from("file,light,seconds\n");
             for light in 0..lights.len() {
-                let number = v * lights.len() + light;
                 let ideal = match &mut tracer {
                     // One seed a picture, or their noise would be the same.
                     Some(tracer) => {
-                        tracer.picture(&lights, light, view, self.weaving.seed.wrapping_add(number as u32))?
+                        let seed = self.weaving.seed.wrapping_add(counts.pictures as u32);
+                        tracer.picture(lights, light, *view, seed)?
                     }
-                    None => subject.picture(&lights, light, view),
+                    None => subject.picture(lights, light, *view),
                 };
                 counts.hidden += ideal.iter().filter(|p| p.is_nan()).count() as u64;
                 let seen = camera.look(&ideal, sample.btf.width);
-                self.write(&place, &sample, &camera, &seen, light, number, &mut times, &mut counts)?;
+                self.write(&place, &sample, &camera, &seen, light, &mut times, &mut counts)?;
                 bar.inc(1);
             }
-            self.finish(&place, &sample, &camera, &lights, &times)?;
+            self.finish(&place, &sample, &camera, lights, &times)?;
         }
-        if views.len() > 1 {
+        if stacks.len() > 1 {
             atomic_write(&self.output.join("views.csv"), index.as_bytes())?;
         }
         bar.finish_and_clear();
-        self.report(&sample, &counts, views.len(), started)
+        self.report(&sample, &counts, stacks.len(), started)
     }
 
     fn camera(&self) -> Camera {
@@ -209,7 +221,27 @@ impl Simulate {
         Camera { blur: self.blur, vignetting: self.vignetting, sensor: real.then_some(sensor) }
     }
 
-    fn lights(&self) -> Result<Lights> {
+    /// Where the camera stands, and the lights it sees the sample under from there.
+    fn stacks(&self) -> Result<Vec<(Vec3, Lights)>> {
+        let lamps = |toward: Vec<Vec3>| match self.near {
+            None => Lights::Distant(toward),
+            Some(distance) => Lights::Near(toward.into_iter().map(|d| d * distance).collect()),
+        };
+        if let Some(path) = &self.pairs {
+            let mut stacks: Vec<(Vec3, Vec<Vec3>)> = Vec::new();
+            for (i, line) in readings::read(&read_bounded(path, 256 << 20)?, path)?.iter().enumerate() {
+                for (direction, what) in [(line.wi, "light"), (line.wo, "eye")] {
+                    if direction.z <= 0.0 {
+                        bail!("{}: the {what} of pair {} is not above the sample", path.display(), i + 1);
+                    }
+                }
+                match stacks.iter_mut().find(|(view, _)| *view == line.wo) {
+                    Some((_, lights)) => lights.push(line.wi),
+                    None => stacks.push((line.wo, vec![line.wi])),
+                }
+            }
+            return Ok(stacks.into_iter().map(|(view, lights)| (view, lamps(lights))).collect());
+        }
         let toward: Vec<Vec3> = match &self.lp {
             None => fibonacci_dome(self.lights as usize, self.max_polar.to_radians()),
             Some(path) => {
@@ -220,10 +252,10 @@ impl Simulate {
         if toward.is_empty() {
             bail!("the list has no light");
         }
-        Ok(match self.near {
-            None => Lights::Distant(toward),
-            Some(distance) => Lights::Near(toward.into_iter().map(|d| d * distance).collect()),
-        })
+        let lights = lamps(toward);
+        let views = if self.view.is_empty() { &[[0.0, 0.0]][..] } else { &self.view };
+        let view = |[polar, azimuth]: &[f32; 2]| spherical(polar.to_radians(), azimuth.to_radians());
+        Ok(views.iter().map(|angles| (view(angles), lights.clone())).collect())
     }
 
     /// The files of one picture.
@@ -234,14 +266,14 @@ impl Simulate {
         camera: &Camera,
         seen: &[Vec3],
         light: usize,
-        number: usize,
         times: &mut String,
         counts: &mut Counts,
     ) -> Result<()> {
         let width = sample.btf.width;
         let options =
             WriteOptions { non_finite: NonFinite::Keep, ..WriteOptions::from(sample.btf.colour_space) };
-        let bracket = camera.bracket(seen, number);
+        // Numbered through all stacks: the noise of no two pictures is the same.
+        let bracket = camera.bracket(seen, counts.pictures);
         counts.pictures += 1;
         counts.samples += (3 * seen.len() * bracket.len()) as u64;
         if let Some(sensor) = &camera.sensor {
