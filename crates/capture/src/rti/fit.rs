@@ -62,47 +62,59 @@ pub fn fit(stack: &Stack, options: &Options) -> Result<Fitted, RtiError> {
         Lights::Near(_) => None,
     };
     for_rows(&mut picture.coefficients, width * stride, |y, row| {
-        let mut values = vec![[0.0; 3]; lights.next_multiple_of(LANES / 3)];
+        let mut values = vec![[0.0; 3]; lights];
         let mut rgb = vec![[0.0f32; 3]; terms];
         let mut own: Option<(Vec<bool>, Product)> = None;
         for (x, out) in row.chunks_exact_mut(stride).enumerate() {
-            let masked = readings(stack, x, y, encoding, &mut values);
-            let product = match &shared {
-                Some(product) if !masked => product,
-                _ => {
-                    let used: Vec<bool> = values[..lights].iter().map(|v| !v[0].is_nan()).collect();
-                    // Neighbours often lack the same readings; lamps near the sample make every texel another.
-                    if shared.is_none() || own.as_ref().is_none_or(|o| o.0 != used) {
-                        let row = |l: usize| match used[l] {
-                            true => evaluate(basis, stack.light(l, x, y).0),
-                            false => [0.0; MOST],
-                        };
-                        let rows: Vec<_> = (0..lights).map(row).collect();
-                        own = Some((used, Product::new(&rows, options)));
-                    }
-                    values.iter_mut().filter(|v| v[0].is_nan()).for_each(|v| *v = [0.0; 3]);
-                    match &own {
-                        Some((_, product)) => product,
-                        None => continue,
-                    }
+            if let Some(product) = &shared {
+                let mut encoded = stack.samples(x, y);
+                if encoding != Encoding::Linear {
+                    let all = values.as_flattened_mut().iter_mut().zip(encoded.as_flattened());
+                    all.for_each(|(v, light)| *v = encoding.encode(*light));
+                    encoded = &values;
                 }
-            };
-            product.apply(&values, &mut rgb);
-            match colouring {
-                Colouring::Rgb => out.copy_from_slice(rgb.as_flattened()),
-                Colouring::Lrgb => {
-                    let colour = main_colour(&values[..lights]);
-                    out[..3].copy_from_slice(&colour.to_array());
-                    let scale = colour / colour.length_squared();
-                    for (out, c) in out[3..].iter_mut().zip(&rgb) {
-                        *out = scale.dot(Vec3::from_array(*c));
-                    }
+                product.apply(encoded.as_flattened(), &mut rgb);
+                // One reading that is no number makes no number of every coefficient of its colour.
+                if rgb.as_flattened().iter().all(|v| v.is_finite()) {
+                    store(&rgb, encoded, colouring, out);
+                    continue;
                 }
+            }
+            readings(stack, x, y, encoding, &mut values);
+            let used: Vec<bool> = values.iter().map(|v| !v[0].is_nan()).collect();
+            // Neighbours often lack the same readings; lamps near the sample make every texel another.
+            if shared.is_none() || own.as_ref().is_none_or(|o| o.0 != used) {
+                let row = |l: usize| match used[l] {
+                    true => evaluate(basis, stack.light(l, x, y).0),
+                    false => [0.0; MOST],
+                };
+                let rows: Vec<_> = (0..lights).map(row).collect();
+                own = Some((used, Product::new(&rows, options)));
+            }
+            values.iter_mut().filter(|v| v[0].is_nan()).for_each(|v| *v = [0.0; 3]);
+            if let Some((_, product)) = &own {
+                product.apply(values.as_flattened(), &mut rgb);
+                store(&rgb, &values, colouring, out);
             }
         }
     });
     let empty = stack.values.chunks_exact(lights).filter(|t| t.iter().all(unusable)).count();
     Ok(Fitted { picture, empty })
+}
+
+/// The coefficients of a texel as they are kept, from those of each colour and the readings.
+fn store(rgb: &[[f32; 3]], values: &[[f32; 3]], colouring: Colouring, out: &mut [f32]) {
+    match colouring {
+        Colouring::Rgb => out.copy_from_slice(rgb.as_flattened()),
+        Colouring::Lrgb => {
+            let colour = main_colour(values);
+            out[..3].copy_from_slice(&colour.to_array());
+            let scale = colour / colour.length_squared();
+            for (out, c) in out[3..].iter_mut().zip(rgb) {
+                *out = scale.dot(Vec3::from_array(*c));
+            }
+        }
+    }
 }
 
 /// The ridge under which readings that are left out, one at a time, are predicted best: Allen 1974, "The Relationship
@@ -212,8 +224,8 @@ impl System {
     }
 }
 
-/// Numbers side by side in [`Product::apply`]: four lights of three colours, three registers of four.
-const LANES: usize = 12;
+/// Numbers side by side in [`Product::apply`]: eight lights of three colours, three registers of AVX.
+const LANES: usize = 24;
 
 /// (BᵀB + ridge)⁻¹ Bᵀ, each number three times, for red, green and blue of a light.
 struct Product {
@@ -241,17 +253,61 @@ impl Product {
         Self { stride, matrix }
     }
 
-    /// Coefficients of the readings, which end with zeros.
-    fn apply(&self, values: &[[f32; 3]], out: &mut [[f32; 3]]) {
-        let values = values.as_flattened();
-        for (row, out) in self.matrix.chunks_exact(self.stride).zip(out) {
-            let mut sums = [0.0; LANES];
-            for (a, b) in row.chunks_exact(LANES).zip(values.chunks_exact(LANES)) {
-                for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
-                    *sum += a * b;
+    /// Coefficients of the readings, three numbers a light. The same bits on every processor: what differs is how many
+    /// lanes it works on at a time, not their order.
+    fn apply(&self, values: &[f32], out: &mut [[f32; 3]]) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor says that it has AVX2.
+            #[allow(unsafe_code)]
+            return unsafe { self.apply_avx2(values, out) };
+        }
+        self.apply_lanes(values, out);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn apply_avx2(&self, values: &[f32], out: &mut [[f32; 3]]) {
+        self.apply_lanes(values, out);
+    }
+
+    #[inline(always)]
+    fn apply_lanes(&self, values: &[f32], out: &mut [[f32; 3]]) {
+        let (whole, rest) = values.as_chunks::<LANES>();
+        let mut last = [0.0; LANES];
+        last[..rest.len()].copy_from_slice(rest);
+        let last = (!rest.is_empty()).then_some(&last);
+        // Three terms at a time: nine registers of sums, three of readings.
+        for (rows, out) in self.matrix.chunks(3 * self.stride).zip(out.chunks_mut(3)) {
+            match out.len() {
+                3 => self.block::<3>(rows, whole, last, out),
+                2 => self.block::<2>(rows, whole, last, out),
+                _ => self.block::<1>(rows, whole, last, out),
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn block<const T: usize>(
+        &self,
+        rows: &[f32],
+        whole: &[[f32; LANES]],
+        last: Option<&[f32; LANES]>,
+        out: &mut [[f32; 3]],
+    ) {
+        let rows: [&[[f32; LANES]]; T] =
+            std::array::from_fn(|t| rows[t * self.stride..][..self.stride].as_chunks::<LANES>().0);
+        let mut sums = [[0.0f32; LANES]; T];
+        for (i, v) in whole.iter().chain(last).enumerate() {
+            for (sums, row) in sums.iter_mut().zip(&rows) {
+                let row = &row[i];
+                for j in 0..LANES {
+                    sums[j] += row[j] * v[j];
                 }
             }
-            *out = [0, 1, 2].map(|c| (sums[c] + sums[c + 3]) + (sums[c + 6] + sums[c + 9]));
+        }
+        for (out, sums) in out.iter_mut().zip(&sums) {
+            *out = [0, 1, 2].map(|c| (c..LANES).step_by(3).map(|j| sums[j]).sum());
         }
     }
 }

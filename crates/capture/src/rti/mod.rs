@@ -79,7 +79,7 @@ pub enum RtiError {
     LightsOnALine,
 }
 
-/// The readings of a texel under lights of the same irradiance, encoded, with zeros after them; what is masked becomes
+/// The readings of a texel under lights of the same irradiance, encoded, one a light; what is masked becomes
 /// NaN in all channels. Returns whether any is.
 fn readings(stack: &Stack, x: usize, y: usize, encoding: Encoding, out: &mut [[f32; 3]]) -> bool {
     let samples = stack.samples(x, y);
