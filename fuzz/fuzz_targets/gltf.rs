@@ -1,8 +1,12 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use yugen_archive::formats::{Options, gltf};
+use yugen_archive::formats::{Moment, Options, gltf};
 
 fuzz_target!(|data: &[u8]| {
-    let _ = gltf::read(data, "fuzz.glb".as_ref(), &Options::default());
+    // Under this name text and binary files are both read.
+    let moment = Some(Moment { seconds: 0.5, animation: None });
+    for options in [Options::default(), Options { moment, ..Options::default() }] {
+        let _ = gltf::read(data, "fuzz.gltf".as_ref(), &options);
+    }
 });

@@ -9,7 +9,7 @@ use yugen_archive::formats::image::rows::Rows;
 use yugen_archive::formats::image::{ReadOptions, WriteOptions, read_bytes, write_bytes};
 use yugen_archive::formats::relightable::{Basis, Colouring, Relightable};
 use yugen_archive::formats::{
-    Options, btf, gltf, lp, merl, mitsuba, obj, ply, ptm, relight, rti, serialized, stack, toml, wif,
+    Moment, Options, btf, gltf, lp, merl, mitsuba, obj, ply, ptm, relight, rti, serialized, stack, toml, wif,
 };
 use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Image};
@@ -623,6 +623,9 @@ fn gltf_seed() -> (Vec<u8>, Vec<u8>) {
 "nodes":[{"mesh":0,"children":[1],"scale":[1,2,3]},{"mesh":0,"rotation":[0,0,0,1]},{"camera":0},
 {"mesh":1,"skin":0,"weights":[0.5],"extensions":{"KHR_lights_punctual":{"light":0}}}],
 "skins":[{"joints":[0,1]}],
+"animations":[{"channels":[{"sampler":0,"target":{"node":1,"path":"translation"}},
+{"sampler":1,"target":{"node":0,"path":"rotation"}}],"samplers":[{"input":1,"output":0},
+{"input":1,"output":3,"interpolation":"STEP"}]}],
 "materials":[{"pbrMetallicRoughness":{"roughnessFactor":0.3},"doubleSided":true,"alphaMode":"BLEND",
 "extensions":{"KHR_materials_sheen":{"sheenRoughnessFactor":0.4}}}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]},
@@ -658,7 +661,9 @@ fn gltf_seed() -> (Vec<u8>, Vec<u8>) {
 fn gltf_scenes() {
     let (apart, glb) = gltf_seed();
     // An accessor without data may ask for 2^24 zeros, and a mesh of them has positions, normals and indices.
-    assault("gltf", &[apart, glb], |b| match gltf::read(b, Path::new(FILE), &Options::default()) {
+    let moment = Some(Moment { seconds: 0.5, animation: None });
+    let options = Options { moment, ..Options::default() };
+    assault("gltf", &[apart, glb], |b| match gltf::read(b, Path::new(FILE), &options) {
         Ok(scene) => {
             for shape in scene.shapes.iter().chain(scene.groups.iter().flatten()) {
                 if let yugen_archive::scene::Geometry::Mesh(m) = &shape.geometry {

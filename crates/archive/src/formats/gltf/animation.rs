@@ -5,10 +5,15 @@ use crate::Error;
 use crate::formats::Moment;
 use glam::Quat;
 
+/// The most numbers of all keys together: channels may share what they read, and reading it again costs the file
+/// nothing.
+const MAX_NUMBERS: usize = 1 << 26;
+
 /// Puts the nodes of the file where they are at `moment`; before an animation begins and after it ends it stands still.
 pub(super) fn pose(doc: &mut Document, moment: &Moment) -> Result<(), Error> {
     let animation = choose(doc, moment.animation.as_deref())?;
     let mut changes = Vec::new();
+    let mut numbers = 0;
     for channel in &animation.channels {
         // A channel without a node is for extensions.
         let Some(node) = channel.target.node else { continue };
@@ -36,6 +41,15 @@ pub(super) fn pose(doc: &mut Document, moment: &Moment) -> Result<(), Error> {
         };
         let times = doc.floats(sampler.input, 1)?;
         let values = doc.floats(sampler.output, path.components())?;
+        numbers += times.len() + values.len();
+        if numbers > MAX_NUMBERS {
+            return Err(Error::TooLarge {
+                at: doc.at.clone(),
+                what: "the number of keys of an animation".into(),
+                asked: numbers as u64,
+                limit: MAX_NUMBERS as u64,
+            });
+        }
         let each = if method == Method::Cubic { 3 * times.len() } else { times.len() };
         let width = values.len().checked_div(each).unwrap_or(0);
         let fits = width > 0 && width * each == values.len();
