@@ -6,6 +6,7 @@
 pub mod brdf_fit;
 pub mod fit;
 mod parallel;
+pub mod pca;
 mod rows;
 pub mod rti;
 pub mod simulate;

@@ -292,3 +292,31 @@ fn fit_says_what_is_wrong_with_its_data() {
     assert!(bad(&["fit", "a.jpeg"]).contains("expected .binary, .bsdf, .gonio, or .csv"));
     assert!(bad(&["fit", path, "--max-angle", "3"]).contains("expected 10 to 90"));
 }
+
+#[test]
+fn pca_says_what_is_wrong_before_the_work() {
+    let folder = scratch("tables");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.to_str().unwrap();
+    assert!(
+        bad(&["pca", "build", path, "-o", "x.pca"])
+            .contains("has 0 MERL .binary tables; a basis needs at least 2")
+    );
+    for name in ["a.binary", "b.binary"] {
+        std::fs::write(folder.join(name), b"not a table").unwrap();
+    }
+    let error = bad(&["pca", "check", path]);
+    assert!(error.contains("a.binary") && error.contains("34992012 bytes"), "{error}");
+    std::fs::remove_dir_all(&folder).unwrap();
+    let basis = scratch("no.pca");
+    std::fs::write(&basis, b"nothing").unwrap();
+    let basis = basis.to_str().unwrap();
+    assert!(bad(&["pca", "directions", "-b", basis]).contains("is not a basis"));
+    let more = ["pca", "reconstruct", "-b", basis, "-o"];
+    assert!(
+        bad(&[&more[..], &["o.exr", "--values", "v.csv"]].concat())
+            .contains("expected the name of a .binary")
+    );
+    let photo = ["o.binary", "--photo", "a.exr", "--photo", "b.exr", "--light", "0,0,1"];
+    assert!(bad(&[&more[..], &photo].concat()).contains("each photograph needs its --light"));
+}

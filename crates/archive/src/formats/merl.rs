@@ -5,6 +5,8 @@
 
 use crate::{Error, Place};
 use glam::Vec3;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use yugen_optics::ColourSpace;
 use yugen_reflectance::merl::{PHI_D, THETA_D, THETA_H, VALUES};
@@ -69,6 +71,43 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Vec<f32>, E
         values.extend(rgb.to_array());
     }
     Ok(values)
+}
+
+/// The bins from `first` of a file into `rgb`, three numbers each, linear sRGB, negative where nothing was measured:
+/// for work that must not hold whole tables.
+///
+/// # Panics
+/// Where the bins go beyond the table.
+pub fn read_bins(file: &Path, first: usize, rgb: &mut [f32]) -> Result<(), Error> {
+    let count = rgb.len() / 3;
+    assert!(first + count <= BINS);
+    let io = |e| Error::io(file, e);
+    let mut open = File::open(file).map_err(io)?;
+    let size = open.metadata().map_err(io)?.len();
+    let mut header = [0; HEADER];
+    if size == BYTES as u64 {
+        open.read_exact(&mut header).map_err(io)?;
+    }
+    let (counts, _) = header.as_chunks::<4>();
+    if counts.iter().map(|c| i32::from_le_bytes(*c)).ne([THETA_H as i32, THETA_D as i32, PHI_D as i32]) {
+        return Err(Error::invalid(
+            Place::file(file),
+            format!(
+                "a MERL file has {BYTES} bytes and counts {THETA_H}, {THETA_D} and {PHI_D} bins; this one does not"
+            ),
+        ));
+    }
+    let mut bytes = vec![0; 8 * count];
+    for (c, scale) in SCALE.iter().enumerate() {
+        let at = (HEADER + 8 * (c * BINS + first)) as u64;
+        open.seek(SeekFrom::Start(at)).map_err(io)?;
+        open.read_exact(&mut bytes).map_err(io)?;
+        let (stored, _) = bytes.as_chunks::<8>();
+        for (to, v) in rgb.chunks_exact_mut(3).zip(stored) {
+            to[c] = (f64::from_le_bytes(*v) * scale) as f32;
+        }
+    }
+    Ok(())
 }
 
 /// The bytes of a file with `values` as [`read`] returns them, colours in `space`.
@@ -155,6 +194,16 @@ mod tests {
         let bytes = write(&values, ColourSpace::LinearSrgb);
         assert_eq!(bytes.len(), 34_992_012);
         let back = read(&bytes, Path::new("blue-metallic-paint.binary"), ColourSpace::LinearSrgb).unwrap();
+        // A part of the file is the same as that part of all of it.
+        let path = std::env::temp_dir().join(format!("yugen-bins-{}.binary", std::process::id()));
+        std::fs::write(&path, &bytes).unwrap();
+        let mut part = vec![0.0; 3 * 1000];
+        read_bins(&path, 700_000, &mut part).unwrap();
+        let same = |(a, b): (&f32, &f32)| a == b || (*a < 0.0 && *b < 0.0);
+        assert!(part.iter().zip(&back[3 * 700_000..]).all(same));
+        std::fs::write(&path, &bytes[..99]).unwrap();
+        assert!(read_bins(&path, 0, &mut part).unwrap_err().to_string().contains("34992012 bytes"));
+        std::fs::remove_file(&path).unwrap();
         // Two roundings of the scale in f64 and one to f32.
         assert!(values.iter().zip(&back).all(|(a, b)| (a - b).abs() <= 1.2e-7 * a.abs()));
 

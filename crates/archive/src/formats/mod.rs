@@ -13,6 +13,7 @@ mod mtl;
 pub mod neural_brdf;
 mod numbers;
 pub mod obj;
+pub mod pca_basis;
 pub mod ply;
 pub mod ptm;
 pub mod readings;

@@ -6,6 +6,7 @@ mod decode;
 mod eval;
 mod fit;
 mod list;
+mod pca;
 mod plot;
 mod show;
 mod subject;
@@ -13,7 +14,7 @@ mod subject;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// Looks into reflectance models: list, show, eval, plot, check, convert, decode, fit.
+/// Looks into reflectance models: list, show, eval, plot, check, convert, decode, fit, pca.
 #[derive(Subcommand)]
 pub enum Brdf {
     /// All models, a line each.
@@ -32,6 +33,9 @@ pub enum Brdf {
     Decode(decode::Decode),
     /// Parameters of any model that come nearest to a measured BRDF, and a table that ranks the models.
     Fit(fit::Fit),
+    /// Whole tables from a few readings or a photograph, by a basis of measured materials.
+    #[command(subcommand)]
+    Pca(pca::Pca),
 }
 
 impl Brdf {
@@ -46,6 +50,7 @@ impl Brdf {
             Self::Convert(v) => v.run(),
             Self::Decode(v) => v.run(),
             Self::Fit(v) => v.run(),
+            Self::Pca(v) => v.run(),
         }
     }
 }
