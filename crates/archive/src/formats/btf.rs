@@ -4,6 +4,7 @@
 //! [`Texel`], signed where they are signed; text attributes `yugen.*` say what they mean. The name may end in `.btf`
 //! or in `.exr`: the content is the same.
 
+pub mod gltf;
 pub mod maps;
 
 use super::image::{self, ReadOptions, WriteOptions};

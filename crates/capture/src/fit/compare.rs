@@ -7,9 +7,12 @@ use yugen_reflectance::btf::Texel;
 pub const NAMES: [&str; 6] = ["rho_d", "rho_s", "n", "t", "sigma_x", "sigma_y"];
 
 /// Errors of a texel: of the albedos (sums of channels) and widths relative, of the directions in degrees. The tangent of
-/// the truth is taken along its longer width, as a fit gives it; albedos below .01 count as that.
+/// the truth is taken along its longer width, as a fit gives it; an albedo below a tenth of both together counts as that,
+/// for a metal has no ground to be relative to.
 pub fn errors(got: &Texel, want: &Texel) -> [f32; 6] {
-    let relative = |a: f32, b: f32| (a - b).abs() / b.max(0.01);
+    let least = 0.1 * (want.diffuse + want.specular).element_sum().max(0.01);
+    let relative = |a: f32, b: f32| (a - b).abs() / b.max(least);
+    let width = |a: f32, b: f32| (a / b - 1.0).abs();
     let along = if want.sigma.x >= want.sigma.y { want.tangent } else { want.normal.cross(want.tangent) };
     // The cosine is blind below a fortieth of a degree in f32; the sine is not.
     let angle = |a: Vec3, b: Vec3| a.cross(b).length().min(1.0).asin().to_degrees();
@@ -19,8 +22,8 @@ pub fn errors(got: &Texel, want: &Texel) -> [f32; 6] {
         relative(got.specular.element_sum(), want.specular.element_sum()),
         if got.normal.dot(want.normal) < 0.0 { 180.0 - normal } else { normal },
         angle(got.tangent, along),
-        relative(got.sigma.max_element(), want.sigma.max_element()),
-        relative(got.sigma.min_element(), want.sigma.min_element()),
+        width(got.sigma.max_element(), want.sigma.max_element()),
+        width(got.sigma.min_element(), want.sigma.min_element()),
     ]
 }
 

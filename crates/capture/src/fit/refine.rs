@@ -1,7 +1,7 @@
 //! Levenberg 1944, Marquardt 1963: damped Gauss-Newton, every texel with a damping of its own.
 
 use super::lanes::{F, Mask};
-use super::model::{Loss, N, Rays, SIGMA, Sums, evaluate};
+use super::model::{Loss, N, Rays, SIGMA, STEEPEST, Sums, evaluate};
 
 /// What is known beforehand: a Gaussian about `mean` with inverse covariance `precision`.
 #[derive(Clone, Copy)]
@@ -120,8 +120,8 @@ fn bound(theta: [F; N]) -> [F; N] {
     [
         d.max(F::ZERO),
         log_a.clamp(-20.0, 14.0),
-        a.clamp(-1.2, 1.2),
-        b.clamp(-1.2, 1.2),
+        a.clamp(-STEEPEST, STEEPEST),
+        b.clamp(-STEEPEST, STEEPEST),
         m,
         p * shrink,
         q * shrink,

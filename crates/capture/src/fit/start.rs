@@ -1,6 +1,6 @@
 //! Where a texel's refinement starts, in closed form.
 
-use super::model::{Ray, logarithm};
+use super::model::{Ray, STEEPEST, logarithm};
 
 /// A start of the shape: a, b, m, p, q. The two amplitudes follow by linear least squares.
 pub(crate) type Shape = [f32; 5];
@@ -77,7 +77,9 @@ fn photometric_stereo(
     }
     let level = order[low..high].iter().map(|o| o.0).sum::<f32>() / (high - low) as f32;
     match solve(h, g) {
-        Some([x, y, z]) if z > 0.0 && x.hypot(y) < z => [z as f32, (x / z) as f32, (y / z) as f32],
+        Some([x, y, z]) if z > 0.0 && x.hypot(y) < f64::from(STEEPEST) * z => {
+            [z as f32, (x / z) as f32, (y / z) as f32]
+        }
         _ => [level.max(0.0), 0.0, 0.0],
     }
 }
@@ -126,7 +128,7 @@ fn gaussian(
     let [m, p, q] = logarithm(form)?;
     let det = 2.0 * (q11 * q22 - q12 * q12);
     let mean = [(c1 * q22 - c2 * q12) / det, (c2 * q11 - c1 * q12) / det].map(|s| s as f32);
-    (mean[0].hypot(mean[1]) < 1.0).then_some([mean[0], mean[1], m, p, q])
+    (mean[0].hypot(mean[1]) < STEEPEST).then_some([mean[0], mean[1], m, p, q])
 }
 
 fn peak(

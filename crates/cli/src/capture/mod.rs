@@ -2,6 +2,7 @@
 
 mod chart;
 mod cloth;
+mod export;
 mod fit;
 mod relight;
 mod rti;
@@ -13,7 +14,7 @@ mod weave;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// From photographs under many lights to the maps of a cloth: simulate, weave, fit, relight, rti.
+/// From photographs under many lights to the maps of a cloth: simulate, weave, fit, export, relight, rti.
 #[derive(Subcommand)]
 pub enum Capture {
     /// Photographs of a cloth whose truth is known, as a machine with lights on all sides would take them.
@@ -22,6 +23,8 @@ pub enum Capture {
     Weave(weave::Weave),
     /// What each texel of a cloth reflects, from photographs under many lights.
     Fit(fit::Fit),
+    /// The maps of a cloth as pictures and as a glTF material, for other programs.
+    Export(export::Export),
     /// A picture under new light: from photographs, an RTI file or a fitted cloth; or how well each predicts.
     Relight(relight::Relight),
     /// Fits PTM or HSH to photographs and writes them for RTI viewers.
@@ -35,6 +38,7 @@ impl Capture {
             Self::Simulate(v) => v.run(),
             Self::Weave(v) => v.run(),
             Self::Fit(v) => v.run(),
+            Self::Export(v) => v.run(),
             Self::Relight(v) => v.run(),
             Self::Rti(v) => v.run(),
         }

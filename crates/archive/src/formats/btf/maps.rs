@@ -4,7 +4,6 @@ use crate::Error;
 use crate::formats::image::{WriteOptions, write};
 use glam::Vec3;
 use std::path::Path;
-use yugen_optics::colour::srgb_to_linear;
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::btf::{Btf, Texel};
 
@@ -62,23 +61,20 @@ pub fn save(path: &Path, btf: &Btf, map: Map) -> Result<(), Error> {
             let image = picture(btf.width, btf.height, btf.texels.iter().map(|t| map.value(t)));
             write(path, &image, &WriteOptions { bits: 16, ..WriteOptions::from(btf.colour_space) })
         }
-        _ => save_numbers(path, btf.width, btf.height, btf.texels.iter().map(|t| map.value(t))),
+        _ => save_numbers(path, btf.width, btf.height, 16, btf.texels.iter().map(|t| map.value(t))),
     }
 }
 
-/// Writes numbers in [0, 1], three a pixel, such that the codes of a PNG are proportional to them.
+/// Writes numbers in [0, 1], three a pixel, with codes of so many bits proportional to them in a PNG.
 pub fn save_numbers(
     path: &Path,
     width: usize,
     height: usize,
+    bits: u8,
     values: impl Iterator<Item = Vec3>,
 ) -> Result<(), Error> {
-    let float =
-        path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("hdr"));
-    // The curve of the display is taken out before it is put in.
-    let stored = |v: Vec3| if float { v } else { v.clamp(Vec3::ZERO, Vec3::ONE).map(srgb_to_linear) };
-    let image = picture(width, height, values.map(stored));
-    write(path, &image, &WriteOptions { bits: 16, ..WriteOptions::from(ColourSpace::LinearSrgb) })
+    let options = WriteOptions { bits, raw: true, ..WriteOptions::from(ColourSpace::LinearSrgb) };
+    write(path, &picture(width, height, values), &options)
 }
 
 fn picture(width: usize, height: usize, values: impl Iterator<Item = Vec3>) -> Image {

@@ -22,6 +22,8 @@ pub struct Report<'a> {
 
 /// Below this confidence a texel counts as undecided.
 const UNSURE: f32 = 0.1;
+/// Above this it should be right.
+const SURE: f32 = 0.5;
 
 /// An error of this much is white in the pictures: parts of albedos and widths, degrees of directions.
 const WHITE: [f32; 6] = [0.2, 0.2, 5.0, 20.0, 0.2, 0.2];
@@ -56,6 +58,13 @@ impl Report<'_> {
         };
         let (median, ninety) = (found(0.5), found(0.9));
         let failures = compared.iter().filter(|e| failed(e)).count();
+        let sure: Vec<&[f32; 6]> = errors
+            .iter()
+            .flatten()
+            .zip(&self.maps.texels)
+            .filter_map(|(e, t)| e.as_ref().filter(|_| t.confidence > SURE))
+            .collect();
+        let (sure, wrong) = (sure.len(), sure.iter().filter(|e| failed(e)).count());
         if as_json {
             let mut report = json!({
                 "output": self.output.display().to_string(),
@@ -79,6 +88,8 @@ impl Report<'_> {
                     "median": by_name(&median),
                     "ninety": by_name(&ninety),
                     "failed": failures,
+                    "sure": sure,
+                    "sure_and_failed": wrong,
                 });
             }
             println!("{report}");
@@ -114,8 +125,11 @@ impl Report<'_> {
             row("median", &median);
             row("90th percentile", &ninety);
             println!(
-                "{:.1} % failed (normal off by 3°, tangent by 10° or a width by a quarter)",
-                100.0 * failures as f64 / compared.len().max(1) as f64
+                "{:.1} % failed (normal off by 3°, tangent by 10° or a width by a quarter); of the {:.1} % with a confidence \
+                 above {SURE}, {:.2} %",
+                100.0 * failures as f64 / compared.len().max(1) as f64,
+                100.0 * sure as f64 / compared.len().max(1) as f64,
+                100.0 * wrong as f64 / sure.max(1) as f64
             );
         }
     }
@@ -129,14 +143,14 @@ impl Report<'_> {
         let (w, h) = (self.maps.width, self.maps.height);
         // Ten standard deviations are white.
         let residuals = self.residuals.iter().map(|r| Vec3::splat(0.1 * r));
-        maps::save_numbers(&folder.join("residual.png"), w, h, residuals)?;
+        maps::save_numbers(&folder.join("residual.png"), w, h, 8, residuals)?;
         if let Some(errors) = self.errors() {
             for (i, (name, white)) in NAMES.iter().zip(WHITE).enumerate() {
                 // What could not be compared is blue.
                 let value =
                     |e: &Option<[f32; 6]>| e.map_or(Vec3::new(0.0, 0.0, 0.5), |e| Vec3::splat(e[i] / white));
                 let path = folder.join(format!("error_{name}.png"));
-                maps::save_numbers(&path, w, h, errors.iter().map(value))?;
+                maps::save_numbers(&path, w, h, 8, errors.iter().map(value))?;
             }
         }
         Ok(())
