@@ -2,11 +2,11 @@
 
 mod holdout;
 
-use super::stack::Source;
+use super::stack::{self, Source};
 use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use yugen_archive::formats::relightable::{self, Basis, Colouring};
+use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
 use yugen_archive::formats::{btf, image};
 use yugen_capture::rti::Encoding;
 use yugen_capture::rti::fit::{Options, choose_ridge, fit};
@@ -160,7 +160,8 @@ impl Relight {
                 forms.join(", ")
             );
         };
-        Ok((maps.width, light::cloth(&maps, yugen_reflectance::Choice(form as f32), lamps)?))
+        let form = yugen_reflectance::Choice(form as f32);
+        Ok((maps.width, summed(lamps, PART, |part| Ok(light::cloth(&maps, form, part)?))?))
     }
 
     fn picture(&self, lamps: &[Lamp]) -> Result<(usize, Vec<[f32; 3]>)> {
@@ -170,7 +171,7 @@ impl Relight {
                 bail!("--method is for stacks of photographs; {} is fitted already", self.source.display());
             }
             let picture = relightable::read(&self.source, relightable::DEFAULT_MAX_TEXELS)?;
-            return Ok((picture.width, light::picture(&picture, lamps, encoding)));
+            return Ok((picture.width, lit(&picture, lamps, encoding)?));
         }
         let stack = Source::open(&self.source)?.whole(self.memory << 20)?;
         let method = match self.method.as_slice() {
@@ -184,20 +185,52 @@ impl Relight {
             Method::Btf => bail!("--method btf: fit the stack with `yugen capture fit`, then light the .btf"),
             Method::Rbf(kernel) => {
                 let rbf = Rbf::new(&stack, kernel, encoding)?;
-                let mut sum = vec![[0.0; 3]; stack.width * stack.height];
-                for lamp in lamps {
-                    for (sum, v) in sum.iter_mut().zip(rbf.picture(|_, _| lamp.toward)) {
-                        let white = lamp.white.to_array();
-                        (0..3).for_each(|c| sum[c] += encoding.decode(v[c]) * white[c]);
+                let sum = summed(lamps, 1, |lamp| {
+                    let Lamp { toward, white } = lamp[0];
+                    let mut light = rbf.picture(|_, _| toward);
+                    for v in &mut light {
+                        *v = (Vec3::from_array(v.map(|v| encoding.decode(v))) * white).to_array();
                     }
-                }
+                    Ok(light)
+                })?;
                 return Ok((stack.width, sum));
             }
         };
         let ridge = choose_ridge(&stack, basis, encoding)?;
         let fitted = fit(&stack, &Options { basis, colouring, encoding, ridge })?;
-        Ok((stack.width, light::picture(&fitted.picture, lamps, encoding)))
+        Ok((stack.width, lit(&fitted.picture, lamps, encoding)?))
     }
+}
+
+/// Lamps between two looks at the progress bar.
+const PART: usize = 16;
+
+fn lit(picture: &Relightable, lamps: &[Lamp], encoding: Encoding) -> Result<Vec<[f32; 3]>> {
+    // Linear light is added up before the picture is looked at, all lamps at once.
+    let part = if encoding == Encoding::Linear { lamps.len() } else { PART };
+    summed(lamps, part, |lamps| Ok(light::picture(picture, lamps, encoding)))
+}
+
+/// The sum of what `light` makes of parts of the lamps, with a progress bar.
+fn summed(
+    lamps: &[Lamp],
+    part: usize,
+    light: impl Fn(&[Lamp]) -> Result<Vec<[f32; 3]>>,
+) -> Result<Vec<[f32; 3]>> {
+    let bar = stack::bar(lamps.len() as u64, lamps.len() <= part);
+    let mut sum = Vec::new();
+    for lamps in lamps.chunks(part.max(1)) {
+        let values = light(lamps)?;
+        if sum.is_empty() {
+            sum = values;
+        } else {
+            let all = sum.as_flattened_mut().iter_mut().zip(values.as_flattened());
+            all.for_each(|(sum, v)| *sum += v);
+        }
+        bar.inc(lamps.len() as u64);
+    }
+    bar.finish_and_clear();
+    Ok(sum)
 }
 
 /// A file that is no list of lights and no RTI file.
