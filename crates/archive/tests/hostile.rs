@@ -543,6 +543,40 @@ fn lists_of_lights() {
 }
 
 #[test]
+fn tables_of_a_capture() {
+    use yugen_archive::formats::{chart, exposures, goniometer_csv, response};
+    let said = |e: yugen_archive::Error| {
+        assert!(e.to_string().contains(FILE), "{e}");
+        false
+    };
+    let seed = b"# log\nlight;file;seconds\nleft;a 1.jpg;1/50\n;\"b;c.jpg\";0,25\n".to_vec();
+    assault("exposures", &[seed], |b| match exposures::read(b, Path::new(FILE)) {
+        Ok(all) => all.iter().all(|e| e.seconds.is_finite() && e.seconds > 0.0 && !e.file.is_empty()),
+        Err(e) => said(e),
+    });
+    let seed =
+        b"theta_i,phi_i,theta_o,phi_o,f\n0,0,0,0,1\n30,0,0,0,2\n-30,0,0,0,3\n0,0,50,0,4\n30,0,50,0,5\n"
+            .to_vec();
+    assault("goniometer_csv", &[seed], |b| {
+        match goniometer_csv::read(b, Path::new(FILE), ColourSpace::LinearSrgb) {
+            Ok(g) => g.check().is_ok(),
+            Err(e) => said(e),
+        }
+    });
+    let seed = response::write(&[[0.0; 3], [0.25, 0.5, 0.125], [1.0; 3]]).into_bytes();
+    assault("response", &[seed], |b| match response::read(b, Path::new(FILE)) {
+        Ok(light) => light.len() > 1 && light.iter().flatten().all(|v| v.is_finite()),
+        Err(e) => said(e),
+    });
+    let seed =
+        b"red,green,blue,known_red,known_green,known_blue\n1,2,3,4,5,6\n0,0,0,1,1,1\n1,0,0,1,0,0\n".to_vec();
+    assault("chart", &[seed], |b| match chart::read(b, Path::new(FILE)) {
+        Ok(patches) => patches.len() > 2,
+        Err(e) => said(e),
+    });
+}
+
+#[test]
 fn options_of_a_stack() {
     let seed = b"lights = \"a.lp\"\naxes = \"x -y z\"\nnear = true\nfield_width = 4\nresponse = 2.2\nwhite = [0.5, 1, 2]\n\
         saturated = 0.5\nambient = \"0.png\"\nintensities = [1, [1, 2, 4]]\ncolour_space = \"acescg\"\nmask = \"m.png\"\n";

@@ -4,7 +4,10 @@
 //! right-handed. Pure: slices in, values out; `archive` reads and writes the files.
 
 pub mod brdf_fit;
+pub mod calibrate;
 pub mod fit;
+pub mod hdr;
+pub mod lens;
 mod parallel;
 pub mod pca;
 mod rows;

@@ -1,6 +1,6 @@
 //! Measured reflectance: which file feeds which model.
 
-use super::{goniometer, merl, rgl};
+use super::{goniometer, goniometer_csv, merl, rgl};
 use crate::disk::read_bounded;
 use crate::{Error, Place};
 use std::path::Path;
@@ -35,6 +35,12 @@ const SOURCES: &[Source] = &[
         read: |bytes, file, space| Ok(goniometer::read(bytes, file, space)?.to_data()),
         limit: 1 << 28,
     },
+    Source {
+        model: "tabulated",
+        extension: "csv",
+        read: |bytes, file, space| Ok(goniometer_csv::read(bytes, file, space)?.to_data()),
+        limit: 1 << 28,
+    },
 ];
 
 /// The model that files with the extension of `file` feed.
@@ -49,7 +55,9 @@ pub fn kind(file: &Path) -> Result<Kind, Error> {
 
 /// The numbers of `file` as the model `kind` bakes them, colours in `space`.
 pub fn read(file: &Path, kind: Kind, space: ColourSpace) -> Result<Vec<f32>, Error> {
-    let Some(source) = SOURCES.iter().find(|s| s.model == kind.name()) else {
+    let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let named = SOURCES.iter().find(|s| s.model == kind.name() && s.extension == extension);
+    let Some(source) = named.or(SOURCES.iter().find(|s| s.model == kind.name())) else {
         let models: Vec<_> = SOURCES.iter().map(|s| s.model).collect();
         let problem =
             format!("model '{}' takes no measured file; those that do: {}", kind.name(), models.join(", "));

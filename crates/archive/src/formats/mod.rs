@@ -1,9 +1,14 @@
 //! One file per format.
 
 pub mod btf;
+pub mod chart;
+mod csv;
+pub mod exif;
+pub mod exposures;
 mod folders;
 pub mod gltf;
 pub mod goniometer;
+pub mod goniometer_csv;
 pub mod image;
 pub mod lp;
 pub mod measured;
@@ -19,6 +24,7 @@ pub mod ptm;
 pub mod readings;
 pub mod relight;
 pub mod relightable;
+pub mod response;
 pub mod rgl;
 pub mod rti;
 pub mod serialized;

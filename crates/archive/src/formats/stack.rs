@@ -15,6 +15,7 @@
 //! field_width = 1.0       # width of the picture on the sample, in the unit of the positions
 //! response = "srgb"       # or "linear", or the exponent of a power: of integer pictures
 //! white = 1.0             # what a white diffuser at the centre that faces the light reads; or [r, g, b]
+//! level_white = false     # true: that white lay level with the sample instead, darker under low light
 //! intensities = []        # brightness of each light relative to the others, numbers or [r, g, b]
 //! saturated = 0.99        # integer samples from this fraction of full scale on are not used
 //! ambient = ""            # a picture without any of the lights, taken off the others
@@ -87,6 +88,8 @@ pub struct Options {
     pub response: Response,
     /// What a white diffuser at the centre that faces the light reads.
     pub white: [f32; 3],
+    /// Whether that white lay level with the sample instead of facing each light.
+    pub level_white: bool,
     /// Brightness of each light relative to the others; none: all alike.
     pub intensities: Vec<[f32; 3]>,
     /// Fraction of full scale.
@@ -108,6 +111,7 @@ impl Default for Options {
             field_width: 1.0,
             response: Response::Srgb,
             white: [1.0; 3],
+            level_white: false,
             intensities: Vec::new(),
             saturated: 0.99,
             ambient: None,
@@ -155,6 +159,7 @@ impl Options {
                 }
             })?,
             white: keys.or("white", usual.white, brightness)?,
+            level_white: keys.or("level_white", usual.level_white, Item::boolean)?,
             intensities: keys
                 .or("intensities", usual.intensities, |i| i.array()?.iter().map(brightness).collect())?,
             saturated: keys.or("saturated", usual.saturated, |i| i.number_in(0.01, 2.0))?,
@@ -192,6 +197,7 @@ impl Options {
         };
         line(self.response != usual.response, "response", response);
         line(self.white != usual.white, "white", rgb(&self.white));
+        line(self.level_white, "level_white", "true".into());
         let all: Vec<String> = self.intensities.iter().map(rgb).collect();
         line(!all.is_empty(), "intensities", format!("[{}]", all.join(", ")));
         line(self.saturated != usual.saturated, "saturated", format!("{:?}", self.saturated));
@@ -513,7 +519,11 @@ impl Bands<'_> {
         let white = Vec3::from_array(folder.options.white);
         let scales: Vec<Vec3> = (0..lights)
             .map(|l| {
-                1.0 / (white * folder.options.intensities.get(l).map_or(Vec3::ONE, |&i| Vec3::from_array(i)))
+                let intensity = folder.options.intensities.get(l).map_or(Vec3::ONE, |&i| Vec3::from_array(i));
+                // A level white receives less of a low light, by the cosine.
+                let cosine =
+                    if folder.options.level_white { folder.pictures[l].light.normalize().z } else { 1.0 };
+                cosine / (white * intensity)
             })
             .collect();
         let first = self.next * width;

@@ -1,9 +1,11 @@
 //! `yugen capture`: from photographs to the maps of a cloth.
 
+mod calibrate;
 mod chart;
 mod cloth;
 mod export;
 mod fit;
+mod hdr;
 mod relight;
 mod rti;
 mod simulate;
@@ -15,8 +17,13 @@ use anyhow::Result;
 use clap::Subcommand;
 
 /// From photographs under many lights to the maps of a cloth: simulate, weave, fit, export, relight, rti.
+/// From photographs under many lights to the maps of a cloth: hdr, calibrate, simulate, weave, fit, relight, rti.
 #[derive(Subcommand)]
 pub enum Capture {
+    /// Exposure brackets to linear pictures: response, merge, flat field, white, colour.
+    Hdr(hdr::Hdr),
+    /// Light directions or positions from polished balls.
+    Calibrate(calibrate::Calibrate),
     /// Photographs of a cloth whose truth is known, as a machine with lights on all sides would take them.
     Simulate(simulate::Simulate),
     /// Draws a weave and weaves the cloth: draft, chart, maps.
@@ -35,6 +42,8 @@ impl Capture {
     /// Does it.
     pub fn run(self) -> Result<()> {
         match self {
+            Self::Hdr(v) => v.run(),
+            Self::Calibrate(v) => v.run(),
             Self::Simulate(v) => v.run(),
             Self::Weave(v) => v.run(),
             Self::Fit(v) => v.run(),

@@ -106,6 +106,12 @@ impl Rows {
         }
     }
 
+    /// What the levels of an integer picture mean, each a fraction of full scale.
+    pub fn set_response(&mut self, light: impl Fn(f32) -> f32) {
+        let max = (self.table.len() - 1).max(1) as f32;
+        self.table = Arc::new((0..self.table.len()).map(|code| [light(code as f32 / max); 3]).collect());
+    }
+
     /// The next row: integers as the table says, floats as they are; grey three times.
     pub fn next_row(&mut self, out: &mut [[f32; 3]]) -> Result<(), Error> {
         let invalid = |problem: String| Error::invalid(self.at.clone(), problem);

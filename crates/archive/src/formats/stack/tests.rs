@@ -171,7 +171,7 @@ fn options_say_how_the_numbers_are_meant() {
     folder.put(
         "stack.toml",
         "axes = \"x -y z\"\nnear = true\nfield_width = 4\nresponse = \"linear\"\nwhite = [0.5, 1, 2]\nsaturated = 0.5\n\
-         ambient = \"0.png\"\nintensities = [1, 2, [1, 2, 4], 1, 1, 1, 1]\ncolour_space = \"acescg\"\n",
+         ambient = \"0.png\"\nintensities = [1, 2, [1, 2, 4], 1, 1, 1, 1]\ncolour_space = \"acescg\"\nlevel_white = true\n",
     );
     let mut mask = Image::new(SIZE[0], SIZE[1], &["Y"]);
     mask.data.fill(1.0);
@@ -186,6 +186,8 @@ fn options_say_how_the_numbers_are_meant() {
     assert_eq!((counts.texels, counts.outside), (7 * 37, 7));
     assert!(band.values[..7 * 7].iter().all(|v| v[0].is_nan()), "outside the mask");
     let mut unusable = 0;
+    // The lights of the list stand at (0.1, 0.2, 2).
+    let cosine = 2.0 / 4.05f32.sqrt();
     for y in 1..SIZE[1] {
         for x in 0..SIZE[0] {
             let samples = &band.values[(y * SIZE[0] + x) * 7..][..7];
@@ -203,7 +205,7 @@ fn options_say_how_the_numbers_are_meant() {
                 );
                 unusable += u32::from(bad);
                 for c in 0..3 {
-                    let want = (light[c] - dark[c]) / scale[c];
+                    let want = cosine * (light[c] - dark[c]) / scale[c];
                     assert!(samples[l][c].is_nan() || (samples[l][c] - want).abs() < 1e-5, "{x} {y} {l} {c}");
                 }
             }
@@ -317,4 +319,40 @@ fn a_real_capture_is_read_with_its_conventions() {
     assert!((all[at][0] - by_hand(want[0], want[2])).abs() < 1e-6, "{}", all[at][0] * 255.0);
     assert!((all[at + 5][1] - by_hand(want[1], want[2])).abs() < 1e-6, "{}", all[at + 5][1] * 255.0);
     assert_eq!(stack.directions()[1].y.signum(), 1.0, "the list says -0.1407");
+}
+
+/// A hundred pictures of 4096 x 4096 with 16 bits, 10 GB of them: their first rows, as no row differs from another. To
+/// be run alone, as the peak is the process's.
+#[test]
+#[ignore = "writes 100 MB and takes a while; cargo test --release -p yugen-archive -- --ignored stays_within"]
+fn a_large_stack_stays_within_four_gibibytes() {
+    let folder = Temporary::new();
+    let size = 4096u32;
+    let mut rng = yugen_optics::random::Pcg32::new(1, 1);
+    let noise: Vec<u8> = (0..size * size * 3 / 2).flat_map(|_| rng.next_u32().to_le_bytes()).collect();
+    let file = fs::File::create(folder.0.join("a.png")).unwrap();
+    let mut encoder = ::png::Encoder::new(std::io::BufWriter::new(file), size, size);
+    encoder.set_color(::png::ColorType::Rgb);
+    encoder.set_depth(::png::BitDepth::Sixteen);
+    encoder.set_compression(::png::Compression::Fast);
+    encoder.write_header().unwrap().write_image_data(&noise).unwrap();
+    drop(noise);
+    folder.put("lights.lp", format!("100\n{}", "a.png 0 0 1\n".repeat(100)));
+    let stack = Folder::open(&folder.0).unwrap();
+    let rows = stack.rows_within(1 << 30);
+    let started = std::time::Instant::now();
+    let mut bands = stack.bands(rows).unwrap();
+    for _ in 0..2 {
+        assert_eq!(bands.next().unwrap().unwrap().height, rows);
+    }
+    let seconds = started.elapsed().as_secs_f64();
+    let status = fs::read_to_string("/proc/self/status").unwrap();
+    let peak = status.lines().find(|l| l.starts_with("VmHWM")).unwrap();
+    let kilobytes: u64 = peak.split_whitespace().nth(1).unwrap().parse().unwrap();
+    println!(
+        "{rows} rows a band, {:.1} rows a second, peak {} MB",
+        2.0 * rows as f64 / seconds,
+        kilobytes / 1000
+    );
+    assert!(kilobytes < 4 << 20, "{kilobytes} kB");
 }

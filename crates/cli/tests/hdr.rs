@@ -1,0 +1,294 @@
+//! `yugen capture hdr` on brackets of a camera that is known.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use yugen_archive::formats::image::{NonFinite, ReadOptions, WriteOptions, read, write};
+use yugen_archive::formats::stack::Folder;
+use yugen_optics::colour::srgb_to_linear;
+use yugen_optics::random::Pcg32;
+use yugen_optics::{ColourSpace, Image};
+
+struct Temporary(PathBuf);
+
+impl Temporary {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("yugen-hdr-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn hdr(arguments: &[&Path]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_yugen")).args(["capture", "hdr"]).args(arguments).output().unwrap()
+}
+
+fn good(output: Output) -> Value {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap_or(Value::Null)
+}
+
+fn refused(output: Output, words: &[&str]) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && words.iter().all(|w| said.contains(w)), "{said}");
+}
+
+const SIZE: [usize; 2] = [96, 72];
+const SECONDS: [f32; 3] = [0.01, 0.08, 0.64];
+
+/// Radiance from 0.1 to 100 across, coloured, with a white corner that reads 10 and vignetting.
+fn scene(x: usize, y: usize, c: usize, light: usize) -> f32 {
+    let at = (x as f32 / SIZE[0] as f32 - 0.5).powi(2) + (y as f32 / SIZE[1] as f32 - 0.5).powi(2);
+    let fade = (1.0 - 0.4 * at) * [1.0, 0.5][light];
+    if x < 12 && y < 12 {
+        return 10.0 * [1.0, 0.8, 0.6][c] * fade;
+    }
+    let ripple = 1.0 + 0.3 * (0.5 * x as f32).sin() * (0.4 * y as f32 + c as f32).sin();
+    0.1 * 1000f32.powf(x as f32 / SIZE[0] as f32) * ripple * [1.0, 0.8, 0.6][c] * fade
+}
+
+/// What a camera of 20 000 electrons says, its levels a power of the light.
+fn expose(
+    picture: impl Fn(usize, usize, usize) -> f32,
+    seconds: f32,
+    power: f32,
+    moved: usize,
+    seed: u64,
+) -> Image {
+    let mut image = Image::rgb(SIZE[0], SIZE[1]);
+    let mut rng = Pcg32::new(seed, 1);
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            for c in 0..3 {
+                let electrons =
+                    rng.poisson(f64::from(picture(x.saturating_sub(moved), y, c) * seconds) * 2e4) as f32;
+                let light = ((electrons + 4.0 * rng.normal()) / 2e4).clamp(0.0, 1.0);
+                // The file's encoding is undone here, so that the level itself is what the curve says.
+                image.pixel_mut(x, y)[c] = srgb_to_linear(light.powf(power));
+            }
+        }
+    }
+    image
+}
+
+fn put(path: &Path, image: &Image, bits: u8) {
+    write(path, image, &WriteOptions { bits, ..WriteOptions::from(ColourSpace::LinearSrgb) }).unwrap();
+}
+
+fn hdr_image(path: &Path) -> Image {
+    read(path, &ReadOptions { non_finite: NonFinite::Keep, ..ReadOptions::raw() }).unwrap()
+}
+
+#[test]
+fn a_folder_of_brackets_becomes_a_stack() {
+    let folder = Temporary::new("stack");
+    let mut list = String::from("file,seconds,light\n");
+    for light in 0..2 {
+        for (i, t) in SECONDS.iter().enumerate() {
+            let name = format!("lamp {light}_{i}.png");
+            let seed = (10 * light + i) as u64;
+            put(&folder.at(&name), &expose(|x, y, c| scene(x, y, c, light), *t, 1.0 / 2.0, 0, seed), 16);
+            list += &format!("{name},{t},lamp {light}\n");
+        }
+    }
+    std::fs::write(folder.at("exposures.csv"), list).unwrap();
+    std::fs::write(folder.at("lights.lp"), "2\nC:\\lamp 1_0.png 0 0.6 0.8\nlamp 0.jpg 0,0 0,0 2,0\n")
+        .unwrap();
+    let out = folder.at("out");
+    let response = folder.at("response.csv");
+    let report = good(hdr(&[
+        &folder.0,
+        "-o".as_ref(),
+        &out,
+        "--json".as_ref(),
+        "--response".as_ref(),
+        "recover".as_ref(),
+        "--save-response".as_ref(),
+        &response,
+        "--full-well".as_ref(),
+        "20000".as_ref(),
+        "--read-noise".as_ref(),
+        "4".as_ref(),
+    ]));
+    for row in report["lights"].as_array().unwrap() {
+        let fit = row["chi_square_per_degree"].as_f64().unwrap();
+        println!("chi-square per degree {fit}, moved {}", row["moved_pixels"]);
+        // The response is known to half a percent, and the noise of bright pixels is no more.
+        assert!((0.7..3.0).contains(&fit), "{row}");
+        // Neighbouring exposures share a third of so small a picture.
+        assert!(row["moved_pixels"].as_f64().unwrap() < 0.5, "{row}");
+        assert_eq!(row["saturated"], 0);
+    }
+    // Levels go with the root of light.
+    let text = std::fs::read_to_string(&response).unwrap();
+    let half = text.lines().nth(129).unwrap().split(',').nth(2).unwrap().parse::<f32>().unwrap();
+    println!("light of level 128/255: {half}");
+    assert!((half / (128f32 / 255.0).powi(2) - 1.0).abs() < 0.02, "{half}");
+
+    // Light 1 has the second line of the list and half the light; both pictures to scale.
+    let merged = hdr_image(&out.join("lamp 0.exr"));
+    assert_eq!(merged.channels, ["R", "G", "B", "sigma.R", "sigma.G", "sigma.B"]);
+    let (mut scale, mut n) = (0.0, 0.0);
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            scale += f64::from(merged.pixel(x, y)[1] / scene(x, y, 1, 0));
+            n += 1.0;
+        }
+    }
+    // A response is known but for a factor that its normalisation at full scale takes up.
+    let scale = (scale / n) as f32;
+    assert!((scale - 1.0).abs() < 0.03, "{scale}");
+    let (mut worst, mut score) = (0f32, 0.0);
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            for c in 0..3 {
+                let (got, sigma) = (merged.pixel(x, y)[c] / scale, merged.pixel(x, y)[3 + c] / scale);
+                let want = scene(x, y, c, 0);
+                worst = worst.max((got / want - 1.0).abs());
+                score += f64::from((got - want) / sigma).powi(2) / (3 * SIZE[0] * SIZE[1]) as f64;
+            }
+        }
+    }
+    println!("merged: worst {worst}, mean square of z {score}");
+    assert!(worst < 0.15 && (0.7..3.0).contains(&score), "{worst} {score}");
+    let stack = Folder::open(&out).unwrap();
+    assert_eq!(stack.pictures.len(), 2);
+    assert_eq!(stack.directions()[0].z, 1.0, "a position of the list keeps its place");
+    assert!((stack.directions()[1].y - 0.6).abs() < 1e-6);
+
+    // White, flat and chart: the flat's shape, then the corner reads 0.9 in every channel and light.
+    let mut flat = Image::rgb(SIZE[0], SIZE[1]);
+    for y in 0..SIZE[1] {
+        for x in 0..SIZE[0] {
+            let at = (x as f32 / SIZE[0] as f32 - 0.5).powi(2) + (y as f32 / SIZE[1] as f32 - 0.5).powi(2);
+            flat.pixel_mut(x, y).fill(7.0 * (1.0 - 0.4 * at));
+        }
+    }
+    put(&folder.at("flat.exr"), &flat, 8);
+    let chart = folder.at("chart.csv");
+    std::fs::write(
+        &chart,
+        "red,green,blue,known_red,known_green,known_blue\n1,0,0,0,1,0\n0,1,0,2,0,0\n0,0,1,0,0,1\n1,1,1,2,1,1\n",
+    )
+    .unwrap();
+    let report = good(hdr(&[
+        &folder.0,
+        "-o".as_ref(),
+        &out,
+        "--json".as_ref(),
+        "--response".as_ref(),
+        &response,
+        "--flat".as_ref(),
+        &folder.at("flat.exr"),
+        "--white".as_ref(),
+        "2,2,8,8".as_ref(),
+        "--white-reflectance".as_ref(),
+        "0.9".as_ref(),
+        "--chart".as_ref(),
+        &chart,
+    ]));
+    assert!(report["colour_error"].as_f64().unwrap() < 1e-6);
+    let stack = Folder::open(&out).unwrap();
+    assert!(stack.options.level_white);
+    let band = stack.bands(SIZE[1]).unwrap().next().unwrap().unwrap();
+    for (x, y) in [(5, 5), (60, 20), (90, 70)] {
+        for light in 0..2 {
+            let got = band.values[(y * SIZE[0] + x) * 2 + light];
+            let fade = |x: usize, y: usize| {
+                let at =
+                    (x as f32 / SIZE[0] as f32 - 0.5).powi(2) + (y as f32 / SIZE[1] as f32 - 0.5).powi(2);
+                1.0 - 0.4 * at
+            };
+            let reflectance = |c: usize| {
+                let white = 10.0 * [1.0, 0.8, 0.6][c] * [1.0, 0.5][light];
+                0.9 * scene(x, y, c, light) / fade(x, y) / white
+            };
+            // The chart swaps red and green and doubles the new red; a level white gets a fifth less of light 1.
+            let cosine = [1.0, 0.8][light];
+            let want = [2.0 * reflectance(1), reflectance(0), reflectance(2)].map(|v| v * cosine);
+            for c in 0..3 {
+                assert!((got[c] / want[c] - 1.0).abs() < 0.08, "{x} {y} {light}: {got:?} {want:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn one_bracket_shows_saturation_motion_and_dark() {
+    let folder = Temporary::new("one");
+    let names: Vec<PathBuf> = (0..3).map(|i| folder.at(&format!("b{i}.png"))).collect();
+    let glow = |x: usize, y: usize, c: usize| if x > 90 { 400.0 } else { scene(x, y, c, 0) + 0.05 / 0.64 };
+    let mut list = String::from("file;seconds\n");
+    for (i, name) in names.iter().enumerate() {
+        put(name, &expose(glow, SECONDS[i], 1.0, if i == 2 { 3 } else { 0 }, i as u64), 16);
+        list += &format!("b{i}.png;{}\n", SECONDS[i].to_string().replace('.', ","));
+    }
+    std::fs::write(folder.at("list.csv"), list).unwrap();
+    let out = folder.at("out.exr");
+    let (list, linear) = (folder.at("list.csv"), "linear".as_ref());
+    let all: Vec<&Path> = names.iter().map(PathBuf::as_path).collect();
+    let options: [&Path; 7] =
+        ["-o".as_ref(), &out, "--list".as_ref(), &list, "--response".as_ref(), linear, "--json".as_ref()];
+    let report = good(hdr(&[all.clone(), options.to_vec()].concat()));
+    let row = &report["lights"][0];
+    println!("{row}");
+    let moved = row["moved_pixels"].as_f64().unwrap();
+    assert!((moved - 3.0).abs() < 0.5, "{moved}");
+    let saturated = row["saturated"].as_u64().unwrap();
+    let image = hdr_image(&out);
+    assert_eq!(
+        saturated,
+        image.data.chunks_exact(6).filter(|p| p[0].is_nan() && p[3].is_nan()).count() as u64
+    );
+    // Columns 91 to 95, which no exposure holds.
+    assert!((300..=400).contains(&saturated), "{saturated}");
+
+    refused(hdr(&[&names[0], "-o".as_ref(), &out]), &["b0.png", "no exposure time", "--list"]);
+    refused(hdr(&[&names[0], "-o".as_ref(), &folder.at("a.png")]), &["a.png", ".exr"]);
+    refused(
+        hdr(&[&names[0], &names[1], "-o".as_ref(), &out, "--list".as_ref(), &list]),
+        &["b2.png' is not there"],
+    );
+    refused(
+        hdr(&[
+            &names[0],
+            "-o".as_ref(),
+            &out,
+            "--response".as_ref(),
+            "gone.csv".as_ref(),
+            "--list".as_ref(),
+            &list,
+        ]),
+        &["is not there"],
+    );
+    std::fs::write(&list, "file,seconds\nb0.png,1\n").unwrap();
+    let recover: [&Path; 2] = ["--response".as_ref(), "recover".as_ref()];
+    refused(
+        hdr(&[&[names[0].as_path()][..], &options[..4], &recover].concat()),
+        &["cannot be recovered", "different times"],
+    );
+    // One exposure is merged, and said to gain nothing.
+    let output = hdr(&[&[names[0].as_path()][..], &options[..6]].concat());
+    assert!(String::from_utf8_lossy(&output.stdout).contains("one exposure only"));
+    std::fs::write(&list, "file,seconds\nb0.png,1\nb1.png,2\n").unwrap();
+    put(&names[1], &Image::rgb(8, 8), 16);
+    refused(hdr(&[&all[..2], &options[..6]].concat()), &["b1.png", "8 x 8", "96 x 72"]);
+    std::fs::write(&names[1], b"broken").unwrap();
+    refused(hdr(&[&all[..2], &options[..6]].concat()), &["b1.png"]);
+    let mut white = Image::rgb(SIZE[0], SIZE[1]);
+    white.data.fill(1.0);
+    put(&names[1], &white, 16);
+    put(&names[0], &white, 16);
+    refused(hdr(&[&all[..2], &options[..6]].concat()), &["every pixel is saturated", "shorter"]);
+}
