@@ -91,6 +91,29 @@ fn a_weave_is_drawn_and_woven() {
     assert!(std::fs::read(again.join("draft.wif")).unwrap() == written, "another draft was written");
 }
 
+/// A square of the other side on satin: its weft shows, and its fibres lie across.
+#[test]
+fn a_figure_is_woven_into_a_named_weave() {
+    let out = scratch("damask");
+    let figure = out.join("figure.png");
+    let mut mask = Image::new(40, 40, &["Y"]);
+    for (i, v) in mask.data.iter_mut().enumerate() {
+        // White in the lower left quarter: rows count from the top.
+        *v = if i % 40 < 20 && i / 40 >= 20 { 1.0 } else { 0.0 };
+    }
+    image::write(&figure, &mask, &image::WriteOptions { raw: true, ..Default::default() }).unwrap();
+    let cloth = ["weave", "satin:5/2", "--figure", &text(&figure), "--size", "80x80", "--repeats", "1x1"];
+    let report = good(&[&cloth[..], &["-o", &text(&out)]].concat());
+    assert_eq!((report["ends"].as_u64(), report["picks"].as_u64()), (Some(40), Some(40)));
+    let (cloth, _) = btf::load(&out.join("cloth.btf"), SPACE).unwrap();
+    let across = |figure: bool| {
+        let inside = |i: usize| (i % 80 < 40 && i / 80 >= 40) == figure;
+        let texels: Vec<_> = (0..6400).filter(|i| inside(*i)).map(|i| cloth.texels[i]).collect();
+        texels.iter().filter(|t| t.tangent.x.abs() > t.tangent.y.abs()).count() as f32 / texels.len() as f32
+    };
+    assert!(across(true) > 0.7 && across(false) < 0.3, "{} {}", across(true), across(false));
+}
+
 #[test]
 fn whole_repeats_have_their_proportions() {
     let out = scratch("repeats");
@@ -221,6 +244,8 @@ fn mistakes_are_named() {
     refused(&["weave", "kinrann", "-o", &path], "did you mean 'kinran'?");
     refused(&["weave", "velvet", "-o", &path], "the presets are karaori and kinran");
     refused(&["weave", "missing.wif", "-o", &path], "missing.wif");
+    refused(&["weave", "satin:8/4", "-o", &path], "there is no satin over 8 with the move 4");
+    refused(&["weave", "kinran", "--figure", "f.png", "-o", &path], "--figure needs a named weave");
     let lie = out.join("lie.wif");
     std::fs::write(&lie, "[WIF]\n[WEAVING]\nShafts=2\n[WARP]\nThreads=99999999\n[WEFT]\nThreads=2\n")
         .unwrap();

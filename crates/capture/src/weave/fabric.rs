@@ -114,6 +114,14 @@ impl Fabric {
         presets::preset(name, space)
     }
 
+    /// Vermilion silk in any weave, colours in `space`.
+    ///
+    /// # Panics
+    /// Never: the silk of the model `noh` is always there.
+    pub fn silk(name: &str, weave: Weave, space: ColourSpace) -> Self {
+        presets::silk(name, weave, space).expect("the preset vermilion_silk")
+    }
+
     /// The cloth that a draft weaves, of smooth twisted yarn in the colours of the draft, which are of `space`.
     pub fn from_draft(draft: &Draft, space: ColourSpace) -> Self {
         let mut yarns: Vec<Yarn> = Vec::new();

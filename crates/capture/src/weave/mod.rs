@@ -12,6 +12,7 @@ pub use fabric::{Fabric, Irregularity, Make, Yarn};
 pub use presets::PRESETS;
 
 use std::collections::HashMap;
+use std::str::FromStr;
 use yugen_archive::formats::wif::{Draft, Shedding, Thread};
 
 /// One repeat of a weave: which thread lies on top where an end crosses a pick.
@@ -46,6 +47,11 @@ pub enum WeaveError {
         /// From pick to pick.
         step: usize,
     },
+    /// A name that no weave has.
+    #[error(
+        "'{0}' names no weave; these do: plain, twill:2/1 (twill:2/1s runs up to the left), satin:5/2, sateen:5/2"
+    )]
+    Name(String),
     /// Twills go over and under.
     #[error("a twill goes over at least one thread and under at least one, not {over} and {under}")]
     Twill {
@@ -217,6 +223,32 @@ impl Weave {
     }
 }
 
+/// `plain`, `twill:3/1`, `twill:3/1s` (up to the left), `satin:8/3`, `sateen:8/3`; no repeat is wider than 1024.
+impl FromStr for Weave {
+    type Err = WeaveError;
+
+    fn from_str(text: &str) -> Result<Self, WeaveError> {
+        let unknown = || WeaveError::Name(text.to_string());
+        if text == "plain" {
+            return Ok(Self::plain());
+        }
+        let (name, numbers) = text.split_once(':').ok_or_else(unknown)?;
+        let (numbers, line) = match numbers.strip_suffix(['s', 'S']) {
+            Some(numbers) if name == "twill" => (numbers, Twill::Left),
+            _ => (numbers, Twill::Right),
+        };
+        let number = |word: &str| word.parse().ok().filter(|n| *n <= 512).ok_or_else(unknown);
+        let (a, b) = numbers.split_once('/').ok_or_else(unknown)?;
+        let (a, b) = (number(a)?, number(b)?);
+        match name {
+            "twill" => Self::twill(a, b, line),
+            "satin" => Self::satin(a, b),
+            "sateen" => Ok(Self::satin(a, b)?.opposite()),
+            _ => Err(unknown()),
+        }
+    }
+}
+
 /// For each item the number (from 1) of its class, and the first member of every class.
 fn classes(items: impl Iterator<Item = Vec<bool>>) -> (Vec<Vec<u32>>, Vec<usize>) {
     let (mut known, mut firsts) = (HashMap::new(), Vec::new());
@@ -309,6 +341,21 @@ mod tests {
         let refused = Weave::satin(8, 2).unwrap_err().to_string();
         assert!(refused.ends_with("these do: 3, 5"), "{refused}");
         assert!(Weave::satin(6, 2).unwrap_err().to_string().ends_with("none does"));
+    }
+
+    #[test]
+    fn weaves_have_names() {
+        let of = |name: &str| name.parse::<Weave>();
+        assert_eq!(of("plain"), Ok(Weave::plain()));
+        assert_eq!(of("twill:2/1"), Weave::twill(2, 1, Twill::Right));
+        assert_eq!(of("twill:3/2s"), Weave::twill(3, 2, Twill::Left));
+        assert_eq!(of("satin:8/3"), Weave::satin(8, 3));
+        assert_eq!(of("sateen:8/3").unwrap().opposite(), Weave::satin(8, 3).unwrap());
+        assert!(of("satin:6/2").unwrap_err().to_string().contains("there is no satin over 6"));
+        for name in ["", "linen", "twill", "twill:2", "twill:x/1", "satin:5/2s", "satin:5000/2", "twill:2/-1"]
+        {
+            assert_eq!(of(name), Err(WeaveError::Name(name.into())));
+        }
     }
 
     #[test]

@@ -27,6 +27,13 @@ pub(super) fn preset(name: &str, space: ColourSpace) -> Option<Fabric> {
     }
 }
 
+/// Vermilion silk, ten ends and ten picks to the millimetre, in any weave.
+pub(super) fn silk(name: &str, weave: Weave, space: ColourSpace) -> Option<Fabric> {
+    let yarns = vec![vermilion("warp", 0.053, 0.025, space)?, vermilion("weft", 0.053, 0.025, space)?];
+    let (warp, weft) = (vec![(0, 0.1); weave.ends()], vec![(1, 0.1); weave.picks()]);
+    Some(Fabric { name: name.into(), weave, yarns, warp, weft, colour_space: space })
+}
+
 /// A ground silk thread of the colour and gloss of `vermilion_silk`.
 fn vermilion(name: &str, half_width: f32, half_height: f32, space: ColourSpace) -> Option<Yarn> {
     let (diffuse, specular, sigma) = noh("vermilion_silk", space)?;

@@ -2,11 +2,11 @@
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, ReadOptions};
 use yugen_archive::formats::{btf, wif};
 use yugen_archive::nearest;
-use yugen_capture::weave::{Cloth, Fabric, Irregularity, PRESETS, ThreadId};
+use yugen_capture::weave::{Cloth, Fabric, Irregularity, PRESETS, ThreadId, Weave, WeaveError};
 use yugen_optics::{ColourSpace, Vec2};
 use yugen_reflectance::btf::Btf;
 
@@ -29,6 +29,11 @@ pub struct Weaving {
     /// So many whole repeats across and up, which tile without a seam; the height follows from the width.
     #[arg(long, value_name = "CxR", value_parser = parse_pair)]
     repeats: Option<[u32; 2]>,
+
+    /// A figure in a named weave, as in damask: a picture, a pixel a crossing, the first pick at the bottom; what is
+    /// white is woven with the other side up. Its size should be a multiple of the weave's repeat.
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
 
     /// Perfectly even threads instead of real ones.
     #[arg(long)]
@@ -65,6 +70,21 @@ impl Weaving {
     /// The fabric of a preset or a draft.
     pub fn fabric(&self, what: &str) -> Result<Fabric> {
         let (path, space) = (Path::new(what), self.space());
+        match what.parse::<Weave>() {
+            Ok(ground) => {
+                let weave = match &self.figure {
+                    Some(figure) => damask(&ground, figure)?,
+                    None => ground,
+                };
+                return Ok(Fabric::silk(what, weave, space));
+            }
+            // The name is known, its numbers are wrong.
+            Err(e) if !matches!(e, WeaveError::Name(_)) => return Err(e.into()),
+            Err(_) => {}
+        }
+        if self.figure.is_some() {
+            bail!("--figure needs a named weave, such as satin:5/2, and '{what}' is none");
+        }
         if let Some(fabric) = Fabric::preset(what, space) {
             return Ok(fabric);
         }
@@ -82,11 +102,13 @@ impl Weaving {
             Some(name) => format!("did you mean '{name}'?"),
             None => format!("the presets are {}", names.collect::<Vec<_>>().join(" and ")),
         };
-        bail!("'{what}' is neither a preset nor a .wif draft; {hint}")
+        bail!(
+            "'{what}' is neither a preset, nor a weave (plain, twill:2/1, satin:5/2), nor a .wif draft; {hint}"
+        )
     }
 
-    /// Weaves it.
-    pub fn weave(&self, fabric: Fabric, preset: bool) -> Result<Sample> {
+    /// Weaves it; the usual scale is that of silk, or of the draft's threads.
+    pub fn weave(&self, fabric: Fabric, draft: bool) -> Result<Sample> {
         let repeat = fabric.repeat();
         let [width, height] = self.size.map(|n| n as usize);
         let (size, extent) = match self.repeats {
@@ -103,7 +125,7 @@ impl Weaving {
                 ([width, high as usize], extent)
             }
             None => {
-                let usual = if preset { SCALE } else { PER_THREAD * fabric.warp.len() as f32 / repeat.x };
+                let usual = if draft { PER_THREAD * fabric.warp.len() as f32 / repeat.x } else { SCALE };
                 let scale = self.scale.unwrap_or(usual);
                 ([width, height], Vec2::new(width as f32, height as f32) / scale)
             }
@@ -127,7 +149,7 @@ impl Weaving {
             if heights.is_some() {
                 bail!("--heights goes with maps (.btf, .exr); '{what}' has heights of its own");
             }
-            return self.weave(self.fabric(what)?, Fabric::preset(what, self.space()).is_some());
+            return self.weave(self.fabric(what)?, is_draft(what));
         }
         let (btf, about) = btf::load(path, self.space())?;
         let heights = match heights {
@@ -150,6 +172,22 @@ impl Weaving {
         let texel_mm = about.texel_mm;
         Ok(Sample { btf, heights, threads: Vec::new(), texel_mm, fabric: None, source: about.source })
     }
+}
+
+/// Whether a cloth is given by the draft in a file.
+pub fn is_draft(what: &str) -> bool {
+    has_extension(Path::new(what), "wif")
+}
+
+/// The weave with the other side up where a picture is white.
+fn damask(ground: &Weave, figure: &Path) -> Result<Weave> {
+    let picture = image::read(figure, &ReadOptions::raw())?;
+    let (width, height, channels) = (picture.width, picture.height, picture.channels.len());
+    if width > 16384 || height > 16384 {
+        bail!("{} is {width} x {height}; a figure has at most 16384 ends and picks", figure.display());
+    }
+    let white = |end: usize, pick: usize| picture.data[((height - 1 - pick) * width + end) * channels] > 0.5;
+    Ok(Weave::jacquard(width, height, white, &ground.opposite(), ground))
 }
 
 fn has_extension(path: &Path, extension: &str) -> bool {

@@ -27,7 +27,7 @@ use yugen_reflectance::{Choice, Kind, ParamType};
 /// pictures are perfect.
 #[derive(Args)]
 pub struct Simulate {
-    /// A preset (karaori, kinran), a draft (.wif) or maps (.btf, .exr).
+    /// A preset (karaori, kinran), a named weave (plain, satin:8/3), a draft (.wif) or maps (.btf, .exr).
     cloth: String,
 
     #[command(flatten)]

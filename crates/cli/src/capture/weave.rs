@@ -1,7 +1,7 @@
 //! `yugen capture weave`.
 
 use super::chart;
-use super::cloth::{Sample, Weaving, folder};
+use super::cloth::{Sample, Weaving, folder, is_draft};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
@@ -23,7 +23,7 @@ use yugen_reflectance::btf::Texel;
 /// numbers and height.exr.
 #[derive(Args)]
 pub struct Weave {
-    /// A preset (karaori, kinran) or a draft (.wif).
+    /// A preset (karaori, kinran), silk in a named weave (plain, twill:2/1, satin:8/3, sateen:8/3) or a draft (.wif).
     what: String,
 
     #[command(flatten)]
@@ -58,8 +58,7 @@ impl Weave {
         }
         atomic_write(&at("draft.wif"), wif::write(&draft, space).as_bytes())?;
 
-        let preset = yugen_capture::weave::PRESETS.iter().any(|p| p.name == self.what);
-        let sample = self.weaving.weave(fabric, preset)?;
+        let sample = self.weaving.weave(fabric, is_draft(&self.what))?;
         let about =
             btf::About { texel_mm: sample.texel_mm, source: sample.source.clone(), ..btf::About::default() };
         btf::save(&at("cloth.btf"), &sample.btf, &about)?;
