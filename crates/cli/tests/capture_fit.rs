@@ -104,6 +104,14 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
     assert_eq!((about.lights, about.texel_mm), (LIGHTS, Some(0.1)));
     assert_eq!((maps.width, maps.height), (SIZE[0], SIZE[1]));
 
+    let (success, out, err) = yugen(&["export", &whole, "-o", &path("maps"), "--gltf", "--json"]);
+    let lost: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let off = lost["gltf"]["relative_rms_error"].as_f64().unwrap();
+    assert!(success && err.is_empty() && off > 0.01 && off < 0.4, "{lost} {err}");
+    for name in ["sigma.png", "tangent.png", "cloth.gltf", "cloth.bin", "anisotropy.png"] {
+        assert!(folder.join("maps").join(name).exists(), "{name}");
+    }
+
     // Neither threads nor bands change a bit, and nothing is left behind.
     let banded = path("banded.btf");
     fit(&banded, &["--threads", "1", "--memory", "0", "--json"]);

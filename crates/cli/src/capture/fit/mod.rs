@@ -55,7 +55,7 @@ pub struct Fit {
     #[arg(long, value_name = "MM")]
     texel_mm: Option<f32>,
 
-    /// Mebibytes that the photographs in work may take. The maps themselves take 130 bytes a texel besides.
+    /// Mebibytes that the photographs in work may take. The maps themselves take up to 190 bytes a texel besides, at the end.
     #[arg(long, value_name = "MIB", default_value_t = 1024)]
     memory: u64,
 
