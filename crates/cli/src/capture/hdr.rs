@@ -60,7 +60,7 @@ pub struct Hdr {
 
     /// Where the white reference lies in each picture, in pixels from the top left: what it reads becomes its
     /// reflectance, channel by channel and light by light.
-    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_delimiter = ',', num_args = 4)]
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_delimiter = ',')]
     white: Vec<usize>,
 
     /// How much of the light that white reflects.
@@ -142,6 +142,7 @@ impl Hdr {
             self.full_well > 0.0 && self.read_noise >= 0.0 && (0.1..=1.0).contains(&self.saturated),
             "expected --full-well above 0, --read-noise of 0 or more and --saturated between 0.1 and 1"
         );
+        ensure!(matches!(self.white.len(), 0 | 4), "--white: expected four numbers, as in 40,3010,200,200");
         let folder = self.input.len() == 1 && self.input[0].is_dir();
         if !folder {
             let exr = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));

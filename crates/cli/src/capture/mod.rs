@@ -16,8 +16,7 @@ mod weave;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// From photographs under many lights to the maps of a cloth: simulate, weave, fit, export, relight, rti.
-/// From photographs under many lights to the maps of a cloth: hdr, calibrate, simulate, weave, fit, relight, rti.
+/// From photographs under many lights to the maps of a cloth: hdr, calibrate, simulate, weave, fit, export, relight, rti.
 #[derive(Subcommand)]
 pub enum Capture {
     /// Exposure brackets to linear pictures: response, merge, flat field, white, colour.
