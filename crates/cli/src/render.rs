@@ -33,12 +33,12 @@ pub struct Render {
           group = "budget")]
     spp: Option<u32>,
 
-    /// Render for this long: 90, 90s, 5m, 1h.
+    /// Render for this long: 90, 90s, 5m, 1h; noisy parts get more samples.
     #[arg(long, value_name = "TIME", value_parser = parse_time, group = "budget")]
     time: Option<Duration>,
 
-    /// Render until the relative standard error is below this everywhere, for example 0.01; noisy parts get
-    /// more samples.
+    /// Render until the relative standard error is below this in the mean (root mean square) over the picture, for
+    /// example 0.01; noisy parts get more samples.
     #[arg(long, value_name = "E", value_parser = parse_error, group = "budget")]
     error: Option<f32>,
 
@@ -232,6 +232,7 @@ impl Render {
                 "samples_per_second": rate,
                 "load_seconds": loaded.as_secs_f64(),
                 "prepare_seconds": prepared.as_secs_f64(),
+                "relative_error": job.error(),
                 "rejected_samples": status.rejected,
                 "triangles": stats.triangles,
                 "hierarchy_bytes": stats.tree_bytes,
@@ -250,10 +251,11 @@ impl Render {
         if status.rejected > 0 {
             println!("{} samples were not finite and were left out", status.rejected);
         }
-        if let Some(Budget::Error(_)) = self.error.map(Budget::Error)
-            && status.samples >= pixels * u64::from(MAX_SAMPLES)
-        {
-            println!("the error was not reached everywhere within {MAX_SAMPLES} samples a pixel");
+        if let Some(target) = self.error.filter(|target| job.error() > *target) {
+            println!(
+                "the relative error is {:.4}: {target} was not reached within {MAX_SAMPLES} samples a pixel",
+                job.error()
+            );
         }
     }
 }

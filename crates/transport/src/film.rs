@@ -85,7 +85,7 @@ impl FilterTable {
 }
 
 /// Pixels across and down of a tile; small enough that its sums stay in the second-level cache.
-pub const TILE: u32 = 32;
+pub const TILE: u32 = 16;
 
 /// One tile's sums.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,8 +96,8 @@ pub struct Tile {
     pub size: [u32; 2],
     /// Samples per pixel taken so far.
     pub samples: u32,
-    /// Whether it has reached its target.
-    pub done: bool,
+    /// Samples per pixel that it shall have at the end of this round.
+    pub goal: u32,
     /// Samples thrown away because they were not finite or negative beyond rounding.
     pub rejected: u64,
     /// (size + 2·border)² pixels of `channels` sums, then the sum of weights.
@@ -172,7 +172,7 @@ impl FilmLayout {
                     origin: [x0 + x, y0 + y],
                     size,
                     samples: 0,
-                    done: false,
+                    goal: 0,
                     rejected: 0,
                     sums: vec![0.0; padded * (self.channels.len() + 1)],
                     moments: vec![[0.0; 7]; (size[0] * size[1]) as usize],
@@ -273,6 +273,8 @@ impl FilmLayout {
         let border = self.filter.border() as i64;
         let mut sums = vec![0.0f64; (w * h) as usize * n];
         for tile in tiles {
+            // Tiles need not have as many samples as their neighbours, and shall not weigh more for it.
+            let share = 1.0 / f64::from(tile.samples.max(1));
             let stride = tile.size[0] as usize + 2 * border as usize;
             let rows = tile.size[1] as usize + 2 * border as usize;
             for py in 0..rows {
@@ -288,7 +290,7 @@ impl FilmLayout {
                     let from = (py * stride + px) * n;
                     let to = (y as usize * w as usize + x as usize) * n;
                     for c in 0..n {
-                        sums[to + c] += tile.sums[from + c];
+                        sums[to + c] += share * tile.sums[from + c];
                     }
                 }
             }

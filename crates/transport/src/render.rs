@@ -1,8 +1,8 @@
 //! From a scene to a picture: tiles on all cores, budgets, checkpoints.
 //!
-//! A tile is advanced a few samples at a time and depends on nothing but its own samples, so the picture is the
-//! same bits for any number of threads, and a render killed at any moment goes on from its last checkpoint to
-//! the identical result.
+//! Work goes in rounds. A round gives every tile a number of samples to reach, from what all tiles have seen so
+//! far; within it a tile depends on nothing but its own samples. So the picture is the same bits for any number of
+//! threads, and a render killed at any moment goes on from its last checkpoint to the identical result.
 
 use crate::accel::NO_INSTANCE;
 use crate::camera::Lens;
@@ -49,9 +49,10 @@ fn push(aov: Aov, first: &FirstHit, out: &mut Vec<f32>) {
 pub enum Budget {
     /// After this many samples in every pixel.
     Samples(u32),
-    /// After this long.
+    /// After this long; noisy tiles get more samples.
     Time(Duration),
-    /// When the root mean square of the relative standard error over a tile is below this, tile by tile.
+    /// When the root mean square over the picture of relative standard errors is below this; noisy tiles get
+    /// more samples.
     Error(f32),
 }
 
@@ -59,8 +60,8 @@ pub enum Budget {
 pub const MAX_SAMPLES: u32 = 1 << 16;
 /// Most pixels of a picture: 16 GB of sums and moments.
 const MAX_PIXELS: u64 = 1 << 28;
-/// Fewest samples before the error of a tile is believed.
-const MIN_SAMPLES: u32 = 32;
+/// Samples of every pixel before the noise of a tile is believed.
+const FIRST_ROUND: u32 = 16;
 /// Samples per pixel of one visit to a tile.
 const STEP: u32 = 16;
 
@@ -192,56 +193,45 @@ impl Job {
     /// Renders until the budget is spent or `observe`, called a few times a second, says stop. Returns whether
     /// the budget was spent.
     pub fn run(&self, mut observe: impl FnMut(&Self, &Progress) -> Action) -> bool {
-        let started = Instant::now();
-        let before = Duration::from_millis(self.elapsed.load(Ordering::Relaxed));
-        let before_samples = self.samples();
-        let queue: BinaryHeap<Reverse<(u32, usize)>> = self
+        let clock = Clock {
+            started: Instant::now(),
+            before: Duration::from_millis(self.elapsed.load(Ordering::Relaxed)),
+            samples_before: self.samples(),
+        };
+        let mut go_on = Action::Continue;
+        while go_on == Action::Continue && self.plan(&clock) {
+            go_on = self.round(&clock, &mut observe);
+        }
+        self.elapsed.store(clock.elapsed().as_millis() as u64, Ordering::Relaxed);
+        go_on == Action::Continue
+    }
+
+    /// Brings every tile to its goal, the one that is furthest behind first.
+    fn round(&self, clock: &Clock, observe: &mut impl FnMut(&Self, &Progress) -> Action) -> Action {
+        let lag = |t: &Tile| (u64::from(t.samples) << 32) / u64::from(t.goal.max(1));
+        let queue: BinaryHeap<Reverse<(u64, usize)>> = self
             .tiles
             .iter()
             .enumerate()
             .filter_map(|(i, t)| {
                 let t = lock(t);
-                (!t.done).then_some(Reverse((t.samples, i)))
+                (t.samples < t.goal).then(|| Reverse((lag(&t), i)))
             })
             .collect();
-        let queue = Mutex::new((queue, 0usize));
-        let (stop, stopped_early) = (AtomicBool::new(false), AtomicBool::new(false));
+        let queue = Mutex::new(queue);
+        let (stop, mut action) = (AtomicBool::new(false), Action::Continue);
         let finished = (Mutex::new(0usize), Condvar::new());
         std::thread::scope(|scope| {
             for _ in 0..self.threads {
                 scope.spawn(|| {
-                    loop {
-                        if stop.load(Ordering::Relaxed) {
-                            break;
-                        }
-                        if let Budget::Time(limit) = self.budget
-                            && before + started.elapsed() >= limit
-                        {
-                            break;
-                        }
-                        let next = {
-                            let mut q = lock(&queue);
-                            let next = q.0.pop();
-                            if next.is_some() {
-                                q.1 += 1;
-                            }
-                            next.ok_or(q.1)
-                        };
-                        match next {
-                            Ok(Reverse((_, i))) => {
-                                let mut tile = lock(&self.tiles[i]);
-                                self.advance(&mut tile);
-                                let again = (!tile.done).then_some(tile.samples);
-                                drop(tile);
-                                let mut q = lock(&queue);
-                                q.1 -= 1;
-                                if let Some(samples) = again {
-                                    q.0.push(Reverse((samples, i)));
-                                }
-                            }
-                            // Others may still put their tile back.
-                            Err(busy) if busy > 0 => std::thread::sleep(Duration::from_millis(1)),
-                            Err(_) => break,
+                    while !stop.load(Ordering::Relaxed) && !self.out_of_time(clock) {
+                        let Some(Reverse((_, i))) = lock(&queue).pop() else { break };
+                        let mut tile = lock(&self.tiles[i]);
+                        self.advance(&mut tile);
+                        if tile.samples < tile.goal {
+                            let again = Reverse((lag(&tile), i));
+                            drop(tile);
+                            lock(&queue).push(again);
                         }
                     }
                     *lock(&finished.0) += 1;
@@ -257,63 +247,85 @@ impl Job {
                     .0;
                 if *done < self.threads {
                     drop(done);
-                    let elapsed = before + started.elapsed();
-                    self.elapsed.store(elapsed.as_millis() as u64, Ordering::Relaxed);
-                    let progress = self.progress(elapsed, started.elapsed(), before_samples);
-                    if observe(self, &progress) == Action::Stop {
+                    self.elapsed.store(clock.elapsed().as_millis() as u64, Ordering::Relaxed);
+                    action = observe(self, &self.progress(clock));
+                    if action == Action::Stop {
                         stop.store(true, Ordering::Relaxed);
-                        stopped_early.store(true, Ordering::Relaxed);
                     }
                     done = lock(&finished.0);
                 }
             }
         });
-        self.elapsed.store((before + started.elapsed()).as_millis() as u64, Ordering::Relaxed);
-        !stopped_early.load(Ordering::Relaxed)
+        if stop.into_inner() { Action::Stop } else { Action::Continue }
+    }
+
+    fn out_of_time(&self, clock: &Clock) -> bool {
+        matches!(self.budget, Budget::Time(limit) if clock.elapsed() >= limit)
+    }
+
+    /// Gives every tile its next goal, unless a round is under way or the budget is spent: `false`.
+    fn plan(&self, clock: &Clock) -> bool {
+        if self.out_of_time(clock) {
+            return false;
+        }
+        let mut tiles: Vec<MutexGuard<Tile>> = self.tiles.iter().map(lock).collect();
+        if tiles.iter().any(|t| t.samples < t.goal) {
+            return true;
+        }
+        match self.budget {
+            Budget::Samples(n) => tiles.iter_mut().for_each(|t| t.goal = n),
+            Budget::Time(_) | Budget::Error(_) if tiles.iter().all(|t| t.samples == 0) => {
+                tiles.iter_mut().for_each(|t| t.goal = FIRST_ROUND)
+            }
+            Budget::Time(_) | Budget::Error(_) => {
+                let noise = Noise::of(&tiles);
+                let target = if let Budget::Error(e) = self.budget { e } else { 0.0 };
+                for (tile, goal) in tiles.iter_mut().zip(noise.goals(target)) {
+                    tile.goal = goal;
+                }
+            }
+        }
+        tiles.iter().any(|t| t.samples < t.goal)
     }
 
     /// Where it stands.
     pub fn status(&self) -> Progress {
-        self.progress(Duration::from_millis(self.elapsed.load(Ordering::Relaxed)), Duration::ZERO, 0)
+        let before = Duration::from_millis(self.elapsed.load(Ordering::Relaxed));
+        self.progress_at(before, Duration::ZERO, 0)
     }
 
     fn samples(&self) -> u64 {
         self.tiles
             .iter()
-            .map(|t| lock(t))
+            .map(lock)
             .map(|t| u64::from(t.samples) * u64::from(t.size[0] * t.size[1]))
             .sum()
     }
 
-    fn progress(&self, elapsed: Duration, this_run: Duration, before_samples: u64) -> Progress {
-        let (mut samples, mut pixels, mut rejected, mut done, mut fraction) =
-            (0u64, 0u64, 0u64, 0u64, 0.0f64);
+    fn progress(&self, clock: &Clock) -> Progress {
+        self.progress_at(clock.elapsed(), clock.started.elapsed(), clock.samples_before)
+    }
+
+    fn progress_at(&self, elapsed: Duration, this_run: Duration, samples_before: u64) -> Progress {
+        let (mut samples, mut pixels, mut rejected) = (0u64, 0u64, 0u64);
         for tile in &self.tiles {
             let tile = lock(tile);
             let n = u64::from(tile.size[0] * tile.size[1]);
             samples += u64::from(tile.samples) * n;
             pixels += n;
             rejected += tile.rejected;
-            if tile.done {
-                done += n;
-            }
-            if let Budget::Error(target) = self.budget {
-                // Error falls at least like 1/√n: the share of the samples that will be needed.
-                let share = if tile.done { 1.0 } else { (target / tile_error(&tile)).powi(2).min(1.0) };
-                fraction += f64::from(share) * n as f64;
-            }
         }
         let fraction = match self.budget {
             Budget::Samples(n) => samples as f64 / (pixels * u64::from(n)) as f64,
             Budget::Time(limit) => elapsed.as_secs_f64() / limit.as_secs_f64().max(1e-9),
-            Budget::Error(_) if done == pixels => 1.0,
-            Budget::Error(_) => fraction / pixels as f64,
+            // The square of the error falls at least like 1/n.
+            Budget::Error(target) => f64::from(target / self.error()).powi(2),
         }
         .clamp(0.0, 1.0);
         let remaining = match self.budget {
             Budget::Time(limit) => Some(limit.saturating_sub(elapsed)),
             Budget::Samples(n) => {
-                let taken = samples.saturating_sub(before_samples);
+                let taken = samples.saturating_sub(samples_before);
                 let left = (pixels * u64::from(n)).saturating_sub(samples);
                 (taken > 0).then(|| this_run.mul_f64(left as f64 / taken as f64))
             }
@@ -322,14 +334,17 @@ impl Job {
         Progress { fraction, samples, elapsed, remaining, rejected }
     }
 
+    /// Root mean square over the picture of standard error over value, as the samples so far tell; infinite before
+    /// there are any. Dark pixels count as a hundredth of the picture's mean. An upper bound: low-discrepancy
+    /// points and the reconstruction filter make the true error smaller.
+    pub fn error(&self) -> f32 {
+        let tiles: Vec<MutexGuard<Tile>> = self.tiles.iter().map(lock).collect();
+        Noise::of(&tiles).error()
+    }
+
     /// Takes the next few samples of every pixel of a tile.
     fn advance(&self, tile: &mut Tile) {
-        let limit = match self.budget {
-            Budget::Samples(n) => n,
-            Budget::Time(_) => u32::MAX,
-            Budget::Error(_) => MAX_SAMPLES,
-        };
-        let end = tile.samples.saturating_add(STEP).min(limit);
+        let end = tile.samples.saturating_add(STEP).min(tile.goal);
         let (spread, width) = self.lens.pixel_spread();
         // The samples of a pixel share its footprint.
         let sharpen = 1.0 / (end as f32).sqrt().clamp(1.0, 8.0);
@@ -362,8 +377,6 @@ impl Job {
         }
         self.layout.flush(tile, &visit);
         tile.samples = end;
-        tile.done = end >= limit
-            || matches!(self.budget, Budget::Error(target) if end >= MIN_SAMPLES && tile_error(tile) <= target);
     }
 
     /// The picture as it stands: R, G, B, A, then the AOVs as `layer.channel`.
@@ -411,7 +424,7 @@ impl Job {
         for tile in &self.tiles {
             let tile = lock(tile);
             out.extend_from_slice(&tile.samples.to_le_bytes());
-            out.extend_from_slice(&u32::from(tile.done).to_le_bytes());
+            out.extend_from_slice(&tile.goal.to_le_bytes());
             out.extend_from_slice(&tile.rejected.to_le_bytes());
             for s in &tile.sums {
                 out.extend_from_slice(&s.to_le_bytes());
@@ -443,7 +456,7 @@ impl Job {
         for tile in &self.tiles {
             let mut tile = lock(tile);
             tile.samples = u32::from_le_bytes(from.take()?);
-            tile.done = u32::from_le_bytes(from.take()?) != 0;
+            tile.goal = u32::from_le_bytes(from.take()?);
             tile.rejected = u64::from_le_bytes(from.take()?);
             for s in &mut tile.sums {
                 *s = f64::from_le_bytes(from.take()?);
@@ -474,25 +487,97 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Root mean square over a tile of standard error over value; dark pixels count as a hundredth of the mean.
-fn tile_error(tile: &Tile) -> f32 {
-    let mean: f32 = tile.moments.iter().map(|m| m[0] + m[1] + m[2]).sum::<f32>() / tile.moments.len() as f32;
-    let floor = (0.01 * mean).max(1e-6);
-    let sum: f32 = tile
-        .moments
-        .iter()
-        .map(|m| {
-            let n = m[6];
-            if n < 2.0 {
-                return 1.0;
-            }
-            let variance = (m[3] + m[4] + m[5]) / (n - 1.0) / n;
-            let value = (m[0] + m[1] + m[2]).max(floor);
-            // Channels vary together more often than not: the error of their sum is at most √3 that.
-            3.0 * variance / (value * value)
-        })
-        .sum();
-    (sum / tile.moments.len() as f32).sqrt()
+/// When a run began, and what had been done before.
+struct Clock {
+    started: Instant,
+    before: Duration,
+    samples_before: u64,
+}
+
+impl Clock {
+    fn elapsed(&self) -> Duration {
+        self.before + self.started.elapsed()
+    }
+}
+
+/// How noisy each tile is.
+struct Noise {
+    tiles: Vec<TileNoise>,
+}
+
+struct TileNoise {
+    pixels: f64,
+    samples: u32,
+    /// Mean over pixels of the variance of one sample, relative to the square of the pixel's value.
+    variance: f64,
+    /// Mean over pixels of the square root of that: what the samples are shared out by.
+    deviation: f64,
+}
+
+impl Noise {
+    fn of(tiles: &[MutexGuard<Tile>]) -> Self {
+        let pixels = |t: &Tile| f64::from(t.size[0] * t.size[1]);
+        let sum = |t: &Tile| t.moments.iter().map(|m| f64::from(m[0] + m[1] + m[2])).sum::<f64>();
+        let mean = tiles.iter().map(|t| sum(t)).sum::<f64>() / tiles.iter().map(|t| pixels(t)).sum::<f64>();
+        let floor = (0.01 * mean as f32 / 3.0).max(1e-9);
+        let tiles: Vec<TileNoise> = tiles
+            .iter()
+            .map(|t| {
+                let (mut variance, mut deviation) = (0.0, 0.0);
+                for m in &t.moments {
+                    let relative = |c: usize| m[3 + c] / (m[c] * m[c] + floor * floor);
+                    let v = if m[6] < 2.0 {
+                        f64::INFINITY
+                    } else {
+                        f64::from((relative(0) + relative(1) + relative(2)) / (3.0 * (m[6] - 1.0)))
+                    };
+                    variance += v;
+                    deviation += v.sqrt();
+                }
+                let pixels = pixels(t);
+                let (variance, deviation) = (variance / pixels, deviation / pixels);
+                TileNoise { pixels, samples: t.samples, variance, deviation }
+            })
+            .collect();
+        Self { tiles }
+    }
+
+    fn sum(&self, f: impl Fn(&TileNoise) -> f64) -> f64 {
+        self.tiles.iter().map(|t| t.pixels * f(t)).sum()
+    }
+
+    fn error(&self) -> f32 {
+        let mean = self.sum(|t| t.variance / f64::from(t.samples)) / self.sum(|_| 1.0);
+        mean.sqrt() as f32
+    }
+
+    /// Samples per pixel that each tile shall have: as many again in all as there are now, fewer where that
+    /// reaches the `target` error. For the least mean square error with a given number of samples, they are shared
+    /// out in proportion to the standard deviation.
+    fn goals(&self, target: f32) -> Vec<u32> {
+        if self.error() <= target {
+            return self.tiles.iter().map(|t| t.samples).collect();
+        }
+        let mean = self.sum(|t| t.deviation) / self.sum(|_| 1.0);
+        // What looks quiet after a few samples may not be: a tenth to all alike.
+        let goal = |t: &TileNoise, scale: f64| {
+            let wanted = scale * (t.deviation / mean).max(0.1);
+            // In fours, the smallest set of points that is stratified in two dimensions.
+            let wanted = ((wanted / 4.0).round() * 4.0).min(f64::from(MAX_SAMPLES)) as u32;
+            wanted.max(t.samples)
+        };
+        let total = self.sum(|t| f64::from(t.samples));
+        let enough = |scale: f64| {
+            let squared = self.sum(|t| t.variance / f64::from(goal(t, scale))) / self.sum(|_| 1.0);
+            squared <= f64::from(target).powi(2) || self.sum(|t| f64::from(goal(t, scale))) >= 2.0 * total
+        };
+        let (mut low, mut high) = (0.0, f64::from(MAX_SAMPLES) * 10.0);
+        while high - low > 0.5 {
+            let scale = 0.5 * (low + high);
+            if enough(scale) { high = scale } else { low = scale }
+        }
+        self.tiles.iter().map(|t| goal(t, high)).collect()
+    }
 }
 
 fn choose_camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a Camera, PrepareError> {
