@@ -6,6 +6,9 @@ use glam::Vec2;
 #[derive(Clone, Debug)]
 pub struct Distribution1d {
     cdf: Vec<f32>,
+    /// `guide[k]`: the last cell whose lower edge is ≤ k/n. Chen and Asau 1974, "On generating random variates from
+    /// an empirical distribution": from there the search is a step or two.
+    guide: Vec<u32>,
     integral: f32,
 }
 
@@ -21,12 +24,22 @@ impl Distribution1d {
             cdf.push(sum);
         }
         let n = values.len() as f64;
-        let cdf = if sum > 0.0 {
+        let cdf: Vec<f32> = if sum > 0.0 {
             cdf.into_iter().map(|c| (c / sum) as f32).collect()
         } else {
             (0..=values.len()).map(|i| (i as f64 / n) as f32).collect()
         };
-        Self { cdf, integral: (sum / n) as f32 }
+        let mut cell = 0;
+        let guide = (0..values.len())
+            .map(|k| {
+                let u = k as f32 / values.len() as f32;
+                while cell + 1 < values.len() && cdf[cell + 1] <= u {
+                    cell += 1;
+                }
+                cell as u32
+            })
+            .collect();
+        Self { cdf, guide, integral: (sum / n) as f32 }
     }
 
     /// Number of cells.
@@ -55,7 +68,15 @@ impl Distribution1d {
     #[inline]
     pub fn sample_discrete(&self, u: f32) -> (usize, f32) {
         // The last cell whose lower edge is ≤ u, never one of zero width.
-        let i = self.cdf.partition_point(|&c| c <= u).clamp(1, self.len()) - 1;
+        let n = self.len();
+        let mut i = self.guide[((u * n as f32) as usize).min(n - 1)] as usize;
+        while i + 1 < n && self.cdf[i + 1] <= u {
+            i += 1;
+        }
+        // u · n may have been rounded up.
+        while i > 0 && self.cdf[i] > u {
+            i -= 1;
+        }
         let width = self.probability(i);
         let v = if width > 0.0 { (u - self.cdf[i]) / width } else { 0.5 };
         (i, v.clamp(0.0, ONE_MINUS_EPSILON))

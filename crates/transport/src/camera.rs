@@ -1,24 +1,31 @@
 //! Primary rays.
 
 use crate::accel::Ray;
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 use yugen_archive::scene::{Camera, Projection};
 use yugen_optics::warp::concentric_disc;
 
 /// A camera ready to shoot rays.
 #[derive(Clone, Debug)]
 pub struct Lens {
-    to_world: Mat4,
+    to_world: Affine3A,
     projection: Projection,
     near_far: [f32; 2],
     size: Vec2,
+    /// Half the width of the picture at distance one.
+    half: f32,
 }
 
 impl Lens {
     /// From a scene's camera.
     pub fn new(camera: &Camera) -> Self {
+        let half = match camera.projection {
+            Projection::Perspective { fov_x, .. } => (0.5 * fov_x).tan(),
+            Projection::Orthographic => 1.0,
+        };
         Self {
-            to_world: camera.to_world,
+            half,
+            to_world: Affine3A::from_mat4(camera.to_world),
             projection: camera.projection,
             near_far: camera.near_far,
             size: Vec2::new(camera.film.width as f32, camera.film.height as f32),
@@ -31,8 +38,8 @@ impl Lens {
         let aspect = self.size.x / self.size.y;
         let [near, far] = self.near_far;
         match self.projection {
-            Projection::Perspective { fov_x, aperture_radius, focus_distance, principal_point, .. } => {
-                let half = (0.5 * fov_x).tan();
+            Projection::Perspective { aperture_radius, focus_distance, principal_point, .. } => {
+                let half = self.half;
                 // +x is to the left, so the picture's x runs against it.
                 let x = (1.0 - 2.0 * (p.x - principal_point.x)) * half;
                 let y = (1.0 - 2.0 * (p.y - principal_point.y)) * half / aspect;
@@ -57,8 +64,8 @@ impl Lens {
     /// units at the camera (orthographic).
     pub fn pixel_spread(&self) -> (f32, f32) {
         match self.projection {
-            Projection::Perspective { fov_x, .. } => (2.0 * (0.5 * fov_x).tan() / self.size.x, 0.0),
-            Projection::Orthographic => (0.0, 2.0 / self.size.x * self.to_world.x_axis.truncate().length()),
+            Projection::Perspective { .. } => (2.0 * self.half / self.size.x, 0.0),
+            Projection::Orthographic => (0.0, 2.0 / self.size.x * self.to_world.matrix3.x_axis.length()),
         }
     }
 
@@ -74,6 +81,7 @@ impl Lens {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Mat4;
     use yugen_archive::scene::{Film, FovAxis};
 
     #[test]

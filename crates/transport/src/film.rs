@@ -110,30 +110,30 @@ pub struct Tile {
 /// The samples of one visit to a tile, in single precision: few enough that nothing is lost.
 #[derive(Debug)]
 pub struct Visit {
+    /// Row after row, in a row channel after channel: the pixels that a sample reaches lie side by side.
     sums: Vec<f32>,
     width: usize,
     height: usize,
-    stride: usize,
+    /// Pixels of a row, with room for the filter's vector to hang over.
+    pitch: usize,
     /// The sample at hand, its weight's one behind the channels.
     value: Vec<f32>,
-    /// Its weights across.
-    across: Vec<f32>,
+    /// Its weights across, and zeros.
+    across: Vec<[f32; 8]>,
 }
 
 impl Visit {
     /// The sample into the pixels from (x, y) on, one for each weight across.
     #[inline]
     fn splat_row(&mut self, x: usize, y: usize, weight: f32) {
-        debug_assert!(x + self.across.len() <= self.width && y < self.height);
-        let o = (y * self.width + x) * self.stride;
-        let row = &mut self.sums[o..o + self.across.len() * self.stride];
-        let (from, _) = self.value.as_chunks::<4>();
-        for (pixel, w) in row.chunks_exact_mut(self.stride).zip(&self.across) {
-            let w = w * weight;
-            let (to, _) = pixel.as_chunks_mut::<4>();
-            for (t, f) in to.iter_mut().zip(from) {
-                for c in 0..4 {
-                    t[c] += w * f[c];
+        debug_assert!(x + 8 * self.across.len() <= self.pitch && y < self.height);
+        let row = y * self.value.len() * self.pitch + x;
+        for (c, value) in self.value.iter().enumerate() {
+            let (to, _) = self.sums[row + c * self.pitch..].as_chunks_mut::<8>();
+            let value = value * weight;
+            for (to, w) in to.iter_mut().zip(&self.across) {
+                for i in 0..8 {
+                    to[i] += value * w[i];
                 }
             }
         }
@@ -187,14 +187,15 @@ impl FilmLayout {
         let border = self.filter.border();
         let width = (tile.size[0] + 2 * border) as usize;
         let height = (tile.size[1] + 2 * border) as usize;
-        // Whole vectors of four: channels and their weight, then nothing.
-        let stride = (self.channels.len() + 1).next_multiple_of(4);
+        let reach = (2.0 * self.filter.radius).ceil() as usize + 1;
+        let pitch = width + reach.next_multiple_of(8);
+        let channels = self.channels.len() + 1;
         Visit {
-            sums: vec![0.0; width * height * stride],
+            sums: vec![0.0; pitch * height * channels],
             width,
             height,
-            stride,
-            value: vec![0.0; stride],
+            pitch,
+            value: vec![0.0; channels],
             across: Vec::new(),
         }
     }
@@ -229,9 +230,11 @@ impl FilmLayout {
         // Pixel (0, 0) of the padded tile.
         let (left, top) = (tile.origin[0] as i32 - border as i32, tile.origin[1] as i32 - border as i32);
         if self.filter.is_box {
-            visit.across.clear();
-            visit.across.push(1.0);
-            visit.splat_row((pixel[0] as i32 - left) as usize, (pixel[1] as i32 - top) as usize, 1.0);
+            let (x, y) = ((pixel[0] as i32 - left) as usize, (pixel[1] as i32 - top) as usize);
+            let at = y * visit.value.len() * visit.pitch + x;
+            for (c, value) in visit.value.iter().enumerate() {
+                visit.sums[at + c * visit.pitch] += value;
+            }
             return;
         }
         let [x, y] = [position[0] - left as f32, position[1] - top as f32];
@@ -243,7 +246,10 @@ impl FilmLayout {
         let (y0, y1) = (first(y), last(y, visit.height));
         let (x1, y1) = ((x1 + 1).max(0) as usize, (y1 + 1).max(0) as usize);
         visit.across.clear();
-        visit.across.extend((x0..x1).map(|px| self.filter.at(px as f32 + 0.5 - x)));
+        for from in (x0..x1).step_by(8) {
+            let weight = |i| if from + i < x1 { self.filter.at((from + i) as f32 + 0.5 - x) } else { 0.0 };
+            visit.across.push(std::array::from_fn(weight));
+        }
         for py in y0..y1 {
             let wy = self.filter.at(py as f32 + 0.5 - y);
             visit.splat_row(x0, py, wy);
@@ -253,9 +259,10 @@ impl FilmLayout {
     /// Adds what a visit gathered to the tile.
     pub fn flush(&self, tile: &mut Tile, visit: &Visit) {
         let n = self.channels.len() + 1;
-        for (to, from) in tile.sums.chunks_exact_mut(n).zip(visit.sums.chunks_exact(visit.stride)) {
-            for (t, f) in to.iter_mut().zip(from) {
-                *t += f64::from(*f);
+        for (i, to) in tile.sums.chunks_exact_mut(n).enumerate() {
+            let from = i / visit.width * n * visit.pitch + i % visit.width;
+            for (c, to) in to.iter_mut().enumerate() {
+                *to += f64::from(visit.sums[from + c * visit.pitch]);
             }
         }
     }
@@ -343,7 +350,7 @@ mod tests {
             let film = Film { width: 70, height: 40, crop: Some([3, 5, 45, 33]), filter };
             let layout = FilmLayout::new(&film, vec!["R".into(), "G".into(), "B".into()]);
             let mut tiles = layout.tiles();
-            assert_eq!(tiles.len(), 4);
+            assert_eq!(tiles.len(), 9);
             for tile in &mut tiles {
                 let mut visit = layout.visit(tile);
                 for y in 0..tile.size[1] {

@@ -112,6 +112,7 @@ pub struct Geometry {
     world: Level,
     groups: Vec<Level>,
     stats: Stats,
+    want_uv: bool,
 }
 
 /// The shapes of the world or of one group, and the tree over them.
@@ -137,9 +138,10 @@ enum Kind {
 
 #[derive(Debug, Clone)]
 struct MeshShape {
+    /// In the level's coordinates.
     mesh: Arc<Mesh>,
-    /// `None`: the mesh's coordinates are the level's.
-    to_level: Option<Affine3A>,
+    /// `to_world` mirrors: vertex normals stay on their side, the winding changes its own.
+    mirrored: bool,
     face_normals: bool,
 }
 
@@ -149,11 +151,16 @@ impl MeshShape {
         if !shape.to_world.is_finite() {
             return Err(BuildError::Transform { shape: name() });
         }
-        let to_level = (shape.to_world != Mat4::IDENTITY).then(|| Affine3A::from_mat4(shape.to_world));
-        let this = Self { mesh: mesh.clone(), to_level, face_normals: shape.face_normals };
+        let mesh = if shape.to_world == Mat4::IDENTITY {
+            mesh.clone()
+        } else {
+            Arc::new(placed(mesh, &Affine3A::from_mat4(shape.to_world)))
+        };
+        let mirrored = shape.to_world.determinant() < 0.0;
+        let this = Self { mesh: mesh.clone(), mirrored, face_normals: shape.face_normals };
         let count = mesh.positions.len();
-        if let Some(index) = (0..count as u32).find(|&i| !this.position(i).is_finite()) {
-            return Err(BuildError::Vertex { shape: name(), index: index as usize });
+        if let Some(index) = mesh.positions.iter().position(|p| !p.is_finite()) {
+            return Err(BuildError::Vertex { shape: name(), index });
         }
         let per_vertex = [
             ("normals", mesh.normals.len()),
@@ -179,17 +186,35 @@ impl MeshShape {
         Ok(this)
     }
 
-    fn position(&self, index: u32) -> Vec3 {
-        let p = self.mesh.positions[index as usize];
-        self.to_level.map_or(p, |m| m.transform_point3(p))
-    }
-
     fn corners(&self, triangle: u32) -> [Vec3; 3] {
-        self.mesh.triangles[triangle as usize].map(|i| self.position(i))
+        self.mesh.triangles[triangle as usize].map(|i| self.mesh.positions[i as usize])
     }
 
     fn has_normals(&self) -> bool {
         !self.mesh.normals.is_empty() && !self.face_normals
+    }
+}
+
+/// `m` for normals: its cofactors carry them like the inverse transpose, and need no inverse; their sign is that of
+/// the determinant.
+fn for_normals(m: &Affine3A) -> Mat3 {
+    let m = Mat3::from(m.matrix3);
+    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)) * sign
+}
+
+/// The mesh moved by `m`: once here instead of at every hit.
+fn placed(mesh: &Mesh, m: &Affine3A) -> Mesh {
+    let normals = for_normals(m);
+    Mesh {
+        positions: mesh.positions.iter().map(|p| m.transform_point3(*p)).collect(),
+        normals: mesh.normals.iter().map(|n| (normals * *n).normalize_or_zero()).collect(),
+        tangents: mesh
+            .tangents
+            .iter()
+            .map(|t| m.transform_vector3(t.truncate()).extend(t.w))
+            .collect(),
+        ..mesh.clone()
     }
 }
 
@@ -285,7 +310,13 @@ impl Geometry {
         meshes.dedup_by_key(|m| Arc::as_ptr(m));
         stats.mesh_bytes = meshes.iter().map(|m| mesh_bytes(m)).sum();
         stats.build_seconds = start.elapsed().as_secs_f64();
-        Ok(Self { world, groups, stats })
+        Ok(Self { world, groups, stats, want_uv: true })
+    }
+
+    /// The same geometry whose spheres, discs and cylinders come without texture coordinates: those cost more than
+    /// all the rest.
+    pub fn without_uv(self) -> Self {
+        Self { want_uv: false, ..self }
     }
 
     /// The nearest surface on the ray.
@@ -319,7 +350,7 @@ impl Geometry {
         let placed = &level.shapes[hit.shape as usize];
         let mut surface = match &placed.kind {
             Kind::Mesh(mesh) => mesh_surface(mesh, outer.map(|(m, _)| m), hit),
-            Kind::Analytic(shape) => analytic_surface(shape, outer, ray, hit),
+            Kind::Analytic(shape) => analytic_surface(shape, outer, ray, hit, self.want_uv),
             Kind::Instance { .. } => unreachable!("an instance is passed through, not met"),
         };
         if placed.flip {
@@ -553,13 +584,11 @@ fn mesh_surface(shape: &MeshShape, outer: Option<&DAffine3>, hit: &Hit) -> Surfa
     let local = shape.corners(hit.primitive);
     let mut error = 0.0;
     let mut corners = local;
-    // From mesh to world.
-    let mut to_world = shape.to_level;
-    if let Some(outer) = outer {
-        let m = Affine3A::from_mat4(DMat4::from(*outer).as_mat4());
+    // Of an instance, from its group to the world.
+    let to_world = outer.map(|outer| Affine3A::from_mat4(DMat4::from(*outer).as_mat4()));
+    if let (Some(m), Some(outer)) = (to_world, outer) {
         corners = local.map(|p| m.transform_point3(p));
         error = instance_error(outer, local.iter().fold(Vec3::ZERO, |a, p| a.max(p.abs())));
-        to_world = Some(to_world.map_or(m, |inner| m * inner));
     }
     let largest = corners.iter().fold(Vec3::ZERO, |a, p| a.max(p.abs())).max_element();
     error += largest * ERROR;
@@ -584,17 +613,15 @@ fn mesh_surface(shape: &MeshShape, outer: Option<&DAffine3>, hit: &Hit) -> Surfa
     let mut shading = normal;
     if shape.has_normals() {
         let mut vertex = indices.map(|i| mesh.normals[i as usize]);
+        if shape.mirrored {
+            normal = -normal;
+        }
         if let Some(m) = to_world {
-            // The cofactors carry normals like the inverse transpose, and need no inverse; their sign is
-            // that of the determinant.
-            let m = Mat3::from(m.matrix3);
-            let mirror = m.determinant() < 0.0;
-            let sign = if mirror { -1.0 } else { 1.0 };
-            let cofactors =
-                Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis))
-                    * sign;
-            vertex = vertex.map(|n| (cofactors * n).normalize_or_zero());
-            normal *= sign;
+            let normals = for_normals(&m);
+            vertex = vertex.map(|n| (normals * n).normalize_or_zero());
+            if m.matrix3.determinant() < 0.0 {
+                normal = -normal;
+            }
         }
         shading = weigh(vertex).try_normalize().unwrap_or(normal);
     }
@@ -632,19 +659,20 @@ fn analytic_surface(
     outer: Option<(&DAffine3, &DAffine3)>,
     ray: &Ray,
     hit: &Hit,
+    want_uv: bool,
 ) -> Surface {
     let local_ray = outer.map_or(*ray, |(_, to_group)| into_group(to_group, ray));
     let p = shape.point_near(&local_ray, hit.t);
     let to_world = outer.map_or(shape.to_world, |(m, _)| *m * shape.to_world);
-    let local = shape.form.local(p);
+    let [dp_du, dp_dv] = shape.form.tangents(p);
     let position = to_world.transform_point3(p);
     let sign = 1f64.copysign(to_world.matrix3.determinant());
     let m = to_world.matrix3;
-    let n = local.normal;
+    let n = shape.form.normal(p);
     let cofactor =
         m.y_axis.cross(m.z_axis) * n.x + m.z_axis.cross(m.x_axis) * n.y + m.x_axis.cross(m.y_axis) * n.z;
     let normal = (cofactor * sign).normalize_or(glam::DVec3::Z).as_vec3();
-    let dp_du = (m * local.dp_du).as_vec3();
+    let dp_du = (m * dp_du).as_vec3();
     let position = position.as_vec3();
     let error = position.abs().max_element().max(0.1 * analytic::extent(&to_world)) * ERROR
         + outer.map_or(0.0, |(m, _)| instance_error(m, shape.to_world.transform_point3(p).as_vec3()));
@@ -654,9 +682,9 @@ fn analytic_surface(
         geometric_normal: normal,
         frame: Frame::from_normal_tangent(normal, dp_du),
         handedness: 1.0,
-        uv: local.uv.as_vec2(),
+        uv: if want_uv { shape.form.uv(p).as_vec2() } else { Vec2::ZERO },
         dp_du,
-        dp_dv: (m * local.dp_dv).as_vec3(),
+        dp_dv: (m * dp_dv).as_vec3(),
         shape: hit.shape,
         primitive: 0,
         instance: hit.instance,

@@ -6,7 +6,7 @@
 use crate::accel::{Hit, Ray};
 use crate::geometry::{Geometry, Surface};
 use crate::lights::Lights;
-use crate::material::{Materials, Point, scratch};
+use crate::material::{Materials, Point, Scratch};
 use crate::sampler::Sampler;
 use crate::texture::{Lookup, Textures};
 use glam::Vec3;
@@ -109,9 +109,13 @@ struct Cone {
 }
 
 impl World {
-    /// Prepares `scene`: hierarchy, textures, materials, lights.
-    pub fn new(scene: &Scene) -> Result<Self, PrepareError> {
-        let geometry = Geometry::build(scene)?;
+    /// Prepares `scene`: hierarchy, textures, materials, lights. `want_uv`: texture coordinates are asked for even
+    /// if there are no textures.
+    pub fn new(scene: &Scene, want_uv: bool) -> Result<Self, PrepareError> {
+        let mut geometry = Geometry::build(scene)?;
+        if !want_uv && scene.textures.is_empty() {
+            geometry = geometry.without_uv();
+        }
         let textures = Textures::new(scene);
         let materials = Materials::new(scene)?;
         let lights = Lights::new(scene, &geometry, &textures)?;
@@ -136,7 +140,7 @@ impl World {
 
     /// How much light gets from `origin` along `dir` up to `distance`; walks through at most `layers` surfaces
     /// that let light straight through.
-    fn visibility(&self, origin: Vec3, dir: Vec3, distance: f32, layers: u32) -> f32 {
+    fn visibility(&self, origin: Vec3, dir: Vec3, distance: f32, layers: u32, room: &mut Scratch) -> f32 {
         // Leave the light itself out.
         let t_max = if distance.is_finite() { distance * (1.0 - 1e-3) } else { f32::INFINITY };
         let mut ray = Ray { origin, dir, t_min: 0.0, t_max };
@@ -144,7 +148,6 @@ impl World {
             return if self.geometry.occluded(&ray) { 0.0 } else { 1.0 };
         }
         let mut through = 1.0;
-        let mut room = scratch();
         for _ in 0..=layers.min(64) {
             let Some(hit) = self.geometry.intersect(&ray) else { return through };
             let surface = self.geometry.surface(&ray, &hit);
@@ -154,7 +157,7 @@ impl World {
             let lookup = self.lookup(&hit, &surface, Cone { width: 0.0, spread: 0.0 }, &ray);
             let point = point(&surface, lookup);
             through *=
-                self.materials.shade(&self.textures, surface.material, &point, -dir, &mut room).through;
+                self.materials.shade(&self.textures, surface.material, &point, -dir, room).through;
             if through <= 0.0 {
                 return 0.0;
             }
@@ -165,8 +168,15 @@ impl World {
         0.0
     }
 
-    /// Radiance along `ray`.
-    pub fn radiance(&self, follow: &Follow, ray: Ray, sampler: &mut Sampler) -> Radiance {
+    /// Radiance along `ray`. The rooms are for textured parameters, of surfaces met and of surfaces that shadow rays
+    /// pass through.
+    pub fn radiance(
+        &self,
+        follow: &Follow,
+        ray: Ray,
+        sampler: &mut Sampler,
+        [room, room_between]: &mut [Scratch; 2],
+    ) -> Radiance {
         let settings = follow.settings;
         let max_depth = match settings.kind {
             IntegratorKind::Path => settings.max_depth.unwrap_or(u32::MAX),
@@ -174,7 +184,6 @@ impl World {
             IntegratorKind::Depth | IntegratorKind::Aov => 0,
         };
         let mut out = Radiance::default();
-        let mut room = scratch();
         let mut cone = Cone { width: follow.width, spread: follow.spread };
         let mut ray = ray;
         let mut throughput = Vec3::ONE;
@@ -188,12 +197,8 @@ impl World {
             let hit = self.geometry.intersect(&ray);
             let Some(hit) = hit else {
                 if depth < max_depth && !(settings.hide_emitters && draw_delta && out.alpha == 0.0) {
-                    for (i, radiance) in self.lights.escaped(ray.dir) {
-                        let weight = if draw_delta {
-                            1.0
-                        } else {
-                            power(draw_pdf, self.lights.pdf_escaped(i, origin_of_draw, ray.dir))
-                        };
+                    for (radiance, pdf) in self.lights.escaped(origin_of_draw, ray.dir) {
+                        let weight = if draw_delta { 1.0 } else { power(draw_pdf, pdf) };
                         out.rgb += throughput * radiance * weight;
                     }
                 }
@@ -216,7 +221,7 @@ impl World {
                 out.rgb += throughput * radiance * weight;
             }
             let point = point(&surface, lookup);
-            let shading = self.materials.shade(&self.textures, surface.material, &point, wo, &mut room);
+            let shading = self.materials.shade(&self.textures, surface.material, &point, wo, room);
             if out.alpha == 0.0 && shading.through < 1.0 {
                 out.alpha = 1.0;
                 out.first = FirstHit {
@@ -243,10 +248,11 @@ impl World {
                 if f != Vec3::ZERO {
                     let origin = surface.offset(light.wi);
                     let layers = (max_depth - depth).saturating_sub(2);
-                    let through = self.visibility(origin, light.wi, light.distance, layers);
+                    let through = self.visibility(origin, light.wi, light.distance, layers, room_between);
                     if through > 0.0 {
                         let weight = if light.delta { 1.0 } else { power(light.pdf, pdf) };
-                        out.rgb += throughput * f * light.radiance * (weight * through / light.pdf);
+                        let radiance = self.lights.radiance(&light);
+                        out.rgb += throughput * f * radiance * (weight * through / light.pdf);
                     }
                 }
             }

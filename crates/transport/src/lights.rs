@@ -25,12 +25,28 @@ pub struct LightSample {
     pub wi: Vec3,
     /// How far the way must be free.
     pub distance: f32,
-    /// Radiance along it (for a Dirac light: irradiance on a surface that faces it), over nothing.
-    pub radiance: Vec3,
+    brings: Brings,
     /// Solid-angle density times the probability of the light; for a Dirac light the probability alone.
     pub pdf: f32,
     /// Only this one direction exists: a material cannot find it by chance.
     pub delta: bool,
+}
+
+/// What a light sample brings, or where to look it up once nothing stands in its way: a large picture is far away
+/// in memory.
+enum Brings {
+    This(Vec3),
+    /// Emitter and cell of an environment.
+    Cell(u32, Vec2),
+}
+
+impl LightSample {
+    fn times(mut self, factor: Vec3) -> Self {
+        if let Brings::This(radiance) = &mut self.brings {
+            *radiance *= factor;
+        }
+        self
+    }
 }
 
 enum Emitter {
@@ -269,7 +285,7 @@ impl Lights {
             LightSample {
                 wi: to / distance,
                 distance,
-                radiance: intensity / d2,
+                brings: Brings::This(intensity / d2),
                 pdf: probability,
                 delta: true,
             }
@@ -288,21 +304,22 @@ impl Lights {
                 LightSample {
                     wi,
                     distance,
-                    radiance: textures.rgb(radiance, &at),
+                    brings: Brings::This(textures.rgb(radiance, &at)),
                     pdf: s.pdf * probability,
                     delta: false,
                 }
             }
             Emitter::Point { position, intensity } => dirac(*position, *intensity),
             Emitter::Spot { position, to_local, intensity, beam, cutoff, texture } => {
-                let mut s = dirac(*position, *intensity);
+                let s = dirac(*position, Vec3::ONE);
                 let local = (*to_local * -s.wi).normalize();
                 let angle = local.z.clamp(-1.0, 1.0).acos();
                 if angle >= *cutoff {
                     return None;
                 }
+                let mut intensity = *intensity;
                 if angle > *beam {
-                    s.radiance *= (cutoff - angle) / (cutoff - beam);
+                    intensity *= (cutoff - angle) / (cutoff - beam);
                 }
                 if let Some(texture) = texture {
                     let half = cutoff.tan();
@@ -310,27 +327,28 @@ impl Lights {
                         0.5 - 0.5 * local.x / (local.z * half),
                         0.5 - 0.5 * local.y / (local.z * half),
                     );
-                    s.radiance *= textures.rgb(texture, &Lookup { uv, footprint: 0.0, surface: None });
+                    intensity *= textures.rgb(texture, &Lookup { uv, footprint: 0.0, surface: None });
                 }
-                s
+                s.times(intensity)
             }
             Emitter::Directional { direction, irradiance } => LightSample {
                 wi: -*direction,
                 distance: f32::INFINITY,
-                radiance: *irradiance,
+                brings: Brings::This(*irradiance),
                 pdf: probability,
                 delta: true,
             },
             Emitter::Constant { radiance } => LightSample {
                 wi: uniform_sphere(uv),
                 distance: f32::INFINITY,
-                radiance: *radiance,
+                brings: Brings::This(*radiance),
                 pdf: probability * FRAC_1_PI * 0.25,
                 delta: false,
             },
             Emitter::Environment(e) => {
-                let (wi, pdf, radiance) = e.sample(uv)?;
-                LightSample { wi, distance: f32::INFINITY, radiance, pdf: pdf * probability, delta: false }
+                let (wi, pdf, cell) = e.sample(uv)?;
+                let brings = Brings::Cell(i as u32, cell);
+                LightSample { wi, distance: f32::INFINITY, brings, pdf: pdf * probability, delta: false }
             }
             Emitter::Projector { to_local, position, axis, texture, scale, half } => {
                 let local = to_local.transform_point3(p);
@@ -341,13 +359,12 @@ impl Lights {
                 if local.z <= 0.0 || uv.min_element() < 0.0 || uv.max_element() > 1.0 {
                     return None;
                 }
-                let mut s = dirac(*position, Vec3::ONE);
+                let s = dirac(*position, Vec3::ONE);
                 // The picture is π times the irradiance it throws on a wall at distance 1, as in Mitsuba:
                 // intensity falls with 1/cos³ so that the wall is lit evenly.
                 let cos = -axis.dot(s.wi);
                 let picture = textures.rgb(texture, &Lookup { uv, footprint: 0.0, surface: None });
-                s.radiance *= picture * (PI * scale / (cos * cos * cos));
-                s
+                s.times(picture * (PI * scale / (cos * cos * cos)))
             }
         };
         Some(sample)
@@ -385,26 +402,29 @@ impl Lights {
         sampler.pdf(p, surface) * self.probability(p, i as usize)
     }
 
-    /// Radiance from infinity along `direction`, light by light: (emitter, radiance).
-    pub fn escaped(&self, direction: Vec3) -> impl Iterator<Item = (u32, Vec3)> + '_ {
+    /// Radiance from infinity along `direction`, light by light, and the density with which `sample` from `p`
+    /// finds that direction on it.
+    pub fn escaped(&self, p: Vec3, direction: Vec3) -> impl Iterator<Item = (Vec3, f32)> + '_ {
         self.infinite.iter().map(move |&i| {
-            let radiance = match &self.emitters[i as usize] {
-                Emitter::Constant { radiance } => *radiance,
-                Emitter::Environment(e) => e.radiance(direction),
-                _ => Vec3::ZERO,
+            let (radiance, pdf) = match &self.emitters[i as usize] {
+                Emitter::Constant { radiance } => (*radiance, FRAC_1_PI * 0.25),
+                Emitter::Environment(e) => e.radiance_pdf(direction),
+                _ => (Vec3::ZERO, 0.0),
             };
-            (i, radiance)
+            (radiance, pdf * self.probability(p, i as usize))
         })
     }
 
-    /// Density with which `sample` from `p` finds `direction` on the infinite emitter `i`.
-    pub fn pdf_escaped(&self, i: u32, p: Vec3, direction: Vec3) -> f32 {
-        let pdf = match &self.emitters[i as usize] {
-            Emitter::Constant { .. } => FRAC_1_PI * 0.25,
-            Emitter::Environment(e) => e.pdf(direction),
-            _ => 0.0,
-        };
-        pdf * self.probability(p, i as usize)
+    /// What a sample brings: radiance along it; for a Dirac light irradiance on a surface that faces it.
+    #[inline]
+    pub fn radiance(&self, sample: &LightSample) -> Vec3 {
+        match sample.brings {
+            Brings::This(radiance) => radiance,
+            Brings::Cell(i, cell) => match &self.emitters[i as usize] {
+                Emitter::Environment(e) => e.radiance_at(cell),
+                _ => Vec3::ZERO,
+            },
+        }
     }
 }
 
@@ -451,8 +471,14 @@ impl Environment {
         Vec2::new(x - x.floor(), local.y.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
     }
 
-    fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.radiance_at(self.cell((self.to_local * direction).normalize()))
+    /// Radiance along `direction`, and the density of `sample` there.
+    fn radiance_pdf(&self, direction: Vec3) -> (Vec3, f32) {
+        let local = (self.to_local * direction).normalize();
+        let cell = self.cell(local);
+        let sin_theta = (1.0 - local.y * local.y).max(0.0).sqrt();
+        let pdf =
+            if sin_theta > 0.0 { self.density.pdf(cell) / (2.0 * PI * PI * sin_theta) } else { 0.0 };
+        (self.radiance_at(cell), pdf)
     }
 
     fn radiance_at(&self, cell: Vec2) -> Vec3 {
@@ -469,7 +495,8 @@ impl Environment {
         top.lerp(bottom, ty).into()
     }
 
-    fn sample(&self, u: Vec2) -> Option<(Vec3, f32, Vec3)> {
+    /// A direction, its density, and the cell where its radiance lies.
+    fn sample(&self, u: Vec2) -> Option<(Vec3, f32, Vec2)> {
         let (cell, pdf) = self.density.sample(u);
         let phi = (cell.x + 0.5 / self.width as f32) * TAU;
         let (sin_theta, cos_theta) = (cell.y * PI).sin_cos();
@@ -479,16 +506,7 @@ impl Environment {
         let (sin_phi, cos_phi) = phi.sin_cos();
         let local = Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta);
         let pdf = pdf / (2.0 * PI * PI * sin_theta);
-        Some(((self.to_world * local).normalize(), pdf, self.radiance_at(cell)))
-    }
-
-    fn pdf(&self, direction: Vec3) -> f32 {
-        let local = (self.to_local * direction).normalize();
-        let sin_theta = (1.0 - local.y * local.y).max(0.0).sqrt();
-        if sin_theta <= 0.0 {
-            return 0.0;
-        }
-        self.density.pdf(self.cell(local)) / (2.0 * PI * PI * sin_theta)
+        Some(((self.to_world * local).normalize(), pdf, cell))
     }
 }
 
@@ -512,8 +530,9 @@ mod tests {
         for i in 0..n {
             for j in 0..n {
                 let w = frame.to_world(uniform_sphere((Vec2::new(i as f32, j as f32) + 0.5) / n as f32));
-                integral += f64::from(env.pdf(w));
-                power += f64::from(env.radiance(w).y);
+                let (radiance, pdf) = env.radiance_pdf(w);
+                integral += f64::from(pdf);
+                power += f64::from(radiance.y);
             }
         }
         let solid = 4.0 * std::f64::consts::PI / f64::from(n * n);
@@ -525,8 +544,9 @@ mod tests {
         for _ in 0..samples {
             let (w, pdf, _) = env.sample(Vec2::new(rng.next_f32(), rng.next_f32())).expect("a direction");
             // A direction on the border of two cells may be read back in the other one.
-            disagree += u32::from((env.pdf(w) / pdf - 1.0).abs() > 1e-3);
-            sum += f64::from(env.radiance(w).y / pdf);
+            let (radiance, again) = env.radiance_pdf(w);
+            disagree += u32::from((again / pdf - 1.0).abs() > 1e-3);
+            sum += f64::from(radiance.y / pdf);
         }
         let estimate = sum / f64::from(samples);
         assert!(disagree < 50, "{disagree} of {samples}");

@@ -8,6 +8,7 @@ use crate::accel::NO_INSTANCE;
 use crate::camera::Lens;
 use crate::film::{FilmLayout, Tile};
 use crate::integrator::{FirstHit, Follow, PrepareError, World};
+use crate::material::scratch;
 use crate::sampler::Sampler;
 use glam::Vec2;
 use std::cmp::Reverse;
@@ -166,7 +167,7 @@ impl Job {
         let tiles = layout.tiles().into_iter().map(Mutex::new).collect();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Ok(Self {
-            world: World::new(scene)?,
+            world: World::new(scene, aovs.contains(&Aov::Uv))?,
             lens: Lens::new(&camera),
             layout,
             integrator,
@@ -350,6 +351,7 @@ impl Job {
         let sharpen = 1.0 / (end as f32).sqrt().clamp(1.0, 8.0);
         let mut values = Vec::with_capacity(self.layout.channels.len());
         let mut visit = self.layout.visit(tile);
+        let mut rooms = [scratch(), scratch()];
         let follow = Follow {
             settings: &self.integrator,
             albedo: self.aovs.contains(&Aov::Albedo),
@@ -364,7 +366,7 @@ impl Job {
                     let [px, py, u, v] = sampler.next_4d();
                     let position = Vec2::new(x as f32 + px, y as f32 + py);
                     let ray = self.lens.ray(position, Vec2::new(u, v));
-                    let r = self.world.radiance(&follow, ray, &mut sampler);
+                    let r = self.world.radiance(&follow, ray, &mut sampler, &mut rooms);
                     values.clear();
                     values.extend(r.rgb.to_array());
                     values.push(r.alpha);

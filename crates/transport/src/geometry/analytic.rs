@@ -21,14 +21,6 @@ pub(super) struct Analytic {
     pub(super) to_object: DAffine3,
 }
 
-/// Geometry at a point, in the form's coordinates.
-pub(super) struct Local {
-    pub(super) normal: DVec3,
-    pub(super) uv: DVec2,
-    pub(super) dp_du: DVec3,
-    pub(super) dp_dv: DVec3,
-}
-
 /// Azimuth in [0, 2π).
 fn azimuth(p: DVec3) -> f64 {
     let phi = p.y.atan2(p.x);
@@ -71,37 +63,36 @@ impl Form {
         }
     }
 
-    /// Mitsuba's parameters and their derivatives.
-    pub(super) fn local(self, p: DVec3) -> Local {
-        let r = p.x.hypot(p.y);
-        let phi = azimuth(p);
+    pub(super) fn normal(self, p: DVec3) -> DVec3 {
+        match self {
+            Self::Sphere => p,
+            Self::Rectangle | Self::Disc => DVec3::Z,
+            Self::Cylinder => p.with_z(0.0),
+        }
+    }
+
+    /// Mitsuba's parameters; azimuths, which cost more than all the rest, only where they are wanted.
+    pub(super) fn uv(self, p: DVec3) -> DVec2 {
+        match self {
+            Self::Sphere => DVec2::new(azimuth(p) / TAU, p.x.hypot(p.y).atan2(p.z) / PI),
+            Self::Rectangle => DVec2::new(0.5 * (p.x + 1.0), 0.5 * (p.y + 1.0)),
+            Self::Disc => DVec2::new(p.x.hypot(p.y), azimuth(p) / TAU),
+            Self::Cylinder => DVec2::new(azimuth(p) / TAU, p.z),
+        }
+    }
+
+    /// Derivatives of the point by the parameters.
+    pub(super) fn tangents(self, p: DVec3) -> [DVec3; 2] {
+        let r = (p.x * p.x + p.y * p.y).sqrt();
         // On the axis any azimuth is right.
         let (sin, cos) = if r > 0.0 { (p.y / r, p.x / r) } else { (0.0, 1.0) };
         match self {
-            Self::Sphere => Local {
-                normal: p,
-                uv: DVec2::new(phi / TAU, r.atan2(p.z) / PI),
-                dp_du: DVec3::new(-p.y, p.x, 0.0) * TAU,
-                dp_dv: DVec3::new(p.z * cos, p.z * sin, -r) * PI,
-            },
-            Self::Rectangle => Local {
-                normal: DVec3::Z,
-                uv: DVec2::new(0.5 * (p.x + 1.0), 0.5 * (p.y + 1.0)),
-                dp_du: DVec3::X * 2.0,
-                dp_dv: DVec3::Y * 2.0,
-            },
-            Self::Disc => Local {
-                normal: DVec3::Z,
-                uv: DVec2::new(r, phi / TAU),
-                dp_du: DVec3::new(cos, sin, 0.0),
-                dp_dv: DVec3::new(-sin, cos, 0.0) * (TAU * r),
-            },
-            Self::Cylinder => Local {
-                normal: DVec3::new(p.x, p.y, 0.0),
-                uv: DVec2::new(phi / TAU, p.z),
-                dp_du: DVec3::new(-p.y, p.x, 0.0) * TAU,
-                dp_dv: DVec3::Z,
-            },
+            Self::Sphere => {
+                [DVec3::new(-p.y, p.x, 0.0) * TAU, DVec3::new(p.z * cos, p.z * sin, -r) * PI]
+            }
+            Self::Rectangle => [DVec3::X * 2.0, DVec3::Y * 2.0],
+            Self::Disc => [DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0) * (TAU * r)],
+            Self::Cylinder => [DVec3::new(-p.y, p.x, 0.0) * TAU, DVec3::Z],
         }
     }
 }

@@ -365,7 +365,7 @@ impl ShapeSampler {
         LightPoint {
             position,
             normal: if self.flip { -normal } else { normal },
-            uv: if self.want_uv { shape.form.local(local).uv.as_vec2() } else { Vec2::ZERO },
+            uv: if self.want_uv { shape.form.uv(local).as_vec2() } else { Vec2::ZERO },
             primitive: 0,
             barycentric: Vec2::ZERO,
             pdf: 0.0,
@@ -521,7 +521,7 @@ impl Analytic {
     /// det(M) M⁻ᵀ n: direction and stretch of a surface element.
     fn element(&self, local: DVec3) -> DVec3 {
         let m = self.to_world.matrix3;
-        let n = self.form.local(local).normal;
+        let n = self.form.normal(local);
         m.y_axis.cross(m.z_axis) * n.x + m.z_axis.cross(m.x_axis) * n.y + m.x_axis.cross(m.y_axis) * n.z
     }
 
