@@ -50,7 +50,6 @@ impl Lens {
                     origin = lens.extend(0.0);
                     direction = direction * focus_distance - origin;
                 }
-                let direction = direction.normalize();
                 self.clip(origin, direction, near / direction.z, far / direction.z)
             }
             Projection::Orthographic => {

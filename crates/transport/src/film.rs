@@ -116,27 +116,73 @@ pub struct Visit {
     height: usize,
     /// Pixels of a row, with room for the filter's vector to hang over.
     pitch: usize,
-    /// The sample at hand, its weight's one behind the channels.
-    value: Vec<f32>,
-    /// Its weights across, and zeros.
-    across: Vec<[f32; 8]>,
+    /// Channels and the sum of weights.
+    channels: usize,
+    /// Of the pixel at hand: see [`FilmLayout::begin`].
+    pixel: PixelSums,
+}
+
+/// What the samples of one visit to one pixel add up to.
+#[derive(Clone, Copy, Debug, Default)]
+struct PixelSums {
+    count: f32,
+    /// The first sample, from which the others are counted: no cancellation where they are alike.
+    first: [f32; 3],
+    sum: [f32; 3],
+    squares: [f32; 3],
+}
+
+impl PixelSums {
+    #[inline]
+    fn add(&mut self, rgb: [f32; 3]) {
+        if self.count == 0.0 {
+            self.first = rgb;
+        }
+        self.count += 1.0;
+        for c in 0..3 {
+            let d = rgb[c] - self.first[c];
+            self.sum[c] += d;
+            self.squares[c] += d * d;
+        }
+    }
+
+    /// Merged with what earlier visits found. Chan, Golub and LeVeque 1979, "Updating Formulae and a Pairwise
+    /// Algorithm for Computing Sample Variances".
+    fn merge(&self, m: &mut [f32; 7]) {
+        let (n, new) = (m[6], self.count);
+        if new == 0.0 {
+            return;
+        }
+        for c in 0..3 {
+            let mean = self.first[c] + self.sum[c] / new;
+            let squared = (self.squares[c] - self.sum[c] * self.sum[c] / new).max(0.0);
+            let delta = mean - m[c];
+            m[c] += delta * (new / (n + new));
+            m[3 + c] += squared + delta * delta * (n * new / (n + new));
+        }
+        m[6] = n + new;
+    }
 }
 
 impl Visit {
-    /// The sample into the pixels from (x, y) on, one for each weight across.
+    /// A sample's `values` into the row of pixels from (x, y) on, eight pixels at a time, by the weights across.
     #[inline]
-    fn splat_row(&mut self, x: usize, y: usize, weight: f32) {
-        debug_assert!(x + 8 * self.across.len() <= self.pitch && y < self.height);
-        let row = y * self.value.len() * self.pitch + x;
-        for (c, value) in self.value.iter().enumerate() {
-            let (to, _) = self.sums[row + c * self.pitch..].as_chunks_mut::<8>();
-            let value = value * weight;
-            for (to, w) in to.iter_mut().zip(&self.across) {
+    fn splat_row(&mut self, x: usize, y: usize, across: &[f32; 8], weight: f32, values: &[f32]) {
+        debug_assert!(x + 8 <= self.pitch && y < self.height);
+        let row = y * self.channels * self.pitch + x;
+        let weights = across.map(|w| w * weight);
+        let mut splat = |c: usize, value: f32| {
+            let at = row + c * self.pitch;
+            if let Some(to) = self.sums[at..].first_chunk_mut::<8>() {
                 for i in 0..8 {
-                    to[i] += value * w[i];
+                    to[i] += value * weights[i];
                 }
             }
+        };
+        for (c, value) in values.iter().enumerate() {
+            splat(c, *value);
         }
+        splat(values.len(), 1.0);
     }
 }
 
@@ -195,13 +241,15 @@ impl FilmLayout {
             width,
             height,
             pitch,
-            value: vec![0.0; channels],
-            across: Vec::new(),
+            channels,
+            pixel: PixelSums::default(),
         }
     }
 
     /// Adds a sample taken at `position` (pixel coordinates, pixel (x, y) covering [x, x+1)) inside pixel
-    /// `pixel` of `tile`. `values` are the channels. A value that is not finite is counted and dropped.
+    /// `pixel` of `tile`. `values` are the channels. A value that is not finite is counted and dropped. The samples
+    /// of a pixel end with [`FilmLayout::end_pixel`].
+    #[inline]
     pub fn add(
         &self,
         tile: &mut Tile,
@@ -210,50 +258,47 @@ impl FilmLayout {
         position: [f32; 2],
         values: &[f32],
     ) {
-        if values.iter().any(|v| !v.is_finite()) {
+        // A sum of finite numbers this side of overflow; one comparison instead of many.
+        if !values.iter().fold(0.0, |sum, v| sum + v.abs()).is_finite() {
             tile.rejected += 1;
             return;
         }
-        let local = ((pixel[1] - tile.origin[1]) * tile.size[0] + (pixel[0] - tile.origin[0])) as usize;
-        let m = &mut tile.moments[local];
-        m[6] += 1.0;
-        let n = 1.0 / m[6];
-        for c in 0..3 {
-            let delta = values[c] - m[c];
-            m[c] += delta * n;
-            m[3 + c] += delta * (values[c] - m[c]);
-        }
-
+        visit.pixel.add([values[0], values[1], values[2]]);
         let border = self.filter.border();
-        visit.value[..values.len()].copy_from_slice(values);
-        visit.value[values.len()] = 1.0;
         // Pixel (0, 0) of the padded tile.
         let (left, top) = (tile.origin[0] as i32 - border as i32, tile.origin[1] as i32 - border as i32);
         if self.filter.is_box {
             let (x, y) = ((pixel[0] as i32 - left) as usize, (pixel[1] as i32 - top) as usize);
-            let at = y * visit.value.len() * visit.pitch + x;
-            for (c, value) in visit.value.iter().enumerate() {
+            let at = y * visit.channels * visit.pitch + x;
+            for (c, value) in values.iter().chain(&[1.0]).enumerate() {
                 visit.sums[at + c * visit.pitch] += value;
             }
             return;
         }
         let [x, y] = [position[0] - left as f32, position[1] - top as f32];
         let r = self.filter.radius;
-        // Pixel centres within the radius, inside the padded tile.
-        let first = |v: f32| ((v - r - 0.5).ceil() as i32).max(0) as usize;
-        let last = |v: f32, size: usize| ((v + r - 0.5).floor() as i32).min(size as i32 - 1);
+        // Pixel centres within the radius, inside the padded tile. Truncation is rounding down: both are positive
+        // but for a rounding error.
+        let first = |v: f32| (v - r + 0.5).max(0.0) as usize;
+        let last = |v: f32, size: usize| ((v + r + 0.5).max(0.0) as usize).min(size);
         let (x0, x1) = (first(x), last(x, visit.width));
         let (y0, y1) = (first(y), last(y, visit.height));
-        let (x1, y1) = ((x1 + 1).max(0) as usize, (y1 + 1).max(0) as usize);
-        visit.across.clear();
         for from in (x0..x1).step_by(8) {
-            let weight = |i| if from + i < x1 { self.filter.at((from + i) as f32 + 0.5 - x) } else { 0.0 };
-            visit.across.push(std::array::from_fn(weight));
+            let mut across = [0.0; 8];
+            for (w, px) in across.iter_mut().zip(from..x1) {
+                *w = self.filter.at(px as f32 + 0.5 - x);
+            }
+            for py in y0..y1 {
+                let wy = self.filter.at(py as f32 + 0.5 - y);
+                visit.splat_row(from, py, &across, wy, values);
+            }
         }
-        for py in y0..y1 {
-            let wy = self.filter.at(py as f32 + 0.5 - y);
-            visit.splat_row(x0, py, wy);
-        }
+    }
+
+    /// After the last sample of this visit to `pixel`.
+    pub fn end_pixel(&self, tile: &mut Tile, visit: &mut Visit, pixel: [u32; 2]) {
+        let local = ((pixel[1] - tile.origin[1]) * tile.size[0] + (pixel[0] - tile.origin[0])) as usize;
+        std::mem::take(&mut visit.pixel).merge(&mut tile.moments[local]);
     }
 
     /// Adds what a visit gathered to the tile.
@@ -363,6 +408,7 @@ mod tests {
                             ];
                             layout.add(tile, &mut visit, p, at, &[2.0, 3.0, 4.0]);
                         }
+                        layout.end_pixel(tile, &mut visit, [tile.origin[0] + x, tile.origin[1] + y]);
                     }
                 }
                 layout.flush(tile, &visit);

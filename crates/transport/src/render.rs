@@ -375,6 +375,7 @@ impl Job {
                     }
                     self.layout.add(tile, &mut visit, [x, y], position.to_array(), &values);
                 }
+                self.layout.end_pixel(tile, &mut visit, [x, y]);
             }
         }
         self.layout.flush(tile, &visit);
