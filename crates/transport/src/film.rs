@@ -84,8 +84,9 @@ impl FilterTable {
     }
 }
 
-/// Pixels across and down of a tile; small enough that its sums stay in the second-level cache.
-pub const TILE: u32 = 16;
+/// Pixels across and down of a tile: what gets samples as one under an error target, so not much larger than what
+/// is equally noisy.
+pub const TILE: u32 = 8;
 
 /// One tile's sums.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,6 +99,8 @@ pub struct Tile {
     pub samples: u32,
     /// Samples per pixel that it shall have at the end of this round.
     pub goal: u32,
+    /// Ends of paths that neighbouring pixels have shared.
+    pub shared: u64,
     /// Samples thrown away because they were not finite or negative beyond rounding.
     pub rejected: u64,
     /// (size + 2·border)² pixels of `channels` sums, then the sum of weights.
@@ -118,8 +121,8 @@ pub struct Visit {
     pitch: usize,
     /// Channels and the sum of weights.
     channels: usize,
-    /// Of the pixel at hand: see [`FilmLayout::begin`].
-    pixel: PixelSums,
+    /// Of every pixel of the tile itself.
+    pixels: Vec<PixelSums>,
 }
 
 /// What the samples of one visit to one pixel add up to.
@@ -219,6 +222,7 @@ impl FilmLayout {
                     size,
                     samples: 0,
                     goal: 0,
+                    shared: 0,
                     rejected: 0,
                     sums: vec![0.0; padded * (self.channels.len() + 1)],
                     moments: vec![[0.0; 7]; (size[0] * size[1]) as usize],
@@ -242,13 +246,12 @@ impl FilmLayout {
             height,
             pitch,
             channels,
-            pixel: PixelSums::default(),
+            pixels: vec![PixelSums::default(); tile.moments.len()],
         }
     }
 
     /// Adds a sample taken at `position` (pixel coordinates, pixel (x, y) covering [x, x+1)) inside pixel
-    /// `pixel` of `tile`. `values` are the channels. A value that is not finite is counted and dropped. The samples
-    /// of a pixel end with [`FilmLayout::end_pixel`].
+    /// `pixel` of `tile`. `values` are the channels. A value that is not finite is counted and dropped.
     #[inline]
     pub fn add(
         &self,
@@ -263,7 +266,8 @@ impl FilmLayout {
             tile.rejected += 1;
             return;
         }
-        visit.pixel.add([values[0], values[1], values[2]]);
+        let local = ((pixel[1] - tile.origin[1]) * tile.size[0] + (pixel[0] - tile.origin[0])) as usize;
+        visit.pixels[local].add([values[0], values[1], values[2]]);
         let border = self.filter.border();
         // Pixel (0, 0) of the padded tile.
         let (left, top) = (tile.origin[0] as i32 - border as i32, tile.origin[1] as i32 - border as i32);
@@ -295,14 +299,11 @@ impl FilmLayout {
         }
     }
 
-    /// After the last sample of this visit to `pixel`.
-    pub fn end_pixel(&self, tile: &mut Tile, visit: &mut Visit, pixel: [u32; 2]) {
-        let local = ((pixel[1] - tile.origin[1]) * tile.size[0] + (pixel[0] - tile.origin[0])) as usize;
-        std::mem::take(&mut visit.pixel).merge(&mut tile.moments[local]);
-    }
-
     /// Adds what a visit gathered to the tile.
     pub fn flush(&self, tile: &mut Tile, visit: &Visit) {
+        for (to, from) in tile.moments.iter_mut().zip(&visit.pixels) {
+            from.merge(to);
+        }
         let n = self.channels.len() + 1;
         for (i, to) in tile.sums.chunks_exact_mut(n).enumerate() {
             let from = i / visit.width * n * visit.pitch + i % visit.width;
@@ -395,7 +396,7 @@ mod tests {
             let film = Film { width: 70, height: 40, crop: Some([3, 5, 45, 33]), filter };
             let layout = FilmLayout::new(&film, vec!["R".into(), "G".into(), "B".into()]);
             let mut tiles = layout.tiles();
-            assert_eq!(tiles.len(), 9);
+            assert_eq!(tiles.len(), 30);
             for tile in &mut tiles {
                 let mut visit = layout.visit(tile);
                 for y in 0..tile.size[1] {
@@ -408,7 +409,6 @@ mod tests {
                             ];
                             layout.add(tile, &mut visit, p, at, &[2.0, 3.0, 4.0]);
                         }
-                        layout.end_pixel(tile, &mut visit, [tile.origin[0] + x, tile.origin[1] + y]);
                     }
                 }
                 layout.flush(tile, &visit);

@@ -209,11 +209,7 @@ fn placed(mesh: &Mesh, m: &Affine3A) -> Mesh {
     Mesh {
         positions: mesh.positions.iter().map(|p| m.transform_point3(*p)).collect(),
         normals: mesh.normals.iter().map(|n| (normals * *n).normalize_or_zero()).collect(),
-        tangents: mesh
-            .tangents
-            .iter()
-            .map(|t| m.transform_vector3(t.truncate()).extend(t.w))
-            .collect(),
+        tangents: mesh.tangents.iter().map(|t| m.transform_vector3(t.truncate()).extend(t.w)).collect(),
         ..mesh.clone()
     }
 }

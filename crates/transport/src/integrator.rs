@@ -6,7 +6,7 @@
 use crate::accel::{Hit, Ray};
 use crate::geometry::{Geometry, Surface};
 use crate::lights::Lights;
-use crate::material::{Materials, Point, Scratch};
+use crate::material::{Materials, Point, Scratch, Shading, ShadingSample};
 use crate::sampler::Sampler;
 use crate::texture::{Lookup, Textures};
 use glam::Vec3;
@@ -101,11 +101,84 @@ pub struct Follow<'a> {
     pub spread: f32,
 }
 
+impl Follow<'_> {
+    pub(crate) fn max_depth(&self) -> u32 {
+        match self.settings.kind {
+            IntegratorKind::Path => self.settings.max_depth.unwrap_or(u32::MAX),
+            IntegratorKind::Direct => 2,
+            IntegratorKind::Depth | IntegratorKind::Aov => 0,
+        }
+    }
+}
+
 /// How the ray's footprint grows.
 #[derive(Clone, Copy)]
 struct Cone {
     width: f32,
     spread: f32,
+}
+
+/// A path on its way.
+#[derive(Clone, Copy)]
+pub(crate) struct Walk {
+    pub(crate) ray: Ray,
+    /// Of the path so far, or since it was last set to one.
+    pub(crate) throughput: Vec3,
+    /// What the path carried when `throughput` was set to one; it only decides how long the path goes on.
+    pub(crate) before: Vec3,
+    pub(crate) depth: u32,
+    eta: f32,
+    cone: Cone,
+    draw: Draw,
+}
+
+/// Where the last direction was drawn and how likely it was; a Dirac peak cannot be found by a light.
+#[derive(Clone, Copy)]
+struct Draw {
+    origin: Vec3,
+    pdf: f32,
+    delta: bool,
+}
+
+impl Draw {
+    /// Against a light that finds the same direction with density `pdf`.
+    fn weight(&self, pdf: f32) -> f32 {
+        if self.delta { 1.0 } else { power(self.pdf, pdf) }
+    }
+}
+
+impl Walk {
+    /// A camera ray.
+    pub(crate) fn new(follow: &Follow, ray: Ray) -> Self {
+        Self {
+            ray,
+            throughput: Vec3::ONE,
+            before: Vec3::ONE,
+            depth: 0,
+            eta: 1.0,
+            cone: Cone { width: follow.width, spread: follow.spread },
+            draw: Draw { origin: ray.origin, pdf: 0.0, delta: true },
+        }
+    }
+}
+
+/// Where a path met a surface.
+pub(crate) struct Vertex<'a> {
+    pub(crate) surface: Surface,
+    pub(crate) shading: Shading<'a>,
+    /// Along the ray that came here.
+    pub(crate) t: f32,
+    pub(crate) wo: Vec3,
+}
+
+/// Light that comes to a vertex from one direction.
+#[derive(Clone, Copy)]
+pub(crate) struct Arriving {
+    pub(crate) wi: Vec3,
+    /// Over the density of having looked there.
+    pub(crate) radiance: Vec3,
+    /// f |cos| of the vertex.
+    pub(crate) f: Vec3,
 }
 
 impl World {
@@ -121,6 +194,11 @@ impl World {
         let lights = Lights::new(scene, &geometry, &textures)?;
         let see_through = materials.any_see_through();
         Ok(Self { geometry, textures, materials, lights, see_through })
+    }
+
+    /// Whether any surface lets light straight through.
+    pub(crate) fn see_through(&self) -> bool {
+        self.see_through
     }
 
     fn lookup<'a>(&'a self, hit: &Hit, surface: &'a Surface, cone: Cone, ray: &Ray) -> Lookup<'a> {
@@ -140,7 +218,14 @@ impl World {
 
     /// How much light gets from `origin` along `dir` up to `distance`; walks through at most `layers` surfaces
     /// that let light straight through.
-    fn visibility(&self, origin: Vec3, dir: Vec3, distance: f32, layers: u32, room: &mut Scratch) -> f32 {
+    pub(crate) fn visibility(
+        &self,
+        origin: Vec3,
+        dir: Vec3,
+        distance: f32,
+        layers: u32,
+        room: &mut Scratch,
+    ) -> f32 {
         // Leave the light itself out.
         let t_max = if distance.is_finite() { distance * (1.0 - 1e-3) } else { f32::INFINITY };
         let mut ray = Ray { origin, dir, t_min: 0.0, t_max };
@@ -156,8 +241,7 @@ impl World {
             }
             let lookup = self.lookup(&hit, &surface, Cone { width: 0.0, spread: 0.0 }, &ray);
             let point = point(&surface, lookup);
-            through *=
-                self.materials.shade(&self.textures, surface.material, &point, -dir, room).through;
+            through *= self.materials.shade(&self.textures, surface.material, &point, -dir, room).through;
             if through <= 0.0 {
                 return 0.0;
             }
@@ -168,57 +252,40 @@ impl World {
         0.0
     }
 
-    /// Radiance along `ray`. The rooms are for textured parameters, of surfaces met and of surfaces that shadow rays
-    /// pass through.
-    pub fn radiance(
-        &self,
+    /// Follows `walk` to the next surface. What shines on the way is added to `out`; `None`: the walk is over.
+    #[inline(always)]
+    pub(crate) fn meet<'a>(
+        &'a self,
         follow: &Follow,
-        ray: Ray,
-        sampler: &mut Sampler,
-        [room, room_between]: &mut [Scratch; 2],
-    ) -> Radiance {
-        let settings = follow.settings;
-        let max_depth = match settings.kind {
-            IntegratorKind::Path => settings.max_depth.unwrap_or(u32::MAX),
-            IntegratorKind::Direct => 2,
-            IntegratorKind::Depth | IntegratorKind::Aov => 0,
-        };
-        let mut out = Radiance::default();
-        let mut cone = Cone { width: follow.width, spread: follow.spread };
-        let mut ray = ray;
-        let mut throughput = Vec3::ONE;
-        let mut eta = 1.0f32;
-        let mut depth = 0u32;
-        // Where the last direction was drawn, and how likely it was; a Dirac peak cannot be found by a light.
-        let mut origin_of_draw = ray.origin;
-        let mut draw_pdf = 0.0f32;
-        let mut draw_delta = true;
+        walk: &mut Walk,
+        room: &'a mut Scratch,
+        out: &mut Radiance,
+    ) -> Option<Vertex<'a>> {
+        let hide_emitters = follow.settings.hide_emitters;
+        let max_depth = follow.max_depth();
         loop {
-            let hit = self.geometry.intersect(&ray);
-            let Some(hit) = hit else {
-                if depth < max_depth && !(settings.hide_emitters && draw_delta && out.alpha == 0.0) {
-                    for (radiance, pdf) in self.lights.escaped(origin_of_draw, ray.dir) {
-                        let weight = if draw_delta { 1.0 } else { power(draw_pdf, pdf) };
-                        out.rgb += throughput * radiance * weight;
+            let Some(hit) = self.geometry.intersect(&walk.ray) else {
+                if walk.depth < max_depth && !(hide_emitters && walk.draw.delta && out.alpha == 0.0) {
+                    for (radiance, pdf) in self.lights.escaped(walk.draw.origin, walk.ray.dir) {
+                        out.rgb += walk.throughput * radiance * walk.draw.weight(pdf);
                     }
                 }
-                break;
+                return None;
             };
-            let surface = self.geometry.surface(&ray, &hit);
-            let lookup = self.lookup(&hit, &surface, cone, &ray);
-            let wo = -ray.dir;
-            let emitted = self.lights.emitted(&self.textures, &surface, &lookup, wo);
-            if settings.hide_emitters && depth == 0 && self.lights.is_emitter(&surface) {
-                ray = Ray { origin: surface.offset(ray.dir), t_max: ray.t_max - hit.t, ..ray };
+            let surface = self.geometry.surface(&walk.ray, &hit);
+            let lookup = self.lookup(&hit, &surface, walk.cone, &walk.ray);
+            let wo = -walk.ray.dir;
+            if hide_emitters && walk.depth == 0 && self.lights.is_emitter(&surface) {
+                let origin = surface.offset(walk.ray.dir);
+                walk.ray = Ray { origin, t_max: walk.ray.t_max - hit.t, ..walk.ray };
                 continue;
             }
-            if let Some((i, radiance)) = emitted.filter(|_| depth < max_depth) {
-                let weight = if draw_delta {
-                    1.0
-                } else {
-                    power(draw_pdf, self.lights.pdf_hit(i, origin_of_draw, &surface))
-                };
-                out.rgb += throughput * radiance * weight;
+            if walk.depth < max_depth
+                && let Some((i, radiance)) = self.lights.emitted(&self.textures, &surface, &lookup, wo)
+            {
+                let pdf =
+                    if walk.draw.delta { 0.0 } else { self.lights.pdf_hit(i, walk.draw.origin, &surface) };
+                out.rgb += walk.throughput * radiance * walk.draw.weight(pdf);
             }
             let point = point(&surface, lookup);
             let shading = self.materials.shade(&self.textures, surface.material, &point, wo, room);
@@ -233,62 +300,128 @@ impl World {
                     uv: surface.uv,
                 };
             }
-            if depth + 1 >= max_depth {
-                break;
-            }
+            return (walk.depth + 1 < max_depth).then_some(Vertex { surface, shading, t: hit.t, wo });
+        }
+    }
 
-            sampler.at_vertex(depth);
-            let u_light = sampler.next_4d();
-            let u_bsdf = sampler.next_4d();
+    /// Light that comes to `vertex` straight from a light chosen by `u`, over the density of that choice and
+    /// weighed against finding it by the material.
+    #[inline(always)]
+    pub(crate) fn light(
+        &self,
+        follow: &Follow,
+        walk: &Walk,
+        vertex: &Vertex,
+        u: [f32; 4],
+        between: &mut Scratch,
+    ) -> Option<Arriving> {
+        if !vertex.shading.smooth() {
+            return None;
+        }
+        let light = self.lights.sample(&self.textures, vertex.surface.position, u)?;
+        let (f, pdf) = vertex.shading.eval_pdf(light.wi);
+        if f == Vec3::ZERO {
+            return None;
+        }
+        let origin = vertex.surface.offset(light.wi);
+        let layers = (follow.max_depth() - walk.depth).saturating_sub(2);
+        let through = self.visibility(origin, light.wi, light.distance, layers, between);
+        if through <= 0.0 {
+            return None;
+        }
+        let weight = if light.delta { 1.0 } else { power(light.pdf, pdf) };
+        let radiance = self.lights.radiance(&light) * (weight * through / light.pdf);
+        Some(Arriving { wi: light.wi, radiance, f })
+    }
 
-            if shading.smooth()
-                && let Some(light) = self.lights.sample(&self.textures, surface.position, u_light)
-            {
-                let (f, pdf) = shading.eval_pdf(light.wi);
-                if f != Vec3::ZERO {
-                    let origin = surface.offset(light.wi);
-                    let layers = (max_depth - depth).saturating_sub(2);
-                    let through = self.visibility(origin, light.wi, light.distance, layers, room_between);
-                    if through > 0.0 {
-                        let weight = if light.delta { 1.0 } else { power(light.pdf, pdf) };
-                        let radiance = self.lights.radiance(&light);
-                        out.rgb += throughput * f * radiance * (weight * through / light.pdf);
-                    }
-                }
-            }
-
-            let Some(s) = shading.sample(u_bsdf, wo) else { break };
-            throughput *= s.weight;
-            if throughput == Vec3::ZERO {
-                break;
-            }
-            eta *= s.eta;
-            cone.width += cone.spread * hit.t;
-            if !s.null {
-                origin_of_draw = surface.position;
-                draw_pdf = s.pdf;
-                draw_delta = s.delta;
-                if !s.delta {
-                    // A rough bounce spreads the footprint like a lobe of that density.
-                    cone.spread = cone.spread.max((1.0 / (4.0 * s.pdf.max(0.05))).sqrt().min(0.5));
-                }
-            }
-            ray = surface.spawn(s.wi);
-            depth += 1;
-
-            if depth >= settings.rr_depth {
-                // As in Mitsuba: undo the radiance scaling of refraction, never be certain to go on.
-                let survive = (throughput.max_element() * eta * eta).min(0.95);
-                if u_bsdf[3] >= survive {
-                    break;
-                }
-                throughput /= survive;
+    /// Goes on from `vertex` into the direction `s`, if `u` finds it worth it: then one over the chance that it gave.
+    #[inline(always)]
+    pub(crate) fn scatter(
+        &self,
+        follow: &Follow,
+        walk: &mut Walk,
+        vertex: &Vertex,
+        s: &ShadingSample,
+        u: f32,
+    ) -> Option<f32> {
+        walk.throughput *= s.weight;
+        if walk.throughput == Vec3::ZERO {
+            return None;
+        }
+        walk.eta *= s.eta;
+        walk.cone.width += walk.cone.spread * vertex.t;
+        if !s.null {
+            walk.draw = Draw { origin: vertex.surface.position, pdf: s.pdf, delta: s.delta };
+            if !s.delta {
+                // A rough bounce spreads the footprint like a lobe of that density.
+                walk.cone.spread = walk.cone.spread.max((1.0 / (4.0 * s.pdf.max(0.05))).sqrt().min(0.5));
             }
         }
-        if settings.kind == IntegratorKind::Depth {
-            out.rgb = Vec3::splat(out.first.depth);
+        walk.ray = vertex.surface.spawn(s.wi);
+        walk.depth += 1;
+        if walk.depth >= follow.settings.rr_depth {
+            // As in Mitsuba: undo the radiance scaling of refraction, never be certain to go on.
+            let carried = (walk.before * walk.throughput).max_element();
+            let survive = (carried * walk.eta * walk.eta).min(0.95);
+            if u >= survive {
+                return None;
+            }
+            walk.throughput /= survive;
+            return Some(1.0 / survive);
         }
-        out
+        Some(1.0)
+    }
+
+    /// All light along `walk` from here on, added to `out`. The rooms are for textured parameters, of surfaces met
+    /// and of surfaces that shadow rays pass through.
+    pub(crate) fn radiance(
+        &self,
+        follow: &Follow,
+        walk: &mut Walk,
+        sampler: &mut Sampler,
+        [room, between]: [&mut Scratch; 2],
+        out: &mut Radiance,
+    ) {
+        while let Some(vertex) = self.meet(follow, walk, room, out) {
+            if !self.bounce(follow, walk, &vertex, sampler, between, out) {
+                break;
+            }
+        }
+    }
+
+    /// The same from a `vertex` that it has already met.
+    pub(crate) fn radiance_from(
+        &self,
+        follow: &Follow,
+        walk: &mut Walk,
+        vertex: &Vertex,
+        sampler: &mut Sampler,
+        [room, between]: [&mut Scratch; 2],
+        out: &mut Radiance,
+    ) {
+        if self.bounce(follow, walk, vertex, sampler, between, out) {
+            self.radiance(follow, walk, sampler, [room, between], out);
+        }
+    }
+
+    /// Adds the light of one light at `vertex` and draws where to go on; `false`: nowhere.
+    #[inline(always)]
+    fn bounce(
+        &self,
+        follow: &Follow,
+        walk: &mut Walk,
+        vertex: &Vertex,
+        sampler: &mut Sampler,
+        between: &mut Scratch,
+        out: &mut Radiance,
+    ) -> bool {
+        sampler.at_vertex(walk.depth);
+        let (u_light, u_bsdf) = (sampler.next_4d(), sampler.next_4d());
+        if let Some(arriving) = self.light(follow, walk, vertex, u_light, between) {
+            out.rgb += walk.throughput * arriving.f * arriving.radiance;
+        }
+        let Some(s) = vertex.shading.sample(u_bsdf, vertex.wo) else { return false };
+        self.scatter(follow, walk, vertex, &s, u_bsdf[3]).is_some()
     }
 }
 

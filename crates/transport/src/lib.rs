@@ -12,5 +12,6 @@ pub mod integrator;
 pub mod lights;
 pub mod material;
 pub mod render;
+pub mod reuse;
 pub mod sampler;
 pub mod texture;

@@ -476,8 +476,7 @@ impl Environment {
         let local = (self.to_local * direction).normalize();
         let cell = self.cell(local);
         let sin_theta = (1.0 - local.y * local.y).max(0.0).sqrt();
-        let pdf =
-            if sin_theta > 0.0 { self.density.pdf(cell) / (2.0 * PI * PI * sin_theta) } else { 0.0 };
+        let pdf = if sin_theta > 0.0 { self.density.pdf(cell) / (2.0 * PI * PI * sin_theta) } else { 0.0 };
         (self.radiance_at(cell), pdf)
     }
 

@@ -10,6 +10,9 @@ use yugen_reflectance::{Bsdf, Choice, Kind, MAX_SLOTS, ParamType};
 /// Most lobes a material may resolve to; more is refused when the scene is prepared.
 pub const MAX_LOBES: usize = 8;
 
+/// Largest density, 1/sr, of a matt material into the mirror direction; a cosine lobe's is at most 1/π.
+const MATT: f32 = 0.5;
+
 struct Textured {
     slot: usize,
     kind: ParamType,
@@ -34,6 +37,7 @@ enum Node {
 pub struct Materials {
     nodes: Vec<Node>,
     see_through: Vec<bool>,
+    matt: Vec<bool>,
 }
 
 /// What the surface is like where a ray met it.
@@ -125,7 +129,7 @@ impl Materials {
             .enumerate()
             .map(|(id, m)| node(m).map_err(|problem| MaterialError { material: id, problem }))
             .collect::<Result<_, _>>()?;
-        let mut materials = Self { nodes, see_through: Vec::new() };
+        let mut materials = Self { nodes, see_through: Vec::new(), matt: Vec::new() };
         for id in 0..materials.nodes.len() {
             let lobes = materials.lobes(id, 0).map_err(|problem| MaterialError { material: id, problem })?;
             if lobes > MAX_LOBES {
@@ -134,6 +138,7 @@ impl Materials {
             }
         }
         materials.see_through = (0..materials.nodes.len()).map(|id| materials.is_see_through(id)).collect();
+        materials.matt = (0..materials.nodes.len()).map(|id| materials.is_matt(id)).collect();
         Ok(materials)
     }
 
@@ -167,6 +172,34 @@ impl Materials {
             Node::Blend { first, second, .. } => self.is_see_through(*first) || self.is_see_through(*second),
             Node::Sum(all) => all.iter().any(|m| self.is_see_through(*m)),
         }
+    }
+
+    fn is_matt(&self, id: MaterialId) -> bool {
+        match &self.nodes[id] {
+            Node::Model { kind, slots, table, .. } => {
+                let bsdf = Bsdf::new(*kind, slots, table);
+                // Head on and at 60 degrees, into the mirror direction.
+                let seen_from = [Vec3::Z, Vec3::new(0.75f32.sqrt(), 0.0, 0.5)];
+                let mirror = |w: Vec3| Vec3::new(-w.x, -w.y, w.z);
+                !kind.laws().delta && seen_from.iter().all(|wo| bsdf.eval_pdf(*wo, mirror(*wo)).1 <= MATT)
+            }
+            Node::TwoSided { front, back } => self.is_matt(*front) && self.is_matt(*back),
+            Node::Mask { .. } | Node::Null => false,
+            Node::NormalMap { base, .. } | Node::BumpMap { base, .. } => self.is_matt(*base),
+            Node::Blend { first, second, .. } => self.is_matt(*first) && self.is_matt(*second),
+            Node::Sum(all) => all.iter().all(|m| self.is_matt(*m)),
+        }
+    }
+
+    /// Whether the material draws no direction with much more density than a matt one, where its textures do not say
+    /// otherwise.
+    pub fn matt(&self, id: MaterialId) -> bool {
+        self.matt[id]
+    }
+
+    /// Whether any material is matt.
+    pub fn any_matt(&self) -> bool {
+        self.matt.iter().any(|m| *m)
     }
 
     /// Whether light can go straight through this material somewhere.
@@ -447,6 +480,18 @@ impl Shading<'_> {
             }
         }
         (f, pdf)
+    }
+
+    /// f |cos θ_i| as seen from `wo` instead, on the same side of the surface.
+    #[inline]
+    pub fn eval_from(&self, wo: Vec3, wi: Vec3) -> Vec3 {
+        let mut f = Vec3::ZERO;
+        for lobe in self.iter() {
+            if let (Some(wo), Some(wi)) = (lobe.local(&self.frame, wo), lobe.local(&self.frame, wi)) {
+                f += lobe.bsdf.eval(wo, wi) * (lobe.weight * wi.z.abs());
+            }
+        }
+        f
     }
 
     /// Draws a direction from four uniforms.

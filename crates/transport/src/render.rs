@@ -7,17 +7,17 @@
 use crate::accel::NO_INSTANCE;
 use crate::camera::Lens;
 use crate::film::{FilmLayout, Tile};
-use crate::integrator::{FirstHit, Follow, PrepareError, World};
-use crate::material::scratch;
+use crate::integrator::{FirstHit, Follow, PrepareError, Radiance, Walk, World};
+use crate::reuse::{GROUP, Rooms};
 use crate::sampler::Sampler;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yugen_archive::Scene;
-use yugen_archive::scene::{Aov, Camera, Integrator};
+use yugen_archive::scene::{Aov, Camera, Integrator, IntegratorKind};
 use yugen_optics::{Fingerprint, Image};
 
 /// Channels an AOV adds to the filtered sums; id and variance are made otherwise.
@@ -296,11 +296,7 @@ impl Job {
     }
 
     fn samples(&self) -> u64 {
-        self.tiles
-            .iter()
-            .map(lock)
-            .map(|t| u64::from(t.samples) * u64::from(t.size[0] * t.size[1]))
-            .sum()
+        self.tiles.iter().map(lock).map(|t| u64::from(t.samples) * u64::from(t.size[0] * t.size[1])).sum()
     }
 
     fn progress(&self, clock: &Clock) -> Progress {
@@ -351,31 +347,59 @@ impl Job {
         let sharpen = 1.0 / (end as f32).sqrt().clamp(1.0, 8.0);
         let mut values = Vec::with_capacity(self.layout.channels.len());
         let mut visit = self.layout.visit(tile);
-        let mut rooms = [scratch(), scratch()];
+        let mut rooms = Rooms::new();
+        let (mut pixels, mut positions) = (Vec::new(), Vec::new());
+        let (mut paths, mut radiances) = (Vec::new(), Vec::new());
         let follow = Follow {
             settings: &self.integrator,
             albedo: self.aovs.contains(&Aov::Albedo),
             width: width * sharpen,
             spread: spread * sharpen,
         };
-        let [x0, y0] = tile.origin;
-        for y in y0..y0 + tile.size[1] {
-            for x in x0..x0 + tile.size[0] {
-                for index in tile.samples..end {
+        let ([x0, y0], [w, h]) = (tile.origin, tile.size);
+        // Where the first visit found nothing to share, none is looked for again.
+        let sharing = self.world.can_share(&follow) && (tile.samples == 0 || tile.shared > 0);
+        let [across, down] = if sharing { GROUP } else { [1, 1] };
+        let corners =
+            (0..h).step_by(down as usize).flat_map(|y| (0..w).step_by(across as usize).map(move |x| [x, y]));
+        for [gx, gy] in corners {
+            pixels.clear();
+            for y in gy..(gy + down).min(h) {
+                pixels.extend((gx..(gx + across).min(w)).map(|x| [x0 + x, y0 + y]));
+            }
+            for index in tile.samples..end {
+                positions.clear();
+                paths.clear();
+                for &[x, y] in &pixels {
                     let mut sampler = Sampler::new(x, y, index, self.seed);
                     let [px, py, u, v] = sampler.next_4d();
                     let position = Vec2::new(x as f32 + px, y as f32 + py);
-                    let ray = self.lens.ray(position, Vec2::new(u, v));
-                    let r = self.world.radiance(&follow, ray, &mut sampler, &mut rooms);
+                    positions.push(position);
+                    paths.push((self.lens.ray(position, Vec2::new(u, v)), sampler));
+                }
+                radiances.clear();
+                radiances.resize(pixels.len(), Radiance::default());
+                if sharing {
+                    tile.shared +=
+                        self.world.radiance_of_group(&follow, &mut paths, &mut rooms, &mut radiances);
+                } else {
+                    let (ray, sampler) = &mut paths[0];
+                    let walk = &mut Walk::new(&follow, *ray);
+                    self.world.radiance(&follow, walk, sampler, rooms.of_one(), &mut radiances[0]);
+                }
+                for ((pixel, position), r) in pixels.iter().zip(&positions).zip(&radiances) {
+                    let rgb = match self.integrator.kind {
+                        IntegratorKind::Depth => Vec3::splat(r.first.depth),
+                        _ => r.rgb,
+                    };
                     values.clear();
-                    values.extend(r.rgb.to_array());
+                    values.extend(rgb.to_array());
                     values.push(r.alpha);
                     for aov in &self.aovs {
                         push(*aov, &r.first, &mut values);
                     }
-                    self.layout.add(tile, &mut visit, [x, y], position.to_array(), &values);
+                    self.layout.add(tile, &mut visit, *pixel, position.to_array(), &values);
                 }
-                self.layout.end_pixel(tile, &mut visit, [x, y]);
             }
         }
         self.layout.flush(tile, &visit);
@@ -428,6 +452,7 @@ impl Job {
             let tile = lock(tile);
             out.extend_from_slice(&tile.samples.to_le_bytes());
             out.extend_from_slice(&tile.goal.to_le_bytes());
+            out.extend_from_slice(&tile.shared.to_le_bytes());
             out.extend_from_slice(&tile.rejected.to_le_bytes());
             for s in &tile.sums {
                 out.extend_from_slice(&s.to_le_bytes());
@@ -460,6 +485,7 @@ impl Job {
             let mut tile = lock(tile);
             tile.samples = u32::from_le_bytes(from.take()?);
             tile.goal = u32::from_le_bytes(from.take()?);
+            tile.shared = u64::from_le_bytes(from.take()?);
             tile.rejected = u64::from_le_bytes(from.take()?);
             for s in &mut tile.sums {
                 *s = f64::from_le_bytes(from.take()?);

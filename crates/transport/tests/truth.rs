@@ -446,3 +446,72 @@ fn a_cloth_from_afar_is_as_rough_as_its_threads_are_crooked() {
         assert!(polar == 0.3 || (flat / want - 1.0).abs() > 0.5, "{polar}: the test is too easy");
     }
 }
+
+/// A corner with a ball in it: what bounces differs from pixel to pixel, across edges and out of shadows.
+fn corner() -> Scene {
+    let quad = |m: Mat4, material| shape(Geometry::Rectangle, m, material);
+    let mut lamp = quad(
+        Mat4::from_translation(Vec3::new(0.3, 1.9, 0.2))
+            * Mat4::from_rotation_x(PI / 2.0)
+            * Mat4::from_scale(Vec3::splat(0.4)),
+        0,
+    );
+    lamp.emission = Some(Value::Number(20.0));
+    Scene {
+        cameras: vec![Camera {
+            film: Film { width: 8, height: 8, crop: None, filter: Filter::Box },
+            ..camera(8, 8, Vec3::new(2.0, 1.5, 3.5), Vec3::new(0.0, 0.2, 0.0))
+        }],
+        materials: vec![lambert(0.8), model("lambert", &[("reflectance", 0.5)]), lambert(0.3)],
+        shapes: vec![
+            quad(Mat4::from_rotation_x(-PI / 2.0) * Mat4::from_scale(Vec3::splat(4.0)), 0),
+            quad(Mat4::from_translation(Vec3::new(0.0, 0.0, -1.0)) * Mat4::from_scale(Vec3::splat(4.0)), 1),
+            quad(
+                Mat4::from_translation(Vec3::new(-1.0, 0.0, 0.0))
+                    * Mat4::from_rotation_y(PI / 2.0)
+                    * Mat4::from_scale(Vec3::splat(4.0)),
+                2,
+            ),
+            shape(
+                Geometry::Sphere,
+                Mat4::from_translation(Vec3::new(0.0, 0.4, 0.0)) * Mat4::from_scale(Vec3::splat(0.4)),
+                0,
+            ),
+            lamp,
+        ],
+        integrator: Integrator { max_depth: Some(5), ..Integrator::default() },
+        ..Scene::default()
+    }
+}
+
+/// Pixels that share the ends of their paths tend to the same values as pixels that are rendered alone, and faster.
+#[test]
+fn shared_paths_change_the_noise_and_not_the_picture() {
+    let scene = corner();
+    let job = |crop, spp| {
+        let mut scene = scene.clone();
+        scene.cameras[0].film.crop = Some(crop);
+        let job = Job::new(&scene, &Options { aovs: vec![Aov::Variance], ..options(2, spp) }).expect("a job");
+        job.run(|_, _| Action::Continue);
+        job.image()
+    };
+    let together = job([0, 0, 8, 8], 1024);
+    let n = together.channels.len();
+    let variance = together.channel("variance.R").expect("a variance");
+    let (mut worst, mut sum, mut of_sum, mut gained) = (0.0f64, 0.0, 0.0, 0.0);
+    for (i, shared) in together.data.chunks_exact(n).enumerate() {
+        let image = job([i as u32 % 8, i as u32 / 8, 1, 1], 1024);
+        let alone = image.pixel(0, 0);
+        let difference = f64::from(shared[0] - alone[0]);
+        // Low-discrepancy points err less than this, so the scores are small ones.
+        let expected = f64::from(shared[variance] + alone[variance]);
+        worst = worst.max(difference.abs() / expected.sqrt());
+        sum += difference;
+        of_sum += expected;
+        gained += f64::from(alone[variance]) / f64::from(shared[variance]) / 64.0;
+    }
+    assert!(worst < 4.0, "{worst}");
+    // The noise of neighbours goes together: a group of eight counts as one.
+    assert!(sum.abs() < 3.0 * (8.0 * of_sum).sqrt(), "{sum} {of_sum}");
+    assert!(gained > 1.3, "the variance fell by {gained}");
+}

@@ -87,9 +87,7 @@ impl Form {
         // On the axis any azimuth is right.
         let (sin, cos) = if r > 0.0 { (p.y / r, p.x / r) } else { (0.0, 1.0) };
         match self {
-            Self::Sphere => {
-                [DVec3::new(-p.y, p.x, 0.0) * TAU, DVec3::new(p.z * cos, p.z * sin, -r) * PI]
-            }
+            Self::Sphere => [DVec3::new(-p.y, p.x, 0.0) * TAU, DVec3::new(p.z * cos, p.z * sin, -r) * PI],
             Self::Rectangle => [DVec3::X * 2.0, DVec3::Y * 2.0],
             Self::Disc => [DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0) * (TAU * r)],
             Self::Cylinder => [DVec3::new(-p.y, p.x, 0.0) * TAU, DVec3::Z],

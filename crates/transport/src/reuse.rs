@@ -1,0 +1,215 @@
+//! Neighbouring pixels share the ends of their paths.
+//!
+//! Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths". What a path finds behind its first
+//! bounce, at y, is light for the first surfaces x of the neighbours too. A pixel so gets the bounced light of as
+//! many paths as the group has, for a shadow ray each. Every x might have found y itself, with a density of its own;
+//! the balance heuristic over all of them (Veach 1997) keeps the sum unbiased, edges and all.
+//!
+//! Only matt surfaces share: where x or y gleams, what one sees is nothing to the other, and the rays are wasted.
+
+use crate::geometry::offset_origin;
+use crate::integrator::{Arriving, Follow, Radiance, Vertex, Walk, World};
+use crate::material::{Scratch, scratch};
+use crate::sampler::Sampler;
+use glam::Vec3;
+
+/// Pixels of a group, across and down.
+pub const GROUP: [u32; 2] = [4, 2];
+/// And together.
+const SIZE: usize = (GROUP[0] * GROUP[1]) as usize;
+
+/// Directions that a neighbour would hardly ever have drawn are not shared.
+const RARE: f32 = 0.01;
+
+/// Memory for one thread's group.
+pub struct Rooms {
+    first: [Scratch; SIZE],
+    second: [Scratch; SIZE],
+    later: Scratch,
+    between: Scratch,
+}
+
+impl Rooms {
+    /// Fresh.
+    pub fn new() -> Box<Self> {
+        Box::new(Self {
+            first: [scratch(); SIZE],
+            second: [scratch(); SIZE],
+            later: scratch(),
+            between: scratch(),
+        })
+    }
+
+    /// For a path that goes alone.
+    pub(crate) fn of_one(&mut self) -> [&mut Scratch; 2] {
+        [&mut self.later, &mut self.between]
+    }
+}
+
+/// The end of a path: what comes to y, and how x got there.
+struct End<'a> {
+    /// At y.
+    vertex: Vertex<'a>,
+    /// Up to two: from a light, and from further on.
+    arriving: [Option<Arriving>; 2],
+    /// With which x drew the direction to y.
+    pdf: f32,
+    /// One over the chance that roulette gave the path at x.
+    boost: f32,
+}
+
+/// x_k as seen from the y of another path.
+#[derive(Clone, Copy, Default)]
+struct Link {
+    /// Unit, from y to x_k.
+    wo: Vec3,
+    /// f |cos| at x_k towards y, times the solid angle there of an area at y.
+    f: Vec3,
+    /// Density per area with which x_k finds y; 0: it never does, or does not see it.
+    density: f32,
+}
+
+impl World {
+    /// Whether neighbouring pixels could share anything.
+    pub fn can_share(&self, follow: &Follow) -> bool {
+        // Nothing is shared through surfaces that let light pass: the way between two points has no one length.
+        follow.max_depth() > 2 && !self.see_through() && self.materials.any_matt()
+    }
+
+    /// Radiance along the `rays` of a group of pixels, one ray and sampler each. Returns how many ends of paths were
+    /// shared.
+    pub fn radiance_of_group(
+        &self,
+        follow: &Follow,
+        paths: &mut [(crate::accel::Ray, Sampler)],
+        rooms: &mut Rooms,
+        out: &mut [Radiance],
+    ) -> u64 {
+        let n = paths.len().min(SIZE);
+        let Rooms { first, second, later, between } = rooms;
+        let mut walks: [Option<Walk>; SIZE] = [None; SIZE];
+        let mut xs: [Option<Vertex>; SIZE] = [const { None }; SIZE];
+        for (i, room) in first.iter_mut().enumerate().take(n) {
+            let mut walk = Walk::new(follow, paths[i].0);
+            xs[i] = self.meet(follow, &mut walk, room, &mut out[i]);
+            walks[i] = Some(walk);
+        }
+        let mut ends: [Option<End>; SIZE] = [const { None }; SIZE];
+        // Those that share.
+        let matt: [Option<&Vertex>; SIZE] =
+            std::array::from_fn(|i| xs[i].as_ref().filter(|x| self.materials.matt(x.surface.material)));
+        for (i, room) in second.iter_mut().enumerate().take(n) {
+            let (Some(x), Some(walk), sampler, out) = (&xs[i], &mut walks[i], &mut paths[i].1, &mut out[i])
+            else {
+                continue;
+            };
+            sampler.at_vertex(walk.depth);
+            let (u_light, u_bsdf) = (sampler.next_4d(), sampler.next_4d());
+            if let Some(arriving) = self.light(follow, walk, x, u_light, between) {
+                out.rgb += walk.throughput * arriving.f * arriving.radiance;
+            }
+            let Some(s) = x.shading.sample(u_bsdf, x.wo) else { continue };
+            let Some(boost) = self.scatter(follow, walk, x, &s, u_bsdf[3]) else { continue };
+            if matt[i].is_none() || s.delta || s.null || s.pdf < RARE {
+                self.radiance(follow, walk, sampler, [&mut *later, &mut *between], out);
+                continue;
+            }
+            let Some(vertex) = self.meet(follow, walk, room, out) else { continue };
+            if !self.materials.matt(vertex.surface.material) {
+                self.radiance_from(follow, walk, &vertex, sampler, [&mut *later, &mut *between], out);
+                continue;
+            }
+            let arriving = self.arriving(follow, walk, &vertex, sampler, [&mut *later, &mut *between], out);
+            ends[i] = Some(End { vertex, arriving, pdf: s.pdf, boost });
+        }
+        let mut shared = 0;
+        for (j, end) in ends.iter().enumerate() {
+            if let Some(end) = end {
+                self.share(&matt, j, end, between, out);
+                shared += 1;
+            }
+        }
+        shared
+    }
+
+    /// What comes to `vertex`, the y of a path: from a light and from further on. What cannot be shared is added to
+    /// `out`.
+    fn arriving(
+        &self,
+        follow: &Follow,
+        walk: &mut Walk,
+        vertex: &Vertex,
+        sampler: &mut Sampler,
+        [later, between]: [&mut Scratch; 2],
+        out: &mut Radiance,
+    ) -> [Option<Arriving>; 2] {
+        sampler.at_vertex(walk.depth);
+        let (u_light, u_bsdf) = (sampler.next_4d(), sampler.next_4d());
+        let straight = self.light(follow, walk, vertex, u_light, between);
+        let Some(s) = vertex.shading.sample(u_bsdf, vertex.wo) else { return [straight, None] };
+        let carried = walk.throughput * s.weight;
+        let Some(boost) = self.scatter(follow, walk, vertex, &s, u_bsdf[3]) else { return [straight, None] };
+        if s.delta || s.null {
+            self.radiance(follow, walk, sampler, [&mut *later, &mut *between], out);
+            return [straight, None];
+        }
+        // From here on the path is followed for whoever looks at y.
+        walk.before = carried;
+        walk.throughput = Vec3::splat(boost);
+        let mut found = Radiance { alpha: 1.0, ..Radiance::default() };
+        self.radiance(follow, walk, sampler, [&mut *later, &mut *between], &mut found);
+        let (f, _) = vertex.shading.eval_pdf(s.wi);
+        [straight, Some(Arriving { wi: s.wi, radiance: found.rgb / s.pdf, f })]
+    }
+
+    /// Gives the end of path `j` to all of the group.
+    fn share(
+        &self,
+        xs: &[Option<&Vertex>; SIZE],
+        j: usize,
+        end: &End,
+        between: &mut Scratch,
+        out: &mut [Radiance],
+    ) {
+        if end.arriving.iter().flatten().all(|a| a.radiance == Vec3::ZERO) {
+            return;
+        }
+        let y = &end.vertex.surface;
+        // The two sides of y are two different ends.
+        let side = |wo: Vec3| [y.geometric_normal, y.frame.n].map(|n| n.dot(wo) > 0.0);
+        let mut links = [Link::default(); SIZE];
+        for (k, x) in xs.iter().enumerate() {
+            let Some(x) = x else { continue };
+            let to = x.surface.position - y.position;
+            let distance2 = to.length_squared();
+            let wo = if k == j { end.vertex.wo } else { to / distance2.sqrt() };
+            let cos = y.geometric_normal.dot(wo);
+            if side(wo) != side(end.vertex.wo) || distance2 <= 0.0 {
+                continue;
+            }
+            let (f, pdf) = x.shading.eval_pdf(-wo);
+            let pdf = if k == j { end.pdf } else { pdf };
+            if pdf < RARE {
+                continue;
+            }
+            if k != j {
+                let from =
+                    offset_origin(x.surface.position, x.surface.error, x.surface.geometric_normal, -wo);
+                let way = y.position - from;
+                let distance = way.length();
+                if self.visibility(from, way / distance, distance, 0, between) <= 0.0 {
+                    continue;
+                }
+            }
+            let solid_angle = cos.abs() / distance2;
+            links[k] = Link { wo, f: f * solid_angle, density: pdf * solid_angle };
+        }
+        let density: f32 = links.iter().map(|l| l.density).sum();
+        for arriving in end.arriving.iter().flatten() {
+            for (k, link) in links.iter().enumerate().filter(|(_, l)| l.density > 0.0) {
+                let f = if k == j { arriving.f } else { end.vertex.shading.eval_from(link.wo, arriving.wi) };
+                out[k].rgb += link.f * f * arriving.radiance * (end.boost / density);
+            }
+        }
+    }
+}
