@@ -4,6 +4,7 @@
 //! threads ever write to the same place and the picture is the same for any number of them: a pixel is
 //! the sum over the tiles that reach it, in tile order.
 
+use glam::Vec3;
 use yugen_archive::scene::{Film, Filter};
 use yugen_optics::Image;
 
@@ -130,23 +131,21 @@ pub struct Visit {
 struct PixelSums {
     count: f32,
     /// The first sample, from which the others are counted: no cancellation where they are alike.
-    first: [f32; 3],
-    sum: [f32; 3],
-    squares: [f32; 3],
+    first: Vec3,
+    sum: Vec3,
+    squares: Vec3,
 }
 
 impl PixelSums {
     #[inline]
-    fn add(&mut self, rgb: [f32; 3]) {
+    fn add(&mut self, rgb: Vec3) {
         if self.count == 0.0 {
             self.first = rgb;
         }
+        let d = rgb - self.first;
         self.count += 1.0;
-        for c in 0..3 {
-            let d = rgb[c] - self.first[c];
-            self.sum[c] += d;
-            self.squares[c] += d * d;
-        }
+        self.sum += d;
+        self.squares += d * d;
     }
 
     /// Merged with what earlier visits found. Chan, Golub and LeVeque 1979, "Updating Formulae and a Pairwise
@@ -267,7 +266,7 @@ impl FilmLayout {
             return;
         }
         let local = ((pixel[1] - tile.origin[1]) * tile.size[0] + (pixel[0] - tile.origin[0])) as usize;
-        visit.pixels[local].add([values[0], values[1], values[2]]);
+        visit.pixels[local].add(Vec3::new(values[0], values[1], values[2]));
         let border = self.filter.border();
         // Pixel (0, 0) of the padded tile.
         let (left, top) = (tile.origin[0] as i32 - border as i32, tile.origin[1] as i32 - border as i32);

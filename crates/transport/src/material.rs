@@ -184,7 +184,7 @@ impl Materials {
                 !kind.laws().delta && seen_from.iter().all(|wo| bsdf.eval_pdf(*wo, mirror(*wo)).1 <= MATT)
             }
             Node::TwoSided { front, back } => self.is_matt(*front) && self.is_matt(*back),
-            Node::Mask { .. } | Node::Null => false,
+            Node::Mask { .. } | Node::Null | Node::Cloth { .. } => false,
             Node::NormalMap { base, .. } | Node::BumpMap { base, .. } => self.is_matt(*base),
             Node::Blend { first, second, .. } => self.is_matt(*first) && self.is_matt(*second),
             Node::Sum(all) => all.iter().all(|m| self.is_matt(*m)),
