@@ -624,7 +624,8 @@ mod tests {
         {
             let facets = Microfacets::new(Distribution::Ggx, Masking::HeightCorrelated, ax, ay);
             let f = |wo: Vec3, wi: Vec3| facets.reflect(wo, wi).0 * Vec3::new(0.9, 0.5, 0.2) + 0.05;
-            let table = Rgl::default().bake(&Measurement::of(f, (ax, ay), sweep, 16, 96, 32).to_data()).unwrap();
+            let table =
+                Rgl::default().bake(&Measurement::of(f, (ax, ay), sweep, 16, 96, 32).to_data()).unwrap();
             let mut rng = Pcg32::new(11, 3);
             let (mut errors, mut n) = (Vec::new(), 0);
             while n < 3000 {
