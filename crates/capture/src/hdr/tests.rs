@@ -111,7 +111,7 @@ fn radiance_is_unbiased_and_knows_its_error() {
         assert!((0.9..1.1).contains(&variance), "{radiance}: {variance}");
         // In the dark one exposure does nearly all, and the others join where they stray; in the brightest there is
         // but one.
-        let one = radiance < 0.01 || radiance > 100.0;
+        let one = !(0.01..=100.0).contains(&radiance);
         assert!(one || (0.9..1.1).contains(&chi), "{radiance}: {chi}");
     }
     let eight = Camera { curve: film, full_well: 20_000.0, read: 6.0, max: 255.0 };
