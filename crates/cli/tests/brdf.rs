@@ -72,7 +72,8 @@ fn eval_prints_three_numbers_a_pair() {
     std::fs::write(&file, "# wi then wo\n0 0 1  0 0 1\n\n0.6,0,0.8, 0,0,2 # any length\n").unwrap();
     assert_eq!(good(&pairs).lines().count(), 2);
     std::fs::write(&file, "0 0 1 0 0 1\n0 0 1 0 0\n").unwrap();
-    assert!(bad(&pairs).contains("pairs.txt:2: expected six"));
+    let said = bad(&pairs);
+    assert!(said.contains("pairs.txt:2:1: has 5 numbers") && said.contains("(six)"), "{said}");
 }
 
 #[test]

@@ -256,6 +256,7 @@ fn one_bracket_shows_saturation_motion_and_dark() {
 
     refused(hdr(&[&names[0], "-o".as_ref(), &out]), &["b0.png", "no exposure time", "--list"]);
     refused(hdr(&[&names[0], "-o".as_ref(), &folder.at("a.png")]), &["a.png", ".exr"]);
+    refused(hdr(&[&list, "-o".as_ref(), &out]), &["list.csv", "a list, not a picture", "folder"]);
     refused(
         hdr(&[&names[0], &names[1], "-o".as_ref(), &out, "--list".as_ref(), &list]),
         &["b2.png' is not there"],

@@ -144,7 +144,7 @@ mod tests {
         let good = write(&small());
         let text = |bytes: &[u8]| read(bytes, Path::new("b.pca")).unwrap_err().to_string();
         assert!(text(b"gold").contains("is not a basis"));
-        assert!(text(&good[..good.len() - 1]).contains("needs at least"));
+        assert!(text(&good[..good.len() - 1]).contains("ends within the components"));
         assert!(text(&[&good[..], &[0]].concat()).contains("goes on for 1 bytes"));
         let mut lying = good.clone();
         lying[24..28].copy_from_slice(&1_458_001u32.to_le_bytes());

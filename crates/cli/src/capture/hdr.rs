@@ -143,6 +143,16 @@ impl Hdr {
             "expected --full-well above 0, --read-noise of 0 or more and --saturated between 0.1 and 1"
         );
         ensure!(matches!(self.white.len(), 0 | 4), "--white: expected four numbers, as in 40,3010,200,200");
+        if let Some(list) =
+            self.input.iter().find(|p| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")))
+        {
+            let folder = list.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(".".as_ref());
+            bail!(
+                "{}: a list, not a picture; name the folder of the pictures ({}) and the list with --list",
+                list.display(),
+                folder.display()
+            );
+        }
         let folder = self.input.len() == 1 && self.input[0].is_dir();
         if !folder {
             let exr = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
