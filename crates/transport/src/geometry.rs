@@ -207,10 +207,13 @@ fn for_normals(m: &Affine3A) -> Mat3 {
 fn placed(mesh: &Mesh, m: &Affine3A) -> Mesh {
     let normals = for_normals(m);
     Mesh {
+        name: mesh.name.clone(),
         positions: mesh.positions.iter().map(|p| m.transform_point3(*p)).collect(),
         normals: mesh.normals.iter().map(|n| (normals * *n).normalize_or_zero()).collect(),
         tangents: mesh.tangents.iter().map(|t| m.transform_vector3(t.truncate()).extend(t.w)).collect(),
-        ..mesh.clone()
+        uvs: mesh.uvs.clone(),
+        attributes: mesh.attributes.clone(),
+        triangles: mesh.triangles.clone(),
     }
 }
 

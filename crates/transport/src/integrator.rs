@@ -383,7 +383,7 @@ impl World {
         out: &mut Radiance,
     ) {
         while let Some(vertex) = self.meet(follow, walk, room, out) {
-            if !self.bounce(follow, walk, &vertex, sampler, between, out) {
+            if self.bounce(follow, walk, &vertex, sampler, between, out).is_none() {
                 break;
             }
         }
@@ -399,14 +399,15 @@ impl World {
         [room, between]: [&mut Scratch; 2],
         out: &mut Radiance,
     ) {
-        if self.bounce(follow, walk, vertex, sampler, between, out) {
+        if self.bounce(follow, walk, vertex, sampler, between, out).is_some() {
             self.radiance(follow, walk, sampler, [room, between], out);
         }
     }
 
-    /// Adds the light of one light at `vertex` and draws where to go on; `false`: nowhere.
+    /// Adds the light of one light at `vertex` and goes on into a direction that it draws, if anywhere: that
+    /// direction, and one over the chance of having gone on.
     #[inline(always)]
-    fn bounce(
+    pub(crate) fn bounce(
         &self,
         follow: &Follow,
         walk: &mut Walk,
@@ -414,14 +415,15 @@ impl World {
         sampler: &mut Sampler,
         between: &mut Scratch,
         out: &mut Radiance,
-    ) -> bool {
+    ) -> Option<(ShadingSample, f32)> {
         sampler.at_vertex(walk.depth);
         let (u_light, u_bsdf) = (sampler.next_4d(), sampler.next_4d());
         if let Some(arriving) = self.light(follow, walk, vertex, u_light, between) {
             out.rgb += walk.throughput * arriving.f * arriving.radiance;
         }
-        let Some(s) = vertex.shading.sample(u_bsdf, vertex.wo) else { return false };
-        self.scatter(follow, walk, vertex, &s, u_bsdf[3]).is_some()
+        let s = vertex.shading.sample(u_bsdf, vertex.wo)?;
+        let boost = self.scatter(follow, walk, vertex, &s, u_bsdf[3])?;
+        Some((s, boost))
     }
 }
 

@@ -269,24 +269,20 @@ impl Job {
         if self.out_of_time(clock) {
             return false;
         }
-        let mut tiles: Vec<MutexGuard<Tile>> = self.tiles.iter().map(lock).collect();
-        if tiles.iter().any(|t| t.samples < t.goal) {
+        let behind = || self.tiles.iter().map(lock).any(|t| t.samples < t.goal);
+        if behind() {
             return true;
         }
-        match self.budget {
-            Budget::Samples(n) => tiles.iter_mut().for_each(|t| t.goal = n),
-            Budget::Time(_) | Budget::Error(_) if tiles.iter().all(|t| t.samples == 0) => {
-                tiles.iter_mut().for_each(|t| t.goal = FIRST_ROUND)
-            }
-            Budget::Time(_) | Budget::Error(_) => {
-                let noise = Noise::of(&tiles);
-                let target = if let Budget::Error(e) = self.budget { e } else { 0.0 };
-                for (tile, goal) in tiles.iter_mut().zip(noise.goals(target)) {
-                    tile.goal = goal;
-                }
-            }
+        let goals = match self.budget {
+            Budget::Samples(n) => vec![n; self.tiles.len()],
+            _ if self.samples() == 0 => vec![FIRST_ROUND; self.tiles.len()],
+            Budget::Time(_) => Noise::of(&self.tiles).goals(0.0),
+            Budget::Error(target) => Noise::of(&self.tiles).goals(target),
+        };
+        for (tile, goal) in self.tiles.iter().zip(goals) {
+            lock(tile).goal = goal;
         }
-        tiles.iter().any(|t| t.samples < t.goal)
+        behind()
     }
 
     /// Where it stands.
@@ -335,8 +331,7 @@ impl Job {
     /// there are any. Dark pixels count as a hundredth of the picture's mean. An upper bound: low-discrepancy
     /// points and the reconstruction filter make the true error smaller.
     pub fn error(&self) -> f32 {
-        let tiles: Vec<MutexGuard<Tile>> = self.tiles.iter().map(lock).collect();
-        Noise::of(&tiles).error()
+        Noise::of(&self.tiles).error()
     }
 
     /// Takes the next few samples of every pixel of a tile.
@@ -543,32 +538,35 @@ struct TileNoise {
     deviation: f64,
 }
 
+impl TileNoise {
+    /// Channels below `floor` count as that much.
+    fn of(tile: &Tile, floor: f32) -> Self {
+        let (mut variance, mut deviation) = (0.0, 0.0);
+        for m in &tile.moments {
+            let relative = |c: usize| m[3 + c] / (m[c] * m[c] + floor * floor);
+            let v = match m[6] {
+                // Nothing usable came: as uncertain as it is large, however many are thrown after it.
+                n if n < 2.0 => 1.0,
+                n => f64::from((relative(0) + relative(1) + relative(2)) / (3.0 * (n - 1.0))),
+            };
+            variance += v;
+            deviation += v.sqrt();
+        }
+        let pixels = tile.moments.len() as f64;
+        Self { pixels, samples: tile.samples, variance: variance / pixels, deviation: deviation / pixels }
+    }
+}
+
 impl Noise {
-    fn of(tiles: &[MutexGuard<Tile>]) -> Self {
-        let pixels = |t: &Tile| f64::from(t.size[0] * t.size[1]);
-        let sum = |t: &Tile| t.moments.iter().map(|m| f64::from(m[0] + m[1] + m[2])).sum::<f64>();
-        let mean = tiles.iter().map(|t| sum(t)).sum::<f64>() / tiles.iter().map(|t| pixels(t)).sum::<f64>();
-        let floor = (0.01 * mean as f32 / 3.0).max(1e-9);
-        let tiles: Vec<TileNoise> = tiles
-            .iter()
-            .map(|t| {
-                let (mut variance, mut deviation) = (0.0, 0.0);
-                for m in &t.moments {
-                    let relative = |c: usize| m[3 + c] / (m[c] * m[c] + floor * floor);
-                    let v = if m[6] < 2.0 {
-                        f64::INFINITY
-                    } else {
-                        f64::from((relative(0) + relative(1) + relative(2)) / (3.0 * (m[6] - 1.0)))
-                    };
-                    variance += v;
-                    deviation += v.sqrt();
-                }
-                let pixels = pixels(t);
-                let (variance, deviation) = (variance / pixels, deviation / pixels);
-                TileNoise { pixels, samples: t.samples, variance, deviation }
-            })
-            .collect();
-        Self { tiles }
+    /// Tiles are looked at one by one, so that those at work are not held up.
+    fn of(tiles: &[Mutex<Tile>]) -> Self {
+        let (mut sum, mut pixels) = (0.0, 0.0);
+        for tile in tiles.iter().map(lock) {
+            sum += tile.moments.iter().map(|m| f64::from(m[0] + m[1] + m[2])).sum::<f64>();
+            pixels += tile.moments.len() as f64;
+        }
+        let floor = (0.01 * (sum / pixels) as f32 / 3.0).max(1e-9);
+        Self { tiles: tiles.iter().map(|t| TileNoise::of(&lock(t), floor)).collect() }
     }
 
     fn sum(&self, f: impl Fn(&TileNoise) -> f64) -> f64 {
@@ -619,4 +617,34 @@ fn choose_camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a Camera,
         let known = if known.is_empty() { "none".to_string() } else { known.join(", ") };
         PrepareError::UnknownCamera { name: name.unwrap_or("").to_string(), known }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_with_no_usable_sample_does_not_ask_for_ever_more() {
+        let usable = [1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 16.0];
+        let mut moments = vec![usable; 64];
+        moments[5] = [0.0; 7];
+        let tile = Tile {
+            origin: [0; 2],
+            size: [8; 2],
+            samples: 16,
+            goal: 16,
+            shared: 0,
+            rejected: 16,
+            sums: Vec::new(),
+            moments,
+        };
+        let tiles = [Mutex::new(tile)];
+        let noise = Noise::of(&tiles);
+        // 63 pixels of variance .5 / 15 but for the floor under dark ones, and one of 1.
+        let variance = (63.0 * 0.5 / 15.0 + 1.0) / 64.0;
+        assert!((f64::from(noise.error()) - (variance / 16.0f64).sqrt()).abs() < 1e-5, "{}", noise.error());
+        // .05² of the squared error wants variance / .0025 samples, in fours.
+        lock(&tiles[0]).samples = 12;
+        assert_eq!(Noise::of(&tiles).goals(0.05), [20]);
+    }
 }

@@ -103,13 +103,7 @@ impl World {
             else {
                 continue;
             };
-            sampler.at_vertex(walk.depth);
-            let (u_light, u_bsdf) = (sampler.next_4d(), sampler.next_4d());
-            if let Some(arriving) = self.light(follow, walk, x, u_light, between) {
-                out.rgb += walk.throughput * arriving.f * arriving.radiance;
-            }
-            let Some(s) = x.shading.sample(u_bsdf, x.wo) else { continue };
-            let Some(boost) = self.scatter(follow, walk, x, &s, u_bsdf[3]) else { continue };
+            let Some((s, boost)) = self.bounce(follow, walk, x, sampler, between, out) else { continue };
             if matt[i].is_none() || s.delta || s.null || s.pdf < RARE {
                 self.radiance(follow, walk, sampler, [&mut *later, &mut *between], out);
                 continue;

@@ -503,15 +503,17 @@ fn shared_paths_change_the_noise_and_not_the_picture() {
         let image = job([i as u32 % 8, i as u32 / 8, 1, 1], 1024);
         let alone = image.pixel(0, 0);
         let difference = f64::from(shared[0] - alone[0]);
-        // Low-discrepancy points err less than this, so the scores are small ones.
+        // Low-discrepancy points err less than this, so the scores are small ones: of 64 the worst is 1.2, and that
+        // of the sum .02.
         let expected = f64::from(shared[variance] + alone[variance]);
         worst = worst.max(difference.abs() / expected.sqrt());
         sum += difference;
         of_sum += expected;
         gained += f64::from(alone[variance]) / f64::from(shared[variance]) / 64.0;
     }
-    assert!(worst < 4.0, "{worst}");
+    assert!(worst < 2.5, "{worst}");
     // The noise of neighbours goes together: a group of eight counts as one.
-    assert!(sum.abs() < 3.0 * (8.0 * of_sum).sqrt(), "{sum} {of_sum}");
-    assert!(gained > 1.3, "the variance fell by {gained}");
+    let sum = sum.abs() / (8.0 * of_sum).sqrt();
+    assert!(sum < 0.25, "{sum}");
+    assert!(gained > 2.0, "the variance fell by {gained}");
 }
