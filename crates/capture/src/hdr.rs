@@ -15,6 +15,8 @@ pub enum Response {
     Linear,
     /// The display curve of sRGB.
     Srgb,
+    /// The level to this power.
+    Power(f32),
     /// Light (red, green, blue) at evenly spaced levels, the first at 0 and the last at 1; rising.
     Table(Vec<[f32; 3]>),
 }
@@ -47,6 +49,7 @@ impl Response {
         match self {
             Self::Linear => level,
             Self::Srgb => srgb_to_linear(level.max(0.0)),
+            Self::Power(exponent) => level.max(0.0).powf(*exponent),
             Self::Table(table) => {
                 let (i, part) = place(level, table.len());
                 table[i][c] + (table[i + 1][c] - table[i][c]) * part

@@ -410,8 +410,9 @@ impl Folder {
     }
 }
 
-/// A name of a list, which may come from another computer: inside the folder, whatever folders stand before it.
-fn inside(folder: &Path, name: &str) -> PathBuf {
+/// Where a name of a list or of the options leads: it may come from another computer, and stays inside the folder,
+/// whatever folders stand before it.
+pub fn inside(folder: &Path, name: &str) -> PathBuf {
     let relative = Path::new(name);
     let stays = relative.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
     if stays && folder.join(relative).exists() {
@@ -598,16 +599,21 @@ impl Iterator for Bands<'_> {
     }
 }
 
-/// Makes `folder` a stack of the pictures that already lie in it: writes the list of lights and, where something
-/// differs from the usual, the options.
+/// Makes `folder` a stack of the pictures that already lie in it: writes the options and the list of lights.
 pub fn write(folder: &Path, entries: &[lp::Entry], options: &Options) -> Result<(), Error> {
     let path = folder.join(&options.lights);
     let list = lp::write(entries, &path)?;
-    let text = options.text();
-    if *options != Options::default() {
-        atomic_write(&folder.join(OPTIONS), text.as_bytes())?;
-    }
+    write_options(folder, options)?;
     atomic_write(&path, list.as_bytes())
+}
+
+/// Writes the options of a stack. Usual ones need no file, but replace that of a former stack.
+pub fn write_options(folder: &Path, options: &Options) -> Result<(), Error> {
+    let path = folder.join(OPTIONS);
+    if *options != Options::default() || path.exists() {
+        atomic_write(&path, options.text().as_bytes())?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

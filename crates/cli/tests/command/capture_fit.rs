@@ -1,7 +1,7 @@
 //! `yugen capture fit` from outside.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use crate::{Run, scratch};
+use std::path::Path;
 use yugen_archive::formats::image::{self, WriteOptions};
 use yugen_archive::formats::{btf, lp, stack};
 use yugen_optics::frame::spherical;
@@ -13,9 +13,8 @@ use yugen_reflectance::{Choice, Model};
 const SIZE: [usize; 2] = [24, 40];
 const LIGHTS: usize = 60;
 
-fn yugen(args: &[&str]) -> (bool, String, String) {
-    let out = Command::new(env!("CARGO_BIN_EXE_yugen")).arg("capture").args(args).output().unwrap();
-    (out.status.success(), String::from_utf8(out.stdout).unwrap(), String::from_utf8(out.stderr).unwrap())
+fn yugen(args: &[&str]) -> Run {
+    crate::yugen(&["capture"], args)
 }
 
 /// Two threads side by side, normals turning across them.
@@ -64,16 +63,9 @@ fn photograph(folder: &Path, cloth: &Btf, lights: usize) {
     stack::write(folder, &entries, &stack::Options::default()).unwrap();
 }
 
-fn scratch(name: &str) -> PathBuf {
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("capture_fit").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 #[test]
 fn a_cloth_is_found_in_one_go_and_in_bands() {
-    let folder = scratch("round");
+    let folder = scratch("fit/round");
     let path = |name: &str| folder.join(name).display().to_string();
     let cloth = cloth();
     photograph(&folder.join("stack"), &cloth, LIGHTS);
@@ -81,7 +73,7 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
     let (stack, truth, report) = (path("stack"), path("truth.btf"), path("report"));
     let fit = |output: &str, more: &[&str]| {
         let args = [&["fit", &stack, "-o", output], more].concat();
-        let (success, out, err) = yugen(&args);
+        let Run { success, out, err } = yugen(&args);
         assert!(success && err.is_empty(), "{args:?}: {err}");
         out
     };
@@ -104,7 +96,7 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
     assert_eq!((about.lights, about.texel_mm), (LIGHTS, Some(0.1)));
     assert_eq!((maps.width, maps.height), (SIZE[0], SIZE[1]));
 
-    let (success, out, err) = yugen(&["export", &whole, "-o", &path("maps"), "--gltf", "--json"]);
+    let Run { success, out, err } = yugen(&["export", &whole, "-o", &path("maps"), "--gltf", "--json"]);
     let lost: serde_json::Value = serde_json::from_str(&out).unwrap();
     let off = lost["gltf"]["relative_rms_error"].as_f64().unwrap();
     assert!(success && err.is_empty() && off > 0.01 && off < 0.4, "{lost} {err}");
@@ -121,23 +113,23 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
 
 #[test]
 fn bad_stacks_get_a_sentence() {
-    let folder = scratch("bad");
+    let folder = scratch("fit/bad");
     let path = |name: &str| folder.join(name).display().to_string();
     photograph(&folder.join("few"), &cloth(), 5);
-    let (success, _, err) = yugen(&["fit", &path("few"), "-o", &path("a.btf")]);
+    let Run { success, err, .. } = yugen(&["fit", &path("few"), "-o", &path("a.btf")]);
     assert!(!success && err.contains("5 lights are too few"), "{err}");
-    let (success, _, err) = yugen(&["fit", &path("none"), "-o", &path("a.btf")]);
+    let Run { success, err, .. } = yugen(&["fit", &path("none"), "-o", &path("a.btf")]);
     assert!(!success && err.contains("none"), "{err}");
     let mut small = cloth();
     small.texels.truncate(24);
     small.height = 1;
     btf::save(&folder.join("small.btf"), &small, &btf::About::default()).unwrap();
     photograph(&folder.join("stack"), &cloth(), 9);
-    let (success, _, err) =
+    let Run { success, err, .. } =
         yugen(&["fit", &path("stack"), "-o", &path("a.btf"), "--truth", &path("small.btf")]);
     assert!(!success && err.contains("24 x 1") && err.contains("24 x 40"), "{err}");
     std::fs::write(folder.join("a.btf.checkpoint"), b"yugen capture fit 1\nof something else").unwrap();
-    let (success, _, err) = yugen(&["fit", &path("stack"), "-o", &path("a.btf"), "--resume"]);
+    let Run { success, err, .. } = yugen(&["fit", &path("stack"), "-o", &path("a.btf"), "--resume"]);
     assert!(!success && err.contains("leave out --resume"), "{err}");
     assert!(!folder.join("a.btf").exists());
 }

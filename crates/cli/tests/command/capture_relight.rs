@@ -1,8 +1,8 @@
 //! `yugen capture rti` and `yugen capture relight` from outside.
 
+use crate::yugen;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use yugen_archive::formats::image::{self, ReadOptions, WriteOptions};
 use yugen_archive::formats::{btf, lp, stack};
 use yugen_optics::frame::spherical;
@@ -11,21 +11,12 @@ use yugen_reflectance::btf::{Btf, Texel};
 
 const SIZE: [usize; 2] = [32, 20];
 
-fn yugen(args: &[&str]) -> (bool, String, String) {
-    let out = Command::new(env!("CARGO_BIN_EXE_yugen")).arg("capture").args(args).output().unwrap();
-    (out.status.success(), String::from_utf8(out.stdout).unwrap(), String::from_utf8(out.stderr).unwrap())
-}
-
 fn good(args: &[&str]) -> String {
-    let (success, out, err) = yugen(args);
-    assert!(success, "yugen capture {args:?}: {err}");
-    out
+    crate::good(yugen(&["capture"], args))
 }
 
 fn bad(args: &[&str]) -> String {
-    let (success, _, err) = yugen(args);
-    assert!(!success, "yugen capture {args:?}");
-    err
+    crate::bad(yugen(&["capture"], args))
 }
 
 fn scratch(name: &str) -> PathBuf {

@@ -1,47 +1,15 @@
 //! `yugen capture hdr` on brackets of a camera that is known.
 
-use serde_json::Value;
+use crate::{Run, good, refused, report, scratch, yugen};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use yugen_archive::formats::image::{NonFinite, ReadOptions, WriteOptions, read, write};
 use yugen_archive::formats::stack::Folder;
 use yugen_optics::colour::srgb_to_linear;
 use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Image};
 
-struct Temporary(PathBuf);
-
-impl Temporary {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("yugen-hdr-{name}-{}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn at(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn hdr(arguments: &[&Path]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_yugen")).args(["capture", "hdr"]).args(arguments).output().unwrap()
-}
-
-fn good(output: Output) -> Value {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap_or(Value::Null)
-}
-
-fn refused(output: Output, words: &[&str]) {
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && words.iter().all(|w| said.contains(w)), "{said}");
+fn hdr(arguments: &[&Path]) -> Run {
+    yugen(&["capture", "hdr"], arguments)
 }
 
 const SIZE: [usize; 2] = [96, 72];
@@ -92,23 +60,23 @@ fn hdr_image(path: &Path) -> Image {
 
 #[test]
 fn a_folder_of_brackets_becomes_a_stack() {
-    let folder = Temporary::new("stack");
+    let folder = scratch("hdr/stack");
     let mut list = String::from("file,seconds,light\n");
     for light in 0..2 {
         for (i, t) in SECONDS.iter().enumerate() {
             let name = format!("lamp {light}_{i}.png");
             let seed = (10 * light + i) as u64;
-            put(&folder.at(&name), &expose(|x, y, c| scene(x, y, c, light), *t, 1.0 / 2.0, 0, seed), 16);
+            put(&folder.join(&name), &expose(|x, y, c| scene(x, y, c, light), *t, 1.0 / 2.0, 0, seed), 16);
             list += &format!("{name},{t},lamp {light}\n");
         }
     }
-    std::fs::write(folder.at("exposures.csv"), list).unwrap();
-    std::fs::write(folder.at("lights.lp"), "2\nC:\\lamp 1_0.png 0 0.6 0.8\nlamp 0.jpg 0,0 0,0 2,0\n")
+    std::fs::write(folder.join("exposures.csv"), list).unwrap();
+    std::fs::write(folder.join("lights.lp"), "2\nC:\\lamp 1_0.png 0 0.6 0.8\nlamp 0.jpg 0,0 0,0 2,0\n")
         .unwrap();
-    let out = folder.at("out");
-    let response = folder.at("response.csv");
-    let report = good(hdr(&[
-        &folder.0,
+    let out = folder.join("out");
+    let response = folder.join("response.csv");
+    let told = report(hdr(&[
+        &folder,
         "-o".as_ref(),
         &out,
         "--json".as_ref(),
@@ -121,7 +89,7 @@ fn a_folder_of_brackets_becomes_a_stack() {
         "--read-noise".as_ref(),
         "4".as_ref(),
     ]));
-    for row in report["lights"].as_array().unwrap() {
+    for row in told["lights"].as_array().unwrap() {
         let fit = row["chi_square_per_degree"].as_f64().unwrap();
         println!("chi-square per degree {fit}, moved {}", row["moved_pixels"]);
         // The response is known to half a percent, and the noise of bright pixels is no more.
@@ -175,22 +143,22 @@ fn a_folder_of_brackets_becomes_a_stack() {
             flat.pixel_mut(x, y).fill(7.0 * (1.0 - 0.4 * at));
         }
     }
-    put(&folder.at("flat.exr"), &flat, 8);
-    let chart = folder.at("chart.csv");
+    put(&folder.join("flat.exr"), &flat, 8);
+    let chart = folder.join("chart.csv");
     std::fs::write(
         &chart,
         "red,green,blue,known_red,known_green,known_blue\n1,0,0,0,1,0\n0,1,0,2,0,0\n0,0,1,0,0,1\n1,1,1,2,1,1\n",
     )
     .unwrap();
-    let report = good(hdr(&[
-        &folder.0,
+    let told = report(hdr(&[
+        &folder,
         "-o".as_ref(),
         &out,
         "--json".as_ref(),
         "--response".as_ref(),
         &response,
         "--flat".as_ref(),
-        &folder.at("flat.exr"),
+        &folder.join("flat.exr"),
         "--white".as_ref(),
         "2,2,8,8".as_ref(),
         "--white-reflectance".as_ref(),
@@ -198,7 +166,7 @@ fn a_folder_of_brackets_becomes_a_stack() {
         "--chart".as_ref(),
         &chart,
     ]));
-    assert!(report["colour_error"].as_f64().unwrap() < 1e-6);
+    assert!(told["colour_error"].as_f64().unwrap() < 1e-6);
     let stack = Folder::open(&out).unwrap();
     assert!(stack.options.level_white);
     let band = stack.bands(SIZE[1]).unwrap().next().unwrap().unwrap();
@@ -226,22 +194,22 @@ fn a_folder_of_brackets_becomes_a_stack() {
 
 #[test]
 fn one_bracket_shows_saturation_motion_and_dark() {
-    let folder = Temporary::new("one");
-    let names: Vec<PathBuf> = (0..3).map(|i| folder.at(&format!("b{i}.png"))).collect();
+    let folder = scratch("hdr/one");
+    let names: Vec<PathBuf> = (0..3).map(|i| folder.join(&format!("b{i}.png"))).collect();
     let glow = |x: usize, y: usize, c: usize| if x > 90 { 400.0 } else { scene(x, y, c, 0) + 0.05 / 0.64 };
     let mut list = String::from("file;seconds\n");
     for (i, name) in names.iter().enumerate() {
         put(name, &expose(glow, SECONDS[i], 1.0, if i == 2 { 3 } else { 0 }, i as u64), 16);
         list += &format!("b{i}.png;{}\n", SECONDS[i].to_string().replace('.', ","));
     }
-    std::fs::write(folder.at("list.csv"), list).unwrap();
-    let out = folder.at("out.exr");
-    let (list, linear) = (folder.at("list.csv"), "linear".as_ref());
+    std::fs::write(folder.join("list.csv"), list).unwrap();
+    let out = folder.join("out.exr");
+    let (list, linear) = (folder.join("list.csv"), "linear".as_ref());
     let all: Vec<&Path> = names.iter().map(PathBuf::as_path).collect();
     let options: [&Path; 7] =
         ["-o".as_ref(), &out, "--list".as_ref(), &list, "--response".as_ref(), linear, "--json".as_ref()];
-    let report = good(hdr(&[all.clone(), options.to_vec()].concat()));
-    let row = &report["lights"][0];
+    let told = report(hdr(&[all.clone(), options.to_vec()].concat()));
+    let row = &told["lights"][0];
     println!("{row}");
     let moved = row["moved_pixels"].as_f64().unwrap();
     assert!((moved - 3.0).abs() < 0.5, "{moved}");
@@ -255,7 +223,7 @@ fn one_bracket_shows_saturation_motion_and_dark() {
     assert!((300..=400).contains(&saturated), "{saturated}");
 
     refused(hdr(&[&names[0], "-o".as_ref(), &out]), &["b0.png", "no exposure time", "--list"]);
-    refused(hdr(&[&names[0], "-o".as_ref(), &folder.at("a.png")]), &["a.png", ".exr"]);
+    refused(hdr(&[&names[0], "-o".as_ref(), &folder.join("a.png")]), &["a.png", ".exr"]);
     refused(hdr(&[&list, "-o".as_ref(), &out]), &["list.csv", "a list, not a picture", "folder"]);
     refused(
         hdr(&[&names[0], &names[1], "-o".as_ref(), &out, "--list".as_ref(), &list]),
@@ -281,7 +249,7 @@ fn one_bracket_shows_saturation_motion_and_dark() {
     );
     // One exposure is merged, and said to gain nothing.
     let output = hdr(&[&[names[0].as_path()][..], &options[..6]].concat());
-    assert!(String::from_utf8_lossy(&output.stdout).contains("one exposure only"));
+    assert!(output.out.contains("one exposure only"));
     std::fs::write(&list, "file,seconds\nb0.png,1\nb1.png,2\n").unwrap();
     put(&names[1], &Image::rgb(8, 8), 16);
     refused(hdr(&[&all[..2], &options[..6]].concat()), &["b1.png", "8 x 8", "96 x 72"]);
@@ -292,4 +260,76 @@ fn one_bracket_shows_saturation_motion_and_dark() {
     put(&names[1], &white, 16);
     put(&names[0], &white, 16);
     refused(hdr(&[&all[..2], &options[..6]].concat()), &["every pixel is saturated", "shorter"]);
+}
+
+#[test]
+fn what_the_folder_says_is_used_and_passed_on() {
+    let folder = scratch("hdr/told");
+    let at = |name: &str| folder.join(name).to_str().unwrap().to_string();
+    // Near lamps, in perfect pictures and as brackets with noise.
+    let (truth, night, stack) = (at("truth"), at("night"), at("stack"));
+    let cloth = ["karaori", "--size", "24x16", "--lights", "5", "--near", "1.5"];
+    let simulate = |out: &str, more: &[&str]| {
+        good(yugen(&["capture", "simulate"], &[&cloth[..], &["-o", out, "--json"], more].concat()));
+    };
+    simulate(&truth, &[]);
+    simulate(&night, &["--exposures", "3", "--full-well", "1000000"]);
+    let mut mask = Image::new(24, 16, &["Y"]);
+    mask.data[30..].fill(1.0);
+    put(&Path::new(&night).join("mask.png"), &mask, 8);
+    good(yugen(&["capture", "hdr"], &[&night, "-o", &stack, "--json"]));
+    let (want, got) = (Folder::open(truth.as_ref()).unwrap(), Folder::open(stack.as_ref()).unwrap());
+    assert!(got.options.near && want.options.near);
+    assert_eq!(got.mask.as_deref().unwrap().iter().position(|m| *m), Some(30));
+    assert_eq!(got.colour_space, want.colour_space);
+    for (a, b) in want.positions().iter().zip(got.positions()) {
+        assert!(a.distance(b) < 1e-4, "{a} {b}");
+    }
+    let values = |stack: &Folder| stack.bands(stack.height).unwrap().next().unwrap().unwrap().values;
+    let mut worst = 0f32;
+    for (a, b) in values(&want).as_flattened().iter().zip(values(&got).as_flattened()).skip(3 * 5 * 30) {
+        worst = worst.max((a - b).abs() / (a + 0.02));
+    }
+    println!("worst {worst}");
+    // Measured .017: noise of a million electrons and 16 bits.
+    assert!(worst < 0.07, "{worst}");
+
+    // Flats for each light take the fall-off away, and the list then holds directions.
+    let flats = scratch("hdr/told/flats");
+    let mut white = Image::rgb(24, 16);
+    white.data.fill(1.0);
+    (1..=5).for_each(|i| put(&flats.join(format!("{i:04}.exr")), &white, 16));
+    good(yugen(&["capture", "hdr"], &[&night, "-o", &stack, "--flat", flats.to_str().unwrap(), "--json"]));
+    assert!(!Folder::open(stack.as_ref()).unwrap().options.near);
+
+    // Names, axes, intensities and levels of another camera's folder; the former stack's options are replaced.
+    let other = scratch("hdr/told/other");
+    for (light, level) in [("a", 0.5f32), ("b", 0.25)] {
+        let mut picture = Image::rgb(8, 8);
+        picture.data.fill(srgb_to_linear(level));
+        put(&other.join(format!("{light}.png")), &picture, 16);
+    }
+    std::fs::write(other.join("exposures.csv"), "file,seconds,light\na.png,1,a\nb.png,1,b\n").unwrap();
+    std::fs::write(other.join("lamps.lp"), "2\nb 0 0.6 0.8\na 0 0 1\n").unwrap();
+    let told =
+        "lights = \"lamps.lp\"\naxes = \"x -y z\"\nresponse = 2.0\nintensities = [2, 4]\nwhite = 0.5\n";
+    std::fs::write(other.join("stack.toml"), told).unwrap();
+    let other = other.to_str().unwrap();
+    good(yugen(&["capture", "hdr"], &[other, "-o", &stack, "--json"]));
+    std::fs::remove_file(Path::new(&stack).join("mask.png")).unwrap();
+    let merged = Folder::open(stack.as_ref()).unwrap();
+    assert_eq!((merged.options.near, &merged.options.intensities[..]), (false, &[[4.0; 3], [2.0; 3]][..]));
+    assert_eq!((merged.options.white, merged.options.response), ([0.5; 3], Default::default()));
+    assert!((merged.directions()[1].y + 0.6).abs() < 1e-6);
+    // Squares of the levels over the lights' intensities and the white.
+    for (got, want) in values(&merged).iter().zip([0.25 / 4.0 / 0.5, 0.0625 / 2.0 / 0.5]) {
+        assert!((got[0] / want - 1.0).abs() < 1e-3, "{got:?} {want}");
+    }
+    let hdr = |more: &[&str]| yugen(&["capture", "hdr"], &[&[other, "-o"], more].concat());
+    refused(hdr(&[other]), &["the exposures are here", "another folder"]);
+    let list = Path::new(other).join("stack.toml");
+    std::fs::write(&list, "lights = \"lamps.lp\"\nintensities = [2]").unwrap();
+    refused(hdr(&[&stack]), &["stack.toml", "1 intensities for the 2 lights", "lamps.lp"]);
+    std::fs::write(&list, "ambient = \"night.png\"").unwrap();
+    refused(hdr(&[&stack]), &["stack.toml", "night.png", "--dark"]);
 }

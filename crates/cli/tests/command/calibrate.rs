@@ -1,32 +1,13 @@
 //! `yugen capture calibrate` on a rendered ball and on a real data set.
 
-use serde_json::Value;
+use crate::{Run, refused, report, scratch, yugen};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use yugen_archive::formats::image::{WriteOptions, write};
 use yugen_archive::formats::stack::Folder;
 use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
 
-fn calibrate(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_yugen"));
-    command.args(["capture", "calibrate"]).arg(folder).args(arguments).output().unwrap()
-}
-
-fn good(output: Output) -> Value {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap_or(Value::Null)
-}
-
-fn refused(output: Output, words: &[&str]) {
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success() && words.iter().all(|w| said.contains(w)), "{said}");
-}
-
-fn folder(name: &str) -> PathBuf {
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&path);
-    std::fs::create_dir_all(&path).unwrap();
-    path
+fn calibrate(folder: &Path, arguments: &[&str]) -> Run {
+    yugen(&["capture", "calibrate", folder.to_str().unwrap()], arguments)
 }
 
 const SIZE: usize = 160;
@@ -52,7 +33,7 @@ fn picture(light: Vec3) -> Image {
 
 #[test]
 fn a_ball_is_found_and_its_lights_become_a_list() {
-    let folder = folder("calibrate");
+    let folder = scratch("calibrate");
     let lights = [Vec3::new(0.3, 0.2, 0.9), Vec3::new(-0.6, 0.1, 0.7), Vec3::new(0.1, -0.5, 0.8)];
     let put = |name: &str, image: &Image| {
         write(&folder.join(name), image, &WriteOptions::from(ColourSpace::LinearSrgb)).unwrap();
@@ -65,11 +46,11 @@ fn a_ball_is_found_and_its_lights_become_a_list() {
     assert!(!folder.join("lights.lp").exists(), "nothing half-done");
     let preview = folder.join("preview/p.png");
     std::fs::create_dir(folder.join("preview")).unwrap();
-    let report = good(calibrate(
+    let found = report(calibrate(
         &folder,
         &["--skip", "ambient.png", "--json", "--preview", preview.to_str().unwrap()],
     ));
-    let ball = &report["balls"][0];
+    let ball = &found["balls"][0];
     let off = |key: &str, want: f32| (ball[key].as_f64().unwrap() - f64::from(want)).abs();
     println!("{ball}");
     assert!(off("x", CENTRE.x) < 0.3 && off("y", CENTRE.y) < 0.3 && off("radius", RADIUS) < 0.7, "{ball}");
@@ -84,7 +65,7 @@ fn a_ball_is_found_and_its_lights_become_a_list() {
     refused(calibrate(&folder, &["--skip", "ambient.png"]), &["lights.lp is there already", "--force"]);
     let exact = format!("{},{},{RADIUS}", CENTRE.x, CENTRE.y);
     let skip = ["--skip", "ambient.png", "--force", "--ball", &exact];
-    good(calibrate(&folder, &[&skip[..], &["--dome", "3"]].concat()));
+    report(calibrate(&folder, &[&skip[..], &["--dome", "3"]].concat()));
     let stack = Folder::open(&folder).unwrap();
     assert!(stack.options.near);
     for (found, light) in stack.positions().iter().zip(lights) {
@@ -110,17 +91,17 @@ fn lights_of_a_published_sphere_are_found() {
         return;
     };
     let sphere = PathBuf::from(data).join("multilight/toyps_sphere");
-    let list = folder("sphere").join("lights.lp");
+    let list = scratch("calibrate_sphere").join("lights.lp");
     let mask = sphere.join("mask.png");
     let arguments = ["--outline", mask.to_str().unwrap(), "-o", list.to_str().unwrap(), "--json"];
-    let report = good(calibrate(&sphere, &arguments));
-    let ball = &report["balls"][0];
+    let found = report(calibrate(&sphere, &arguments));
+    let ball = &found["balls"][0];
     println!("{ball}");
     // The mask reaches from pixel 12 to pixel 115.
     for (key, want) in [("x", 64.0), ("y", 64.0), ("radius", 52.0)] {
         assert!((ball[key].as_f64().unwrap() - want).abs() < 0.6, "{ball}");
     }
-    let lights = report["lights"].as_array().unwrap();
+    let lights = found["lights"].as_array().unwrap();
     assert_eq!(lights.len(), 50);
     let mut directions: Vec<Vec3> = Vec::new();
     for light in lights {

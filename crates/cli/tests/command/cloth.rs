@@ -1,7 +1,7 @@
 //! `yugen capture weave` and `simulate` from outside, as a person or a script meets them.
 
+use crate::yugen;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions};
 use yugen_archive::formats::{btf, stack, wif};
 use yugen_capture::Stack;
@@ -9,32 +9,16 @@ use yugen_optics::{ColourSpace, Image};
 
 const SPACE: ColourSpace = ColourSpace::LinearRec2020;
 
-/// Exit status, what it printed, what it complained.
-fn yugen(args: &[&str]) -> (bool, String, String) {
-    let out = Command::new(env!("CARGO_BIN_EXE_yugen")).arg("capture").args(args).output().unwrap();
-    (out.status.success(), String::from_utf8(out.stdout).unwrap(), String::from_utf8(out.stderr).unwrap())
-}
-
-/// Its report; it must succeed and complain of nothing.
 fn good(args: &[&str]) -> serde_json::Value {
-    let (success, out, err) = yugen(&[args, &["--json"]].concat());
-    assert!(success && err.is_empty(), "yugen capture {args:?}: {err}");
-    serde_json::from_str(&out).unwrap()
+    crate::report(yugen(&["capture"], &[args, &["--json"]].concat()))
 }
 
-/// What it complained; it must fail and print nothing.
 fn bad(args: &[&str]) -> String {
-    let (success, out, err) = yugen(args);
-    assert!(!success && out.is_empty(), "yugen capture {args:?}: {out}");
-    err
+    crate::bad(yugen(&["capture"], args))
 }
 
-/// An empty folder of this test run that goes with the build.
 fn scratch(name: &str) -> PathBuf {
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("cloth").join(name);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
+    crate::scratch(&format!("cloth/{name}"))
 }
 
 fn text(path: &Path) -> String {

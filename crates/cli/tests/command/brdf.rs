@@ -1,26 +1,18 @@
 //! `yugen brdf` from outside, as a person or a script meets it.
 
+use crate::Run;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-/// Exit status, what it printed, what it complained.
-fn yugen(args: &[&str]) -> (bool, String, String) {
-    let out = Command::new(env!("CARGO_BIN_EXE_yugen")).arg("brdf").args(args).output().unwrap();
-    (out.status.success(), String::from_utf8(out.stdout).unwrap(), String::from_utf8(out.stderr).unwrap())
+fn yugen(args: &[&str]) -> Run {
+    crate::yugen(&["brdf"], args)
 }
 
-/// What it printed; it must succeed and complain of nothing.
 fn good(args: &[&str]) -> String {
-    let (success, out, err) = yugen(args);
-    assert!(success && err.is_empty(), "yugen brdf {args:?}: {err}");
-    out
+    crate::good(yugen(args))
 }
 
-/// What it complained; it must fail and print nothing.
 fn bad(args: &[&str]) -> String {
-    let (success, out, err) = yugen(args);
-    assert!(!success && out.is_empty(), "yugen brdf {args:?}: {out}");
-    err
+    crate::bad(yugen(args))
 }
 
 fn models() -> Vec<String> {
@@ -96,7 +88,7 @@ fn mistakes_are_answered_with_what_would_do() {
 
 #[test]
 fn check_proves_a_model_and_says_so() {
-    let (success, out, _) = yugen(&["check", "--quick", "lambert"]);
+    let Run { success, out, .. } = yugen(&["check", "--quick", "lambert"]);
     assert!(success && out.contains("1 passed, 0 failed, 0 skipped"), "{out}");
     let json: serde_json::Value =
         serde_json::from_str(&good(&["check", "--quick", "lambert", "--json"])).unwrap();

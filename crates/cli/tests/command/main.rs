@@ -1,0 +1,62 @@
+//! `yugen` from outside, as a person or a script meets it.
+
+mod brdf;
+mod calibrate;
+mod capture_fit;
+mod capture_relight;
+mod cloth;
+mod hdr;
+mod render;
+
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// How a call ended.
+struct Run {
+    success: bool,
+    out: String,
+    err: String,
+}
+
+fn yugen(verbs: &[&str], args: &[impl AsRef<OsStr>]) -> Run {
+    let out = Command::new(env!("CARGO_BIN_EXE_yugen")).args(verbs).args(args).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    Run { success: out.status.success(), out: text(out.stdout), err: text(out.stderr) }
+}
+
+/// What it printed; it must succeed and complain of nothing.
+#[track_caller]
+fn good(run: Run) -> String {
+    assert!(run.success && run.err.is_empty(), "{}", run.err);
+    run.out
+}
+
+/// Its report, if it was asked for one.
+#[track_caller]
+fn report(run: Run) -> Value {
+    serde_json::from_str(&good(run)).unwrap_or(Value::Null)
+}
+
+/// What it complained; it must fail and print nothing.
+#[track_caller]
+fn bad(run: Run) -> String {
+    assert!(!run.success && run.out.is_empty(), "{}", run.out);
+    run.err
+}
+
+/// It must fail and say all these words.
+#[track_caller]
+fn refused(run: Run, words: &[&str]) {
+    let said = bad(run);
+    assert!(words.iter().all(|w| said.contains(w)), "{said}");
+}
+
+/// An empty folder of this run of the tests, beside what was built.
+fn scratch(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
