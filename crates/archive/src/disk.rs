@@ -3,7 +3,7 @@
 use crate::{Error, Place};
 use std::fs::File;
 use std::io::{Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Writes `path` so that at every moment it holds either what it held before or everything new: to a
@@ -40,6 +40,20 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     probe.push(format!(".{}.probe", std::process::id()));
     let probe = path.with_file_name(probe);
     File::create_new(&probe).and_then(|_| std::fs::remove_file(&probe)).map_err(|e| Error::io(path, e))
+}
+
+/// Makes a folder and those above it, unless they are there.
+pub fn make_folder(folder: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))
+}
+
+/// The files and folders in `folder`, by name.
+pub fn list_folder(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let io = |e| Error::io(folder, e);
+    let entries = std::fs::read_dir(folder).map_err(io)?;
+    let mut all = entries.map(|e| Ok(e.map_err(io)?.path())).collect::<Result<Vec<_>, Error>>()?;
+    all.sort();
+    Ok(all)
 }
 
 /// All of `path`, or an error where it holds more than `limit` bytes.

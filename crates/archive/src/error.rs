@@ -113,12 +113,13 @@ pub enum Error {
         limit: u64,
     },
     /// A reflectance model refuses.
-    #[error("{at}: {source}")]
+    // Not called `source`: the message says it already, and reports print the sources of an error behind it.
+    #[error("{at}: {problem}")]
     Model {
         /// Where.
         at: Place,
         /// Why.
-        source: Box<ModelError>,
+        problem: Box<ModelError>,
     },
 }
 
@@ -129,6 +130,9 @@ impl Error {
             ErrorKind::NotFound => not_found(path),
             ErrorKind::PermissionDenied => {
                 "this is not allowed; check the permissions of the file and its folder".into()
+            }
+            ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
+                "a file is where a folder is expected; name a folder, or move the file".into()
             }
             ErrorKind::IsADirectory => "this is a folder; name a file in it".into(),
             ErrorKind::StorageFull => "the disk is full; make room or write elsewhere".into(),
@@ -160,8 +164,8 @@ impl Error {
     }
 
     /// A reflectance model refuses.
-    pub fn model(at: Place, source: ModelError) -> Self {
-        Self::Model { at, source: Box::new(source) }
+    pub fn model(at: Place, problem: ModelError) -> Self {
+        Self::Model { at, problem: Box::new(problem) }
     }
 }
 
@@ -176,8 +180,8 @@ fn not_found(path: &Path) -> String {
     let names: Vec<String> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     match nearest(&name, names.iter().map(String::as_str)) {
-        Some(near) => format!("there is no such file; did you mean '{near}'?"),
-        None => "there is no such file; check its name".into(),
+        Some(near) => format!("there is nothing of this name; did you mean '{near}'?"),
+        None => "there is nothing of this name; check its name".into(),
     }
 }
 
@@ -238,11 +242,21 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         std::fs::write(folder.join("kimono.toml"), "").unwrap();
         let said = |path: &Path| Error::io(path, std::fs::File::open(path).unwrap_err()).to_string();
-        assert!(said(&folder.join("kimnoo.toml")).ends_with("no such file; did you mean 'kimono.toml'?"));
-        assert!(said(&folder.join("z")).ends_with("there is no such file; check its name"));
+        assert!(
+            said(&folder.join("kimnoo.toml")).ends_with("nothing of this name; did you mean 'kimono.toml'?")
+        );
+        assert!(said(&folder.join("z")).ends_with("there is nothing of this name; check its name"));
         let nowhere = said(&folder.join("obi/kimono.toml"));
         assert!(nowhere.contains("there is no folder") && nowhere.contains("obi'; make it"), "{nowhere}");
         std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_message_that_names_its_cause_has_no_source_to_say_it_again() {
+        let refusal = || yugen_reflectance::Kind::from_name("lambertt").unwrap_err();
+        let e = Error::model(Place::line("a.toml", 3, 7), refusal());
+        assert_eq!(e.to_string(), format!("a.toml:3:7: {}", refusal()));
+        assert!(std::error::Error::source(&e).is_none());
     }
 
     #[test]

@@ -48,19 +48,8 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
-            eprintln!("yugen: {}", sentence(&e));
+            eprintln!("yugen: {e:#}");
             ExitCode::FAILURE
         }
     }
-}
-
-/// An error and its causes, without what a cause only says again.
-fn sentence(error: &anyhow::Error) -> String {
-    let mut text = error.to_string();
-    for cause in error.chain().skip(1).map(ToString::to_string) {
-        if !text.ends_with(&cause) {
-            text = format!("{text}: {cause}");
-        }
-    }
-    text
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::formats::{self, Moment, image};
 use yugen_archive::scene::{Aov, IntegratorKind};
-use yugen_archive::{Scene, atomic_write};
+use yugen_archive::{Error, Scene, atomic_write};
 use yugen_optics::Image;
 use yugen_optics::tonemap::Curve;
 use yugen_transport::render::{Action, Budget, Job, MAX_SAMPLES, Options};
@@ -120,7 +120,7 @@ impl Render {
         if self.resume && !checkpoint.exists() {
             eprintln!("there is no checkpoint {}: starting from the beginning", checkpoint.display());
         } else if self.resume {
-            let bytes = std::fs::read(&checkpoint).with_context(|| format!("{}", checkpoint.display()))?;
+            let bytes = std::fs::read(&checkpoint).map_err(|e| Error::io(&checkpoint, e))?;
             job.resume(&bytes).with_context(|| format!("{}", checkpoint.display()))?;
             if !self.json {
                 eprintln!("going on from {}", checkpoint.display());

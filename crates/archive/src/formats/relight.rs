@@ -7,7 +7,7 @@
 
 use super::image::{ReadOptions, read_bytes};
 use super::relightable::{Basis, Colouring, Relightable, admit};
-use crate::{Error, Place, atomic_write, read_bounded};
+use crate::{Error, Place, atomic_write, make_folder, read_bounded};
 use serde::Deserialize;
 use serde_json::json;
 use std::path::Path;
@@ -178,7 +178,7 @@ pub fn write(folder: &Path, r: &Relightable) -> Result<(), Error> {
     let scale: Vec<f32> = ranges.iter().map(|[lo, hi]| if hi - lo > 1e-30 { hi - lo } else { 1.0 }).collect();
     let bias: Vec<f32> = ranges.iter().zip(&scale).map(|([lo, _], s)| -lo / s).collect();
 
-    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))?;
+    make_folder(folder)?;
     let size = |n: usize| {
         let problem = format!("{n} texels are too many across or down for a JPEG; expected at most 65535");
         u16::try_from(n).map(u32::from).map_err(|_| Error::invalid(Place::file(folder), problem))

@@ -262,6 +262,9 @@ impl Folder {
         let list = path.is_file();
         let folder =
             if list { path.parent().unwrap_or(Path::new("")).to_path_buf() } else { path.to_path_buf() };
+        if !path.exists() {
+            return Err(Error::io(path, std::io::ErrorKind::NotFound.into()));
+        }
         let mut options = Options::read(&folder)?;
         if list {
             options.lights = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

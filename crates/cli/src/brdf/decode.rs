@@ -1,11 +1,11 @@
 //! `yugen brdf decode`.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use yugen_archive::formats::{merl, neural_brdf};
-use yugen_archive::{atomic_write, nearest, read_bounded};
+use yugen_archive::{atomic_write, make_folder, nearest, read_bounded};
 use yugen_optics::ColourSpace;
 
 /// Writes the materials of a file of neural encodings (Sztrajman et al. 2021) as MERL .binary tables of 35 MB each.
@@ -36,7 +36,7 @@ impl Decode {
                 bail!("{}: has no material '{wanted}'{hint}", beside.display());
             }
         }
-        std::fs::create_dir_all(&self.output).with_context(|| self.output.display().to_string())?;
+        make_folder(&self.output)?;
         let chosen: Vec<_> =
             names.iter().zip(&all).filter(|(n, _)| self.only.is_empty() || self.only.contains(n)).collect();
         let bar = ProgressBar::new(chosen.len() as u64).with_style(

@@ -11,7 +11,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yugen_archive::formats::{measured, readings};
-use yugen_archive::{atomic_write, read_bounded};
+use yugen_archive::{atomic_write, make_folder, read_bounded};
 use yugen_capture::brdf_fit::{self, Fit as Found, Lobe, Models, Options, Reading, Readings, unfit};
 use yugen_optics::{ColourSpace, Vec2};
 use yugen_reflectance::{Bsdf, Kind, ParamType};
@@ -364,7 +364,7 @@ impl Fit {
         table: &str,
         report: &serde_json::Value,
     ) -> Result<()> {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        make_folder(folder)?;
         atomic_write(&folder.join("report.md"), table.as_bytes())?;
         atomic_write(&folder.join("report.json"), serde_json::to_string_pretty(report)?.as_bytes())?;
         for f in fits {

@@ -10,7 +10,7 @@ use std::time::Instant;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions};
 use yugen_archive::formats::pca_basis::{self, Basis};
 use yugen_archive::formats::{merl, readings};
-use yugen_archive::{atomic_write, read_bounded};
+use yugen_archive::{atomic_write, list_folder, read_bounded};
 use yugen_capture::pca::{self, Observation, RIDGE, Sphere, Tables};
 use yugen_optics::{ColourSpace, Vec3};
 use yugen_reflectance::merl::{PHI_D, THETA_D, bin_centre};
@@ -155,15 +155,8 @@ struct Folder {
 
 impl Folder {
     fn open(folder: &Path) -> Result<Self> {
-        let entries = std::fs::read_dir(folder).with_context(|| folder.display().to_string())?;
-        let mut files = Vec::new();
-        for entry in entries {
-            let path = entry.with_context(|| folder.display().to_string())?.path();
-            if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("binary")) {
-                files.push(path);
-            }
-        }
-        files.sort();
+        let mut files = list_folder(folder)?;
+        files.retain(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("binary")));
         if files.len() < 2 {
             bail!("{}: has {} MERL .binary tables; a basis needs at least 2", folder.display(), files.len());
         }

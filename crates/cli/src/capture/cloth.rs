@@ -1,11 +1,11 @@
 //! The cloth that a command is about: a preset, a draft or maps.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, ReadOptions};
 use yugen_archive::formats::{btf, wif};
-use yugen_archive::nearest;
+use yugen_archive::{make_folder, nearest, read_bounded};
 use yugen_capture::weave::{Cloth, Fabric, Irregularity, PRESETS, ThreadId, Weave, WeaveError};
 use yugen_optics::{ColourSpace, Vec2};
 use yugen_reflectance::btf::Btf;
@@ -89,7 +89,7 @@ impl Weaving {
             return Ok(fabric);
         }
         if has_extension(path, "wif") {
-            let bytes = yugen_archive::read_bounded(path, 64 << 20)?;
+            let bytes = read_bounded(path, 64 << 20)?;
             let draft = wif::read(&bytes, path, space)?;
             let mut fabric = Fabric::from_draft(&draft, space);
             if fabric.name.is_empty() {
@@ -196,7 +196,7 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 
 /// Makes the folder that a command writes into.
 pub fn folder(path: &Path) -> Result<()> {
-    std::fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))
+    Ok(make_folder(path)?)
 }
 
 fn parse_pair(text: &str) -> Result<[u32; 2], String> {

@@ -195,7 +195,7 @@ fn a_folder_of_brackets_becomes_a_stack() {
 #[test]
 fn one_bracket_shows_saturation_motion_and_dark() {
     let folder = scratch("hdr/one");
-    let names: Vec<PathBuf> = (0..3).map(|i| folder.join(&format!("b{i}.png"))).collect();
+    let names: Vec<PathBuf> = (0..3).map(|i| folder.join(format!("b{i}.png"))).collect();
     let glow = |x: usize, y: usize, c: usize| if x > 90 { 400.0 } else { scene(x, y, c, 0) + 0.05 / 0.64 };
     let mut list = String::from("file;seconds\n");
     for (i, name) in names.iter().enumerate() {

@@ -195,7 +195,7 @@ fn mistakes_are_told_before_anything_is_rendered() {
     let text = refused(&run(yugen(&scene, &folder.file("a.exr"), &[])));
     assert!(text.contains("ball.toml:12:1") && text.contains("reflectance"), "{text}");
     let text = refused(&run(yugen(&folder.file("none.toml"), &folder.file("a.exr"), &[])));
-    assert!(text.contains("none.toml: there is no such file; check its name\n"), "{text}");
+    assert!(text.contains("none.toml: there is nothing of this name; check its name\n"), "{text}");
     let text = refused(&run(yugen(&folder.file("bal.toml"), &folder.file("a.exr"), &[])));
     assert!(text.contains("did you mean 'ball.toml'?"), "{text}");
     let text = refused(&run(yugen(&folder.0, &folder.file("a.exr"), &[])));

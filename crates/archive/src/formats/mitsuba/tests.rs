@@ -589,7 +589,7 @@ fn a_scene_reaches_only_into_its_folders() {
         broken,
         "DIR/scene/broken.obj:2:5: vertex 2 does not exist; there are 1 so far, counted from 1"
     );
-    assert!(f.load("scene/none.xml", &none).unwrap_err().contains("there is no such file"));
+    assert!(f.load("scene/none.xml", &none).unwrap_err().contains("there is nothing of this name"));
     assert!(f.load("scene/none.xmk", &none).unwrap_err().contains("unknown scene file extension 'xmk'"));
 }
 

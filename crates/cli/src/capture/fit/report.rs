@@ -1,9 +1,10 @@
 //! What a fit says about itself.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use serde_json::{Map as Json, json};
 use std::path::Path;
 use yugen_archive::formats::btf::maps::{self, Map};
+use yugen_archive::make_folder;
 use yugen_capture::fit::compare::{NAMES, errors, failed, quantile};
 use yugen_optics::Vec3;
 use yugen_reflectance::btf::Btf;
@@ -136,7 +137,7 @@ impl Report<'_> {
 
     /// Pictures of maps, residual and errors.
     pub fn pictures(&self, folder: &Path) -> Result<()> {
-        std::fs::create_dir_all(folder).with_context(|| format!("{}", folder.display()))?;
+        make_folder(folder)?;
         for map in Map::ALL {
             maps::save(&folder.join(format!("{}.png", map.name())), self.maps, map)?;
         }

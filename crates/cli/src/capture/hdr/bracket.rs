@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::exposures::{self, Exposure};
 use yugen_archive::formats::{exif, lp, stack};
-use yugen_archive::read_bounded;
+use yugen_archive::{list_folder, read_bounded};
 
 /// A picture and how long it was exposed.
 pub(super) struct Photograph {
@@ -140,17 +140,13 @@ impl Hdr {
 
 /// The pictures of a folder by name; lists and what is hidden aside.
 pub fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut all = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(|| format!("{}", folder.display()))? {
-        let path = entry.with_context(|| format!("{}", folder.display()))?.path();
+    let mut all = list_folder(folder)?;
+    all.retain(|path| {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let known = ["jpg", "jpeg", "png", "tif", "tiff", "exr", "webp", "hdr"].contains(&extension.as_str());
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if known && path.is_file() && !name.starts_with('.') && name != stack::MASK {
-            all.push(path);
-        }
-    }
-    all.sort();
+        known && path.is_file() && !name.starts_with('.') && name != stack::MASK
+    });
     Ok(all)
 }
 

@@ -13,9 +13,9 @@ use correct::{colours, flatten, turn};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use yugen_archive::atomic_write;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions, WriteOptions};
 use yugen_archive::formats::{response, stack};
+use yugen_archive::{Error, atomic_write, make_folder};
 use yugen_capture::hdr::{Response, Tally};
 use yugen_capture::lens::{Lens, straighten};
 use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
@@ -140,6 +140,9 @@ impl Hdr {
                 folder.display()
             );
         }
+        if let Some(missing) = self.input.iter().find(|p| !p.exists()) {
+            return Err(Error::io(missing, std::io::ErrorKind::NotFound.into()).into());
+        }
         let folder = self.input.len() == 1 && self.input[0].is_dir();
         if !folder {
             let exr = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
@@ -179,7 +182,7 @@ impl Hdr {
         let saturated = self.saturated.unwrap_or(usual.saturated);
 
         if folder {
-            std::fs::create_dir_all(&self.output).with_context(|| format!("{}", self.output.display()))?;
+            make_folder(&self.output)?;
         }
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(lights.len() as u64) };
         let style = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {pos}/{len} {msg}");

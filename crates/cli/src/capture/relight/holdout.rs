@@ -7,6 +7,7 @@ use serde_json::json;
 use std::path::Path;
 use yugen_archive::formats::image;
 use yugen_archive::formats::stack::Folder;
+use yugen_archive::make_folder;
 use yugen_capture::rti::RtiError;
 use yugen_capture::rti::holdout::{Method, Score, pictures, score, split, spread};
 use yugen_optics::colour::srgb_to_linear;
@@ -177,7 +178,7 @@ fn draw(
     scores: &[Score],
     width: usize,
 ) -> Result<()> {
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    make_folder(folder)?;
     let options = image::WriteOptions::from(ColourSpace::LinearSrgb);
     let save = |name: String, values: &mut dyn Iterator<Item = [f32; 3]>| -> Result<()> {
         let data: Vec<f32> = values.flat_map(|v| v.map(srgb_to_linear)).collect();
