@@ -443,7 +443,7 @@ mod tests {
         let pictures: Vec<_> = lamps.iter().map(|l| render(VIEW, &BALLS, *l, 0.03, &mut rng)).collect();
         let found = find_balls(&brightest(&pictures), VIEW.width, VIEW.height, 3);
         let off = outline_error(&found, VIEW);
-        let mut worst = 0f32;
+        let (mut worst, mut apart) = (0f32, 0f32);
         for (lamp, picture) in lamps.iter().zip(&pictures) {
             let rays: Vec<Ray> = found
                 .iter()
@@ -451,23 +451,25 @@ mod tests {
                 .collect();
             let (mean, spread) = mean_direction(&rays).unwrap();
             worst = worst.max(mean.angle_between(*lamp).to_degrees());
-            assert!(spread.to_degrees() < 6.0);
+            apart = apart.max(spread.to_degrees());
             assert!(triangulate(&rays[..1]).is_none());
         }
-        println!("distant: outlines within {off} pixels, directions within {worst} degrees");
-        // Measured 0.07 pixels and 0.63 degrees.
-        assert!(off < 0.3 && worst < 2.0, "{off} {worst}");
+        println!("distant: outlines within {off} pixels, directions within {worst} degrees, {apart} apart");
+        // Measured 0.07 pixels, 0.63 and 0.83 degrees.
+        assert!(off < 0.27 && worst < 2.0 && apart < 3.0, "{off} {worst} {apart}");
         // A single ball, with its true outline.
+        let mut single = 0f32;
         for (lamp, picture) in lamps.iter().zip(&pictures) {
             for (foot, r) in BALLS {
                 let centre = Vec2::new(180.0 + 360.0 * foot.x, 135.0 - 360.0 * foot.y);
                 let ball = Ball { centre, radius: 360.0 * r };
                 let ray = VIEW.reflect(ball, highlight(picture, 360, 270, ball).unwrap()).unwrap();
-                let error = ray.direction.angle_between(*lamp).to_degrees();
-                // Measured 1.0: a quarter of a pixel at radii of 25 to 32, for a mirror image smaller than one.
-                assert!(error < 2.5, "{error} degrees with the true outline");
+                single = single.max(ray.direction.angle_between(*lamp).to_degrees());
             }
         }
+        println!("a single ball with its true outline: {single} degrees");
+        // Measured 1.35: a quarter to half a pixel at radii of 25 to 32, for a mirror image smaller than one.
+        assert!(single < 2.5, "{single}");
     }
 
     #[test]
@@ -478,7 +480,7 @@ mod tests {
         let pictures: Vec<_> = lamps.iter().map(|l| render(view, &BALLS, *l, 0.03, &mut rng)).collect();
         let found = find_balls(&brightest(&pictures), view.width, view.height, 3);
         assert_eq!(found.len(), 3);
-        let (mut worst, mut turn, mut dome) = (0f32, 0f32, 0f32);
+        let (mut worst, mut turn, mut dome, mut miss) = (0f32, 0f32, 0f32, 0f32);
         for (lamp, picture) in lamps.iter().zip(&pictures) {
             let rays: Vec<Ray> = found
                 .iter()
@@ -487,12 +489,14 @@ mod tests {
             let (point, error) = triangulate(&rays).unwrap();
             worst = worst.max(point.distance(*lamp) / lamp.length());
             turn = turn.max(point.angle_between(*lamp).to_degrees());
-            assert!(error.to_degrees() < 3.0, "{error}");
+            miss = miss.max(error.to_degrees());
             dome = dome.max(on_dome(rays[0], 1.6).unwrap().distance(*lamp) / 1.6);
         }
-        println!("near: positions within {worst} of their distance, {turn} degrees; on a dome {dome}");
-        // Measured 3.9 %, 1.0 degrees and 4.4 %.
-        assert!(worst < 0.12 && turn < 3.0 && dome < 0.12, "{worst} {turn} {dome}");
+        println!(
+            "near: positions within {worst} of their distance, {turn} degrees; on a dome {dome}; rays {miss} degrees apart"
+        );
+        // Measured 3.9 %, 1.0 degrees, 4.4 % and 1.0 degrees.
+        assert!(worst < 0.12 && turn < 3.0 && dome < 0.13 && miss < 3.0, "{worst} {turn} {dome} {miss}");
     }
 
     #[test]
