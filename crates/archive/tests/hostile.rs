@@ -544,7 +544,7 @@ fn lists_of_lights() {
 
 #[test]
 fn tables_of_a_capture() {
-    use yugen_archive::formats::{chart, exposures, goniometer_csv, response};
+    use yugen_archive::formats::{colour_chart, exposures, goniometer_csv, response};
     let said = |e: yugen_archive::Error| {
         assert!(e.to_string().contains(FILE), "{e}");
         false
@@ -570,7 +570,7 @@ fn tables_of_a_capture() {
     });
     let seed =
         b"red,green,blue,known_red,known_green,known_blue\n1,2,3,4,5,6\n0,0,0,1,1,1\n1,0,0,1,0,0\n".to_vec();
-    assault("chart", &[seed], |b| match chart::read(b, Path::new(FILE)) {
+    assault("colour_chart", &[seed], |b| match colour_chart::read(b, Path::new(FILE)) {
         Ok(patches) => patches.len() > 2,
         Err(e) => said(e),
     });

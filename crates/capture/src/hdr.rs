@@ -1,5 +1,5 @@
 //! Exposure brackets to linear light: the camera's response, the merge with its uncertainty, whether the camera
-//! moved, and the colour of a chart.
+//! moved, and the colours of a colour chart.
 //!
 //! A *level* is what a pixel says as a fraction of full scale; its *light* is the exposure that caused it, 1 at full
 //! scale; radiance is light per second.

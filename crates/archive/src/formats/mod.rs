@@ -1,7 +1,7 @@
 //! One file per format.
 
 pub mod btf;
-pub mod chart;
+pub mod colour_chart;
 mod csv;
 pub mod exif;
 pub mod exposures;

@@ -4,7 +4,7 @@ use super::bracket::Light;
 use super::{Hdr, MAX_TEXT};
 use anyhow::{Context, Result, bail, ensure};
 use std::path::Path;
-use yugen_archive::formats::chart;
+use yugen_archive::formats::colour_chart;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions};
 use yugen_archive::read_bounded;
 use yugen_capture::hdr::colour_matrix;
@@ -99,9 +99,9 @@ pub(super) fn flatten(image: &mut Image, flat: &Image) -> Result<()> {
     Ok(())
 }
 
-/// The matrix of a chart, and how well it does.
+/// The matrix of a colour chart, and how well it does.
 pub(super) fn colours(path: &Path) -> Result<(Mat3, f32)> {
-    let patches = chart::read(&read_bounded(path, MAX_TEXT)?, path)?;
+    let patches = colour_chart::read(&read_bounded(path, MAX_TEXT)?, path)?;
     let (measured, known): (Vec<[f32; 3]>, Vec<[f32; 3]>) =
         patches.iter().map(|p| (p.measured, p.known)).unzip();
     colour_matrix(&measured, &known)

@@ -80,7 +80,7 @@ pub struct Hdr {
     #[arg(long, value_name = "F,CX,CY,K1,K2,P1,P2,K3", value_parser = lens, allow_hyphen_values = true)]
     lens: Option<Lens>,
 
-    /// A chart: measured and known linear colours of its patches give a 3x3 matrix.
+    /// A colour chart: measured and known linear colours of its patches give a 3x3 matrix.
     #[arg(long, value_name = "CSV")]
     chart: Option<PathBuf>,
 

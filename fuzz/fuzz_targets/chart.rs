@@ -1,7 +1,0 @@
-#![no_main]
-
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(|data: &[u8]| {
-    let _ = yugen_archive::formats::chart::read(data, "fuzz.csv".as_ref());
-});
