@@ -5,7 +5,7 @@
 
 use crate::accel::{Hit, Ray};
 use crate::geometry::{Geometry, Surface};
-use crate::lights::Lights;
+use crate::lights::{Lights, Receiver};
 use crate::material::{Materials, Point, Scratch, Shading, ShadingSample};
 use crate::sampler::Sampler;
 use crate::texture::{Lookup, Textures};
@@ -135,7 +135,7 @@ pub(crate) struct Walk {
 /// Where the last direction was drawn and how likely it was; a Dirac peak cannot be found by a light.
 #[derive(Clone, Copy)]
 struct Draw {
-    origin: Vec3,
+    from: Receiver,
     pdf: f32,
     delta: bool,
 }
@@ -157,7 +157,7 @@ impl Walk {
             depth: 0,
             eta: 1.0,
             cone: Cone { width: follow.width, spread: follow.spread },
-            draw: Draw { origin: ray.origin, pdf: 0.0, delta: true },
+            draw: Draw { from: Receiver { position: ray.origin, facing: Vec3::ZERO }, pdf: 0.0, delta: true },
         }
     }
 }
@@ -169,6 +169,21 @@ pub(crate) struct Vertex<'a> {
     /// Along the ray that came here.
     pub(crate) t: f32,
     pub(crate) wo: Vec3,
+}
+
+impl Vertex<'_> {
+    /// As lights see it.
+    fn receiver(&self) -> Receiver {
+        let n = self.surface.frame.n;
+        let facing = if !self.shading.one_sided() {
+            Vec3::ZERO
+        } else if n.dot(self.wo) < 0.0 {
+            -n
+        } else {
+            n
+        };
+        Receiver { position: self.surface.position, facing }
+    }
 }
 
 /// Light that comes to a vertex from one direction.
@@ -266,7 +281,7 @@ impl World {
         loop {
             let Some(hit) = self.geometry.intersect(&walk.ray) else {
                 if walk.depth < max_depth && !(hide_emitters && walk.draw.delta && out.alpha == 0.0) {
-                    for (radiance, pdf) in self.lights.escaped(walk.draw.origin, walk.ray.dir) {
+                    for (radiance, pdf) in self.lights.escaped(&walk.draw.from, walk.ray.dir) {
                         out.rgb += walk.throughput * radiance * walk.draw.weight(pdf);
                     }
                 }
@@ -284,7 +299,7 @@ impl World {
                 && let Some((i, radiance)) = self.lights.emitted(&self.textures, &surface, &lookup, wo)
             {
                 let pdf =
-                    if walk.draw.delta { 0.0 } else { self.lights.pdf_hit(i, walk.draw.origin, &surface) };
+                    if walk.draw.delta { 0.0 } else { self.lights.pdf_hit(i, &walk.draw.from, &surface) };
                 out.rgb += walk.throughput * radiance * walk.draw.weight(pdf);
             }
             let point = point(&surface, lookup);
@@ -318,7 +333,7 @@ impl World {
         if !vertex.shading.smooth() {
             return None;
         }
-        let light = self.lights.sample(&self.textures, vertex.surface.position, u)?;
+        let light = self.lights.sample(&self.textures, &vertex.receiver(), u)?;
         let (f, pdf) = vertex.shading.eval_pdf(light.wi);
         if f == Vec3::ZERO {
             return None;
@@ -351,7 +366,7 @@ impl World {
         walk.eta *= s.eta;
         walk.cone.width += walk.cone.spread * vertex.t;
         if !s.null {
-            walk.draw = Draw { origin: vertex.surface.position, pdf: s.pdf, delta: s.delta };
+            walk.draw = Draw { from: vertex.receiver(), pdf: s.pdf, delta: s.delta };
             if !s.delta {
                 // A rough bounce spreads the footprint like a lobe of that density.
                 walk.cone.spread = walk.cone.spread.max((1.0 / (4.0 * s.pdf.max(0.05))).sqrt().min(0.5));

@@ -6,6 +6,7 @@
 
 pub mod accel;
 pub mod camera;
+mod environment;
 pub mod film;
 pub mod geometry;
 pub mod integrator;

@@ -2,19 +2,16 @@
 //!
 //! A light is chosen in proportion to the irradiance it could send to the point that asks (all of them are
 //! looked at while they are few, a fixed distribution is used when they are many), then a direction towards it
-//! by its own best density: the cone of a sphere, the spherical rectangle of a quad, the bright texels of an
-//! environment.
+//! by its own best density: the cone of a sphere, the spherical rectangle of a quad, what is bright in an environment.
 
 use crate::accel::NO_INSTANCE;
+use crate::environment::Environment;
 use crate::geometry::{BuildError, Geometry, ShapeSampler, Surface};
 use crate::texture::{Lookup, Textures};
-use glam::{Mat3, Mat4, Vec2, Vec3, Vec3A};
-use std::f32::consts::{FRAC_1_PI, PI, TAU};
-use std::sync::Arc;
+use glam::{Mat3, Mat4, Vec2, Vec3};
+use std::f32::consts::PI;
 use yugen_archive::scene::{Light, Scene, Value};
-use yugen_optics::Image;
-use yugen_optics::distribution::{Distribution1d, Distribution2d, ONE_MINUS_EPSILON};
-use yugen_optics::warp::uniform_sphere;
+use yugen_optics::distribution::{Distribution1d, ONE_MINUS_EPSILON};
 
 /// Above this many lights a fixed distribution replaces the look at each.
 const FEW: usize = 24;
@@ -54,22 +51,17 @@ enum Emitter {
     Point { position: Vec3, intensity: Vec3 },
     Spot { position: Vec3, to_local: Mat3, intensity: Vec3, beam: f32, cutoff: f32, texture: Option<Value> },
     Directional { direction: Vec3, irradiance: Vec3 },
-    Constant { radiance: Vec3 },
     Environment(Box<Environment>),
     Projector { to_local: Mat4, position: Vec3, axis: Vec3, texture: Value, scale: f32, half: Vec2 },
 }
 
-/// A latitude-longitude picture at infinity.
-struct Environment {
-    /// Scaled, four floats each, rows one texel longer than the picture: the first again.
-    texels: Vec<Vec3A>,
-    width: usize,
-    height: usize,
-    to_world: Mat3,
-    to_local: Mat3,
-    /// Over cells between texel centres: W × (H − 1).
-    density: Distribution2d,
-    mean: f32,
+/// A point that asks for light.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// World position.
+    pub position: Vec3,
+    /// Unit normal on the side that light has to come to; zero: light from all around counts.
+    pub facing: Vec3,
 }
 
 /// The lights of a scene.
@@ -77,8 +69,11 @@ pub struct Lights {
     emitters: Vec<Emitter>,
     /// Emitter of each shape, by the shape's index.
     of_shape: Vec<Option<u32>>,
-    /// Emitters that light up rays that hit nothing.
-    infinite: Vec<u32>,
+    /// Emitters that are environments.
+    environments: Vec<u32>,
+    /// Radiance from all around. Nothing finds it better than the directions that a material draws by itself, so it
+    /// is not among those that are asked.
+    background: Vec3,
     fixed: Option<Distribution1d>,
     luminance: Vec3,
 }
@@ -116,6 +111,7 @@ impl Lights {
             }
         }
         let mut emitters = Vec::new();
+        let mut background = Vec3::ZERO;
         let mut of_shape = vec![None; scene.shapes.len()];
         for (i, shape) in scene.shapes.iter().enumerate() {
             let Some(radiance) = &shape.emission else { continue };
@@ -152,7 +148,10 @@ impl Lights {
                     direction: direction.normalize_or(-Vec3::Z),
                     irradiance: *irradiance,
                 },
-                Light::Constant { radiance } => Emitter::Constant { radiance: *radiance },
+                Light::Constant { radiance } => {
+                    background += *radiance;
+                    continue;
+                }
                 Light::Environment { image, scale, to_world } => {
                     Emitter::Environment(Box::new(Environment::new(image, *scale, *to_world, luminance)?))
                 }
@@ -175,19 +174,19 @@ impl Lights {
                 }
             });
         }
-        let infinite = emitters
+        let environments = emitters
             .iter()
             .enumerate()
-            .filter(|(_, e)| matches!(e, Emitter::Constant { .. } | Emitter::Environment(_)))
+            .filter(|(_, e)| matches!(e, Emitter::Environment(_)))
             .map(|(i, _)| i as u32)
             .collect();
-        let mut lights = Self { emitters, of_shape, infinite, fixed: None, luminance };
+        let mut lights = Self { emitters, of_shape, environments, background, fixed: None, luminance };
         if lights.emitters.len() > FEW {
             let bounds = geometry.bounds();
-            let centre = (bounds.lo + bounds.hi) * 0.5;
+            let middle = Receiver { position: (bounds.lo + bounds.hi) * 0.5, facing: Vec3::ZERO };
             let reach = (bounds.hi - bounds.lo).length() * 0.25;
             let power: Vec<f32> =
-                (0..lights.emitters.len()).map(|i| lights.importance(i, centre, reach)).collect();
+                (0..lights.emitters.len()).map(|i| lights.importance(i, &middle, reach)).collect();
             // A tenth to all alike, so that a light that matters locally is never starved.
             let floor = 0.1 * power.iter().sum::<f32>() / power.len() as f32;
             lights.fixed = Some(Distribution1d::new(&power.iter().map(|p| p + floor).collect::<Vec<_>>()));
@@ -195,35 +194,41 @@ impl Lights {
         Ok(lights)
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.emitters.is_empty()
-    }
-
-    /// Irradiance that emitter `i` could send to a facing surface at `p`, roughly; distances are not taken
-    /// smaller than `reach`.
-    fn importance(&self, i: usize, p: Vec3, reach: f32) -> f32 {
-        let near2 = reach * reach;
+    /// Irradiance that emitter `i` could send to `to` and that light samples have to find, roughly; distances are
+    /// not taken smaller than `reach`.
+    fn importance(&self, i: usize, to: &Receiver, reach: f32) -> f32 {
+        let near2 = (reach * reach).max(1e-12);
+        // Of a source at `p` with that radius, what a surface that is turned away gets less.
+        let turned = |p: Vec3, distance2: f32, radius: f32| {
+            if to.facing == Vec3::ZERO {
+                return 1.0;
+            }
+            let distance = distance2.sqrt();
+            let sine = (radius / distance).min(1.0);
+            ((to.facing.dot(p - to.position) / distance + sine) / (1.0 + sine)).clamp(0.0, 1.0)
+        };
         match &self.emitters[i] {
             Emitter::Area { sampler, mean, centre, .. } => {
                 let area = sampler.area();
                 // Half of what a small source of this area would give head on, never more than the hemisphere.
-                mean * (area / (p.distance_squared(*centre) + area * 0.25).max(near2)).min(PI)
+                let distance2 = to.position.distance_squared(*centre);
+                mean * (area / (distance2 + area * 0.25).max(near2)).min(PI)
+                    * turned(*centre, distance2.max(near2), area.sqrt())
             }
             Emitter::Point { position, intensity } | Emitter::Spot { position, intensity, .. } => {
-                self.luminance.dot(*intensity) / p.distance_squared(*position).max(near2.max(1e-12))
+                let distance2 = to.position.distance_squared(*position).max(near2);
+                self.luminance.dot(*intensity) / distance2 * turned(*position, distance2, 0.0)
             }
             Emitter::Directional { irradiance, .. } => self.luminance.dot(*irradiance),
-            Emitter::Constant { radiance } => PI * self.luminance.dot(*radiance),
-            Emitter::Environment(e) => PI * e.mean,
+            Emitter::Environment(e) => e.irradiance(to.facing),
             Emitter::Projector { position, scale, .. } => {
-                PI * scale / p.distance_squared(*position).max(near2.max(1e-12))
+                PI * scale / to.position.distance_squared(*position).max(near2)
             }
         }
     }
 
-    /// Chooses an emitter for `p`: its index and probability, and `u` stretched back to [0, 1).
-    fn choose(&self, p: Vec3, u: f32) -> Option<(usize, f32, f32)> {
+    /// Chooses an emitter for `to`: its index and probability, and `u` stretched back to [0, 1).
+    fn choose(&self, to: &Receiver, u: f32) -> Option<(usize, f32, f32)> {
         match self.emitters.len() {
             0 => None,
             1 => Some((0, 1.0, u)),
@@ -233,7 +238,7 @@ impl Lights {
                     return Some((i, fixed.probability(i), v));
                 }
                 let mut weights = [0.0f32; FEW];
-                let total = self.weights(p, &mut weights);
+                let total = self.weights(to, &mut weights);
                 let mut rest = u * total;
                 for (i, &w) in weights[..n].iter().enumerate() {
                     if rest < w || i + 1 == n {
@@ -246,11 +251,11 @@ impl Lights {
         }
     }
 
-    fn weights(&self, p: Vec3, weights: &mut [f32; FEW]) -> f32 {
+    fn weights(&self, to: &Receiver, weights: &mut [f32; FEW]) -> f32 {
         let n = self.emitters.len();
         let mut total = 0.0;
         for (i, w) in weights[..n].iter_mut().enumerate() {
-            *w = self.importance(i, p, 0.0);
+            *w = self.importance(i, to, 0.0);
             total += *w;
         }
         // A twentieth to all alike: importance is a guess.
@@ -261,22 +266,23 @@ impl Lights {
         total + floor * n as f32
     }
 
-    fn probability(&self, p: Vec3, i: usize) -> f32 {
+    fn probability(&self, to: &Receiver, i: usize) -> f32 {
         match (self.emitters.len(), &self.fixed) {
             (1, _) => 1.0,
             (_, Some(fixed)) => fixed.probability(i),
             _ => {
                 let mut weights = [0.0f32; FEW];
-                let total = self.weights(p, &mut weights);
+                let total = self.weights(to, &mut weights);
                 weights[i] / total
             }
         }
     }
 
-    /// A direction from `p` to some light; `u` chooses the light with `u[2]` and the place with the others.
+    /// A direction from `to` to some light; `u` chooses the light with `u[2]` and the place with the others.
     #[inline]
-    pub fn sample(&self, textures: &Textures, p: Vec3, u: [f32; 4]) -> Option<LightSample> {
-        let (i, probability, _) = self.choose(p, u[2])?;
+    pub fn sample(&self, textures: &Textures, to: &Receiver, u: [f32; 4]) -> Option<LightSample> {
+        let (i, probability, _) = self.choose(to, u[2])?;
+        let p = to.position;
         let uv = Vec2::new(u[0], u[1]);
         let dirac = |position: Vec3, intensity: Vec3| {
             let to = position - p;
@@ -338,15 +344,8 @@ impl Lights {
                 pdf: probability,
                 delta: true,
             },
-            Emitter::Constant { radiance } => LightSample {
-                wi: uniform_sphere(uv),
-                distance: f32::INFINITY,
-                brings: Brings::This(*radiance),
-                pdf: probability * FRAC_1_PI * 0.25,
-                delta: false,
-            },
             Emitter::Environment(e) => {
-                let (wi, pdf, cell) = e.sample(uv)?;
+                let (wi, pdf, cell) = e.sample(to.facing, uv)?;
                 let brings = Brings::Cell(i as u32, cell);
                 LightSample { wi, distance: f32::INFINITY, brings, pdf: pdf * probability, delta: false }
             }
@@ -396,23 +395,22 @@ impl Lights {
             && self.of_shape.get(surface.shape as usize).is_some_and(Option::is_some)
     }
 
-    /// Density with which `sample` from `p` finds `surface`, which is on emitter `i`.
-    pub fn pdf_hit(&self, i: u32, p: Vec3, surface: &Surface) -> f32 {
+    /// Density with which `sample` for `to` finds `surface`, which is on emitter `i`.
+    pub fn pdf_hit(&self, i: u32, to: &Receiver, surface: &Surface) -> f32 {
         let Emitter::Area { sampler, .. } = &self.emitters[i as usize] else { return 0.0 };
-        sampler.pdf(p, surface) * self.probability(p, i as usize)
+        sampler.pdf(to.position, surface) * self.probability(to, i as usize)
     }
 
-    /// Radiance from infinity along `direction`, light by light, and the density with which `sample` from `p`
-    /// finds that direction on it.
-    pub fn escaped(&self, p: Vec3, direction: Vec3) -> impl Iterator<Item = (Vec3, f32)> + '_ {
-        self.infinite.iter().map(move |&i| {
-            let (radiance, pdf) = match &self.emitters[i as usize] {
-                Emitter::Constant { radiance } => (*radiance, FRAC_1_PI * 0.25),
-                Emitter::Environment(e) => e.radiance_pdf(direction),
-                _ => (Vec3::ZERO, 0.0),
-            };
-            (radiance, pdf * self.probability(p, i as usize))
-        })
+    /// Radiance from infinity along `direction`, light by light, and the density with which `sample` for `to` finds
+    /// that direction on it.
+    pub fn escaped(&self, to: &Receiver, direction: Vec3) -> impl Iterator<Item = (Vec3, f32)> + '_ {
+        let to = *to;
+        let environments = self.environments.iter().filter_map(move |&i| {
+            let Emitter::Environment(e) = &self.emitters[i as usize] else { return None };
+            let (radiance, pdf) = e.radiance_pdf(direction, to.facing);
+            Some((radiance, pdf * self.probability(&to, i as usize)))
+        });
+        std::iter::once((self.background, 0.0)).chain(environments)
     }
 
     /// What a sample brings: radiance along it; for a Dirac light irradiance on a surface that faces it.
@@ -425,130 +423,5 @@ impl Lights {
                 _ => Vec3::ZERO,
             },
         }
-    }
-}
-
-impl Environment {
-    fn new(image: &Arc<Image>, scale: f32, to_world: Mat4, luminance: Vec3) -> Result<Self, LightError> {
-        let (w, h, channels) = (image.width, image.height, image.channels.len());
-        if w < 2 || h < 2 || channels < 3 {
-            return Err(LightError::BadEnvironment { width: w, height: h, channels });
-        }
-        let to_world = Mat3::from_mat4(to_world);
-        let value =
-            |x: usize, y: usize| luminance.dot(Vec3::from_slice(&image.pixel(x % w, y)[..3])).max(0.0);
-        let mut cells = Vec::with_capacity(w * (h - 1));
-        let (mut sum, mut weight) = (0.0f64, 0.0f64);
-        for y in 0..h - 1 {
-            // ∫ sin θ over the row, exactly.
-            let solid = (PI * y as f32 / (h - 1) as f32).cos() - (PI * (y + 1) as f32 / (h - 1) as f32).cos();
-            for x in 0..w {
-                let mean = 0.25 * (value(x, y) + value(x + 1, y) + value(x, y + 1) + value(x + 1, y + 1));
-                cells.push(mean * solid);
-                sum += f64::from(mean * solid);
-                weight += f64::from(solid);
-            }
-        }
-        // A hundredth to all alike, against cells that are dark in the mean but not everywhere.
-        let floor = (0.01 * sum / weight) as f32;
-        for (y, row) in cells.chunks_exact_mut(w).enumerate() {
-            let solid = (PI * y as f32 / (h - 1) as f32).cos() - (PI * (y + 1) as f32 / (h - 1) as f32).cos();
-            for cell in row {
-                *cell += floor * solid;
-            }
-        }
-        let mean = (sum / weight) as f32 * scale;
-        let density = Distribution2d::new(&cells, w, h - 1);
-        let texel = |x: usize, y: usize| Vec3A::from_slice(&image.pixel(x % w, y)[..3]) * scale;
-        let texels = (0..h).flat_map(|y| (0..=w).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
-        Ok(Self { texels, width: w, height: h, to_world, to_local: to_world.inverse(), density, mean })
-    }
-
-    /// Cell coordinates of a local direction: x in [0, 1) from the first texel's centre, y in [0, 1].
-    fn cell(&self, local: Vec3) -> Vec2 {
-        let phi = local.x.atan2(-local.z) / TAU;
-        let x = phi - 0.5 / self.width as f32;
-        Vec2::new(x - x.floor(), local.y.clamp(-1.0, 1.0).acos() * FRAC_1_PI)
-    }
-
-    /// Radiance along `direction`, and the density of `sample` there.
-    fn radiance_pdf(&self, direction: Vec3) -> (Vec3, f32) {
-        let local = (self.to_local * direction).normalize();
-        let cell = self.cell(local);
-        let sin_theta = (1.0 - local.y * local.y).max(0.0).sqrt();
-        let pdf = if sin_theta > 0.0 { self.density.pdf(cell) / (2.0 * PI * PI * sin_theta) } else { 0.0 };
-        (self.radiance_at(cell), pdf)
-    }
-
-    fn radiance_at(&self, cell: Vec2) -> Vec3 {
-        let (w, h) = (self.width, self.height);
-        let x = cell.x * w as f32;
-        let y = cell.y * (h - 1) as f32;
-        let (x0, y0) = ((x as usize).min(w - 1), (y as usize).min(h - 2));
-        let (tx, ty) = (x - x0 as f32, y - y0 as f32);
-        // One column more than the picture has, so that neighbours lie side by side everywhere.
-        let row = y0 * (w + 1) + x0;
-        let (top, bottom) = (&self.texels[row..row + 2], &self.texels[row + w + 1..row + w + 3]);
-        let top = top[0].lerp(top[1], tx);
-        let bottom = bottom[0].lerp(bottom[1], tx);
-        top.lerp(bottom, ty).into()
-    }
-
-    /// A direction, its density, and the cell where its radiance lies.
-    fn sample(&self, u: Vec2) -> Option<(Vec3, f32, Vec2)> {
-        let (cell, pdf) = self.density.sample(u);
-        let phi = (cell.x + 0.5 / self.width as f32) * TAU;
-        let (sin_theta, cos_theta) = (cell.y * PI).sin_cos();
-        if sin_theta <= 0.0 || pdf <= 0.0 {
-            return None;
-        }
-        let (sin_phi, cos_phi) = phi.sin_cos();
-        let local = Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta);
-        let pdf = pdf / (2.0 * PI * PI * sin_theta);
-        Some(((self.to_world * local).normalize(), pdf, cell))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_environment_is_sampled_where_it_shines_and_its_density_integrates_to_one() {
-        let mut image = Image::rgb(16, 9);
-        for (i, v) in image.data.iter_mut().enumerate() {
-            *v = ((i * 31) % 7) as f32 * 0.1;
-        }
-        image.pixel_mut(5, 3).copy_from_slice(&[50.0, 40.0, 30.0]);
-        let turn = Mat4::from_rotation_x(0.7) * Mat4::from_rotation_y(-1.9);
-        let env =
-            Environment::new(&Arc::new(image), 2.0, turn, Vec3::new(0.2, 0.7, 0.1)).expect("a good picture");
-        let n = 300;
-        let (mut integral, mut power) = (0.0f64, 0.0f64);
-        let frame = yugen_optics::Frame::from_normal(Vec3::new(0.3, 0.8, -0.5).normalize());
-        for i in 0..n {
-            for j in 0..n {
-                let w = frame.to_world(uniform_sphere((Vec2::new(i as f32, j as f32) + 0.5) / n as f32));
-                let (radiance, pdf) = env.radiance_pdf(w);
-                integral += f64::from(pdf);
-                power += f64::from(radiance.y);
-            }
-        }
-        let solid = 4.0 * std::f64::consts::PI / f64::from(n * n);
-        assert!((integral * solid - 1.0).abs() < 0.01, "{}", integral * solid);
-        let mut sum = 0.0f64;
-        let samples = 100_000;
-        let mut disagree = 0;
-        let mut rng = yugen_optics::random::Pcg32::new(3, 4);
-        for _ in 0..samples {
-            let (w, pdf, _) = env.sample(Vec2::new(rng.next_f32(), rng.next_f32())).expect("a direction");
-            // A direction on the border of two cells may be read back in the other one.
-            let (radiance, again) = env.radiance_pdf(w);
-            disagree += u32::from((again / pdf - 1.0).abs() > 1e-3);
-            sum += f64::from(radiance.y / pdf);
-        }
-        let estimate = sum / f64::from(samples);
-        assert!(disagree < 50, "{disagree} of {samples}");
-        assert!((estimate / (power * solid) - 1.0).abs() < 0.01, "{estimate} {}", power * solid);
     }
 }

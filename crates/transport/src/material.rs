@@ -468,6 +468,11 @@ impl Shading<'_> {
         self.iter().any(|l| !l.bsdf.kind.laws().delta)
     }
 
+    /// Whether all that light sampling can find comes from the side of the eye.
+    pub fn one_sided(&self) -> bool {
+        self.iter().map(|l| l.bsdf.kind.laws()).all(|laws| laws.delta || !laws.transmits)
+    }
+
     /// f |cos θ_i| and the density of `sample`, without Dirac peaks.
     #[inline]
     pub fn eval_pdf(&self, wi: Vec3) -> (Vec3, f32) {

@@ -1,0 +1,422 @@
+//! Light from infinity by a latitude-longitude picture, and where to look for it.
+//!
+//! A material finds evenly lit parts of the sky by itself. Karlík, Šik, Vévoda, Skřivan and Křivánek 2019, "MIS
+//! Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling": light samples are best spent on what
+//! is brighter than that. What is left is weighed by the cosine at the surface that asks, for a few dozen
+//! orientations: a table each over blocks of the picture, and one common table of the cells within a block.
+
+use crate::lights::LightError;
+use glam::{Mat3, Mat4, Vec2, Vec3, Vec3A};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::sync::Arc;
+use yugen_optics::Image;
+use yugen_optics::distribution::ONE_MINUS_EPSILON;
+
+/// Blocks across and down, at most.
+const BLOCKS: [usize; 2] = [64, 32];
+
+/// A block is looked at in so many parts each way to see what is bright in it.
+const PARTS: usize = 4;
+
+/// Orientations: an octahedron's map of so many squares each way.
+const ORIENTATIONS: usize = 8;
+
+/// Share of the light of a direction that is looked for however evenly lit the sky is.
+const ALWAYS: f32 = 0.05;
+
+/// A latitude-longitude picture at infinity.
+pub(crate) struct Environment {
+    /// Scaled, four floats each, rows one texel longer than the picture: the first again.
+    texels: Vec<Vec3A>,
+    /// Cells lie between texel centres: W × (H − 1) of them.
+    across: usize,
+    down: usize,
+    to_world: Mat3,
+    to_local: Mat3,
+    luminance: Vec3A,
+    /// Added to a cell's luminance, against cells that are dark in the mean but not everywhere.
+    floor: f32,
+    /// Of the cells of a row.
+    solid_angles: Vec<f32>,
+    cells: Cells,
+    /// One for each orientation, then one for surfaces that take light from all around.
+    views: Vec<View>,
+}
+
+/// What light samples are for, for one orientation of the surface that asks. They choose a block by its row, then a
+/// cell in it in proportion to the light from there.
+struct View {
+    /// Per row of blocks: the chance that it or one above is chosen.
+    rows: Vec<f32>,
+    /// Per block: the chance in its row that it or one before is chosen.
+    columns: Vec<f32>,
+    /// Per block: probability over light.
+    per_light: Vec<f32>,
+    /// Irradiance, roughly, that light samples have to find.
+    irradiance: f32,
+}
+
+/// Blocks of cells, and in each the probabilities of its cells.
+struct Cells {
+    /// Cells of a block, across and down. Those beyond the picture's edge have no probability.
+    size: [usize; 2],
+    /// Blocks.
+    count: [usize; 2],
+    /// Per row of blocks, block and row in it: the chance that the row or one above is chosen.
+    rows: Vec<f32>,
+    /// Per row of cells and cell: the chance within its block's row that it or one before is chosen.
+    columns: Vec<f32>,
+    /// Of the blocks.
+    light: Vec<f32>,
+}
+
+impl Cells {
+    /// From the light of `across` × `down` cells.
+    fn new(light: &[f32], across: usize, down: usize) -> Self {
+        let size = [across.div_ceil(BLOCKS[0]), down.div_ceil(BLOCKS[1])];
+        let count = [across.div_ceil(size[0]), down.div_ceil(size[1])];
+        let stride = count[0] * size[0];
+        let mut columns = vec![1.0; stride * count[1] * size[1]];
+        let mut rows = vec![1.0; count[0] * count[1] * size[1]];
+        let mut of_block = Vec::with_capacity(count[0] * count[1]);
+        for (block, rows) in rows.chunks_exact_mut(size[1]).enumerate() {
+            let (x0, y0) = (block % count[0] * size[0], block / count[0] * size[1]);
+            let mut sums = vec![0.0; size[1]];
+            for (sum, y) in sums.iter_mut().zip(y0..down) {
+                let row = &light[y * across..][x0..(x0 + size[0]).min(across)];
+                let out = &mut columns[y * stride + x0..][..size[0]];
+                *sum = accumulate(row.iter().map(|w| f64::from(*w)), out);
+            }
+            of_block.push(accumulate(sums.into_iter(), rows) as f32);
+        }
+        Self { size, count, rows, columns, light: of_block }
+    }
+
+    /// A place in a block, in cells of the picture, and the probability of the cell it is in.
+    fn sample(&self, [x, y]: [usize; 2], u: Vec2) -> (Vec2, f32) {
+        let rows = &self.rows[(y * self.count[0] + x) * self.size[1]..][..self.size[1]];
+        let (row, v, p_row) = choose(rows, u.y);
+        let row = y * self.size[1] + row;
+        let columns = &self.columns[(row * self.count[0] + x) * self.size[0]..][..self.size[0]];
+        let (column, w, p_column) = choose(columns, u.x);
+        (Vec2::new((x * self.size[0] + column) as f32 + w, row as f32 + v), p_row * p_column)
+    }
+
+    /// The block that a cell is in.
+    fn block(&self, [x, y]: [usize; 2]) -> usize {
+        y / self.size[1] * self.count[0] + x / self.size[0]
+    }
+}
+
+impl View {
+    /// From the weights of the blocks, which are irradiances.
+    fn new(weights: &[f32], cells: &Cells) -> Self {
+        let [across, down] = cells.count;
+        let mut columns = vec![0.0; across * down];
+        let sums: Vec<f64> = columns
+            .chunks_exact_mut(across)
+            .zip(weights.chunks_exact(across))
+            .map(|(out, row)| accumulate(row.iter().map(|w| f64::from(*w)), out))
+            .collect();
+        let mut rows = vec![0.0; down];
+        let irradiance = accumulate(sums.into_iter(), &mut rows) as f32;
+        let scale = 1.0 / irradiance.max(f32::MIN_POSITIVE);
+        let per_light = weights.iter().zip(&cells.light).map(|(w, l)| w * scale / l.max(f32::MIN_POSITIVE));
+        Self { rows, columns, per_light: per_light.collect(), irradiance }
+    }
+
+    /// A block, `u` stretched back to the unit square within it, and the probability.
+    fn sample(&self, u: Vec2) -> ([usize; 2], Vec2, f32) {
+        let (row, v, p_row) = choose(&self.rows, u.y);
+        let across = self.columns.len() / self.rows.len();
+        let (column, w, p_column) = choose(&self.columns[row * across..][..across], u.x);
+        ([column, row], Vec2::new(w, v), p_row * p_column)
+    }
+}
+
+/// Writes what part of the sum of `weights` each and those before it have; returns the sum. Without any weight the
+/// last has all.
+fn accumulate(weights: impl Iterator<Item = f64> + Clone, out: &mut [f32]) -> f64 {
+    let total: f64 = weights.clone().sum();
+    let mut sum = 0.0;
+    for (out, w) in out.iter_mut().zip(weights) {
+        sum += w;
+        *out = if total > 0.0 { (sum / total) as f32 } else { 0.0 };
+    }
+    if let Some(last) = out.last_mut() {
+        *last = 1.0;
+    }
+    total
+}
+
+/// The entry that `u` falls into, `u` stretched back to [0, 1), and the probability.
+fn choose(cumulative: &[f32], u: f32) -> (usize, f32, f32) {
+    let i = cumulative.partition_point(|c| *c <= u).min(cumulative.len() - 1);
+    let below = if i > 0 { cumulative[i - 1] } else { 0.0 };
+    let p = cumulative[i] - below;
+    (i, ((u - below) / p.max(f32::MIN_POSITIVE)).clamp(0.0, ONE_MINUS_EPSILON), p)
+}
+
+/// Square of an octahedron's map that the unit vector `n` falls into.
+fn orientation(n: Vec3) -> usize {
+    let p = n.truncate() / (n.x.abs() + n.y.abs() + n.z.abs());
+    let p = if n.z >= 0.0 { p } else { (Vec2::ONE - Vec2::new(p.y, p.x).abs()) * Vec2::ONE.copysign(p) };
+    let at = |x: f32| (((0.5 * x + 0.5) * ORIENTATIONS as f32) as usize).min(ORIENTATIONS - 1);
+    at(p.y) * ORIENTATIONS + at(p.x)
+}
+
+/// The unit vector at a point of the map, [0, 1]².
+fn of_map(p: Vec2) -> Vec3 {
+    let p = p * 2.0 - 1.0;
+    let z = 1.0 - p.x.abs() - p.y.abs();
+    let p = if z >= 0.0 { p } else { (Vec2::ONE - Vec2::new(p.y, p.x).abs()) * Vec2::ONE.copysign(p) };
+    p.extend(z).normalize()
+}
+
+impl Environment {
+    pub(crate) fn new(
+        image: &Arc<Image>,
+        scale: f32,
+        to_world: Mat4,
+        luminance: Vec3,
+    ) -> Result<Self, LightError> {
+        let (w, h, channels) = (image.width, image.height, image.channels.len());
+        if w < 2 || h < 2 || channels < 3 {
+            return Err(LightError::BadEnvironment { width: w, height: h, channels });
+        }
+        let to_world = Mat3::from_mat4(to_world);
+        let (across, down) = (w, h - 1);
+        let texels: Vec<Vec3A> = (0..h)
+            .flat_map(|y| (0..=w).map(move |x| (x, y)))
+            .map(|(x, y)| Vec3A::from_slice(&image.pixel(x % w, y)[..3]) * scale)
+            .collect();
+        let luminance = Vec3A::from(luminance);
+        // ∫ sin θ over a row of cells, exactly.
+        let row = |y: usize| (PI * y as f32 / down as f32).cos() - (PI * (y + 1) as f32 / down as f32).cos();
+        let mut environment = Self {
+            texels,
+            across,
+            down,
+            to_world,
+            to_local: to_world.inverse(),
+            luminance,
+            floor: 0.0,
+            solid_angles: (0..down).map(|y| row(y) * TAU / across as f32).collect(),
+            cells: Cells::new(&[0.0], 1, 1),
+            views: Vec::new(),
+        };
+        let whole: f64 = environment.solid_angles.iter().map(|s| f64::from(*s) * across as f64).sum();
+        let sum: f64 = environment.light().iter().map(|l| f64::from(*l)).sum();
+        environment.floor = (0.01 * sum / whole) as f32;
+        let light = environment.light();
+        environment.cells = Cells::new(&light, across, down);
+        environment.views = views(&environment.parts(&light), &environment.cells);
+        Ok(environment)
+    }
+
+    /// Of each cell: luminance times solid angle.
+    fn light(&self) -> Vec<f32> {
+        let cells = (0..self.down).flat_map(|y| (0..self.across).map(move |x| [x, y]));
+        cells.map(|[x, y]| self.light_of(self.corners([x, y]).into_iter().sum(), y)).collect()
+    }
+
+    /// The same from the sum of the cell's corners.
+    fn light_of(&self, corners: Vec3A, y: usize) -> f32 {
+        ((0.25 * self.luminance.dot(corners)).max(0.0) + self.floor) * self.solid_angles[y]
+    }
+
+    /// Radiance at the corners of a cell: two above, two below.
+    fn corners(&self, [x, y]: [usize; 2]) -> [Vec3A; 4] {
+        // One column more than the picture has, so that neighbours lie side by side everywhere.
+        let row = self.across + 1;
+        let at = y * row + x;
+        let (above, below) = (&self.texels[at..at + 2], &self.texels[at + row..at + row + 2]);
+        [above[0], above[1], below[0], below[1]]
+    }
+
+    /// How a surface that faces `facing` looks at it; zero: to all sides.
+    fn view(&self, facing: Vec3) -> &View {
+        let i = if facing == Vec3::ZERO {
+            self.views.len() - 1
+        } else {
+            orientation((self.to_local * facing).normalize())
+        };
+        &self.views[i]
+    }
+
+    /// Irradiance, roughly, that light samples of a surface that faces `facing` have to find.
+    pub(crate) fn irradiance(&self, facing: Vec3) -> f32 {
+        self.view(facing).irradiance
+    }
+
+    /// Of one cell of the picture: probability to density per solid angle.
+    fn per_solid_angle(&self, sin_theta: f32) -> f32 {
+        (self.across * self.down) as f32 / (2.0 * PI * PI * sin_theta)
+    }
+
+    /// The cell at x in [0, W) from the first texel's centre and y in [0, H − 1].
+    fn cell(&self, at: Vec2) -> [usize; 2] {
+        [(at.x as usize).min(self.across - 1), (at.y as usize).min(self.down - 1)]
+    }
+
+    /// Radiance along `direction`, and the density of `sample` there for a surface that faces `facing`.
+    pub(crate) fn radiance_pdf(&self, direction: Vec3, facing: Vec3) -> (Vec3, f32) {
+        let local = (self.to_local * direction).normalize();
+        let x = local.x.atan2(-local.z) * (1.0 / TAU) - 0.5 / self.across as f32;
+        let y = local.y.clamp(-1.0, 1.0).acos() * FRAC_1_PI;
+        let at = Vec2::new((x - x.floor()) * self.across as f32, y * self.down as f32);
+        let cell = self.cell(at);
+        let corners = self.corners(cell);
+        let sin_theta = (1.0 - local.y * local.y).max(0.0).sqrt();
+        let mut pdf = 0.0;
+        if sin_theta > 0.0 {
+            let light = self.light_of(corners.into_iter().sum(), cell[1]);
+            pdf =
+                self.view(facing).per_light[self.cells.block(cell)] * light * self.per_solid_angle(sin_theta);
+        }
+        (between(corners, at, cell), pdf)
+    }
+
+    /// Radiance at a place that `sample` has found.
+    pub(crate) fn radiance_at(&self, at: Vec2) -> Vec3 {
+        let cell = self.cell(at);
+        between(self.corners(cell), at, cell)
+    }
+
+    /// A direction for a surface that faces `facing`, its density, and the place where its radiance lies.
+    pub(crate) fn sample(&self, facing: Vec3, u: Vec2) -> Option<(Vec3, f32, Vec2)> {
+        let (block, u, p_block) = self.view(facing).sample(u);
+        let (at, p) = self.cells.sample(block, u);
+        let (sin_theta, cos_theta) = (at.y * (PI / self.down as f32)).sin_cos();
+        if sin_theta <= 0.0 || p_block * p <= 0.0 {
+            return None;
+        }
+        let (sin_phi, cos_phi) = ((at.x + 0.5) * (TAU / self.across as f32)).sin_cos();
+        let local = Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta);
+        let pdf = p_block * p * self.per_solid_angle(sin_theta);
+        Some(((self.to_world * local).normalize(), pdf, at))
+    }
+
+    /// The parts of all blocks.
+    fn parts(&self, light: &[f32]) -> Vec<Part> {
+        let size = self.cells.size;
+        let parts = size.map(|n| n.min(PARTS));
+        let columns = self.cells.count[0] * parts[0];
+        let mut sums = vec![(0.0f32, 0.0f32, Vec3::ZERO); columns * self.cells.count[1] * parts[1]];
+        let part_of =
+            |i: usize, axis: usize| i / size[axis] * parts[axis] + i % size[axis] * parts[axis] / size[axis];
+        for (y, &solid_angle) in self.solid_angles.iter().enumerate() {
+            let (sin_theta, cos_theta) = ((y as f32 + 0.5) * (PI / self.down as f32)).sin_cos();
+            for x in 0..self.across {
+                let (sin_phi, cos_phi) = ((x as f32 + 1.0) * (TAU / self.across as f32)).sin_cos();
+                let direction = Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta);
+                let sum = &mut sums[part_of(y, 1) * columns + part_of(x, 0)];
+                sum.0 += solid_angle;
+                sum.1 += light[y * self.across + x];
+                sum.2 += direction * solid_angle;
+            }
+        }
+        let part = |(i, &(solid_angle, light, direction)): (usize, &(f32, f32, Vec3))| Part {
+            block: i / columns / parts[1] * self.cells.count[0] + i % columns / parts[0],
+            direction: direction.normalize_or_zero(),
+            solid_angle,
+            light,
+        };
+        sums.iter().enumerate().map(part).filter(|p| p.solid_angle > 0.0).collect()
+    }
+}
+
+/// Radiance at a place in a `cell` with these corners.
+fn between(corners: [Vec3A; 4], at: Vec2, cell: [usize; 2]) -> Vec3 {
+    let t = at - Vec2::new(cell[0] as f32, cell[1] as f32);
+    let (above, below) = (corners[0].lerp(corners[1], t.x), corners[2].lerp(corners[3], t.x));
+    above.lerp(below, t.y).into()
+}
+
+/// A part of a block: where it is, its size, and the light from it.
+struct Part {
+    block: usize,
+    direction: Vec3,
+    solid_angle: f32,
+    /// Luminance times solid angle.
+    light: f32,
+}
+
+/// With one sample of a material that draws directions with density q, and one of the light with p, the balance
+/// heuristic has no noise where p + q goes as f cos L; for a matt surface under irradiance E that is
+/// p ∝ cos (L − E / 2π).
+fn views(parts: &[Part], cells: &Cells) -> Vec<View> {
+    let view = |cosines: &dyn Fn(Vec3) -> f32| {
+        let cosines: Vec<f32> = parts.iter().map(|p| cosines(p.direction)).collect();
+        let sum = |f: fn(&Part) -> f32| -> f32 { parts.iter().zip(&cosines).map(|(p, c)| c * f(p)).sum() };
+        let even = 0.5 * sum(|p| p.light) / sum(|p| p.solid_angle);
+        let mut blocks = vec![0.0; cells.light.len()];
+        for (part, cos) in parts.iter().zip(&cosines) {
+            let bright = (part.light - even * part.solid_angle).max(0.0);
+            blocks[part.block] += cos * (bright + ALWAYS * part.light);
+        }
+        View::new(&blocks, cells)
+    };
+    let mut views: Vec<View> = (0..ORIENTATIONS * ORIENTATIONS)
+        .map(|i| {
+            let square = Vec2::new((i % ORIENTATIONS) as f32, (i / ORIENTATIONS) as f32);
+            let normals = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]]
+                .map(|c| of_map((square + Vec2::from_array(c)) / ORIENTATIONS as f32));
+            view(&|w| 0.25 * normals.iter().map(|n| n.dot(w).max(0.0)).sum::<f32>())
+        })
+        .collect();
+    // The cosine's mean over all directions.
+    views.push(view(&|_| 0.25));
+    views
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use yugen_optics::warp::uniform_sphere;
+
+    #[test]
+    fn an_environment_is_sampled_where_it_shines_and_its_density_integrates_to_one() {
+        let mut image = Image::rgb(16, 9);
+        for (i, v) in image.data.iter_mut().enumerate() {
+            *v = ((i * 31) % 7) as f32 * 0.1;
+        }
+        image.pixel_mut(5, 3).copy_from_slice(&[50.0, 40.0, 30.0]);
+        let turn = Mat4::from_rotation_x(0.7) * Mat4::from_rotation_y(-1.9);
+        let env =
+            Environment::new(&Arc::new(image), 2.0, turn, Vec3::new(0.2, 0.7, 0.1)).expect("a good picture");
+        let facing = [Vec3::ZERO, Vec3::Y, Vec3::new(0.3, -0.8, 0.5).normalize()];
+        let frame = yugen_optics::Frame::from_normal(Vec3::new(0.3, 0.8, -0.5).normalize());
+        for facing in facing {
+            // Towards the horizon there may be light that only materials find.
+            let high = |w: Vec3| f64::from(u8::from(facing == Vec3::ZERO || facing.dot(w) > 0.3));
+            let n = 300;
+            let (mut integral, mut power) = (0.0f64, 0.0f64);
+            for i in 0..n {
+                for j in 0..n {
+                    let w = frame.to_world(uniform_sphere((Vec2::new(i as f32, j as f32) + 0.5) / n as f32));
+                    let (radiance, pdf) = env.radiance_pdf(w, facing);
+                    integral += f64::from(pdf);
+                    power += f64::from(radiance.y) * high(w);
+                }
+            }
+            let solid = 4.0 * std::f64::consts::PI / f64::from(n * n);
+            assert!((integral * solid - 1.0).abs() < 0.01, "{}", integral * solid);
+            let mut sum = 0.0f64;
+            let samples = 100_000;
+            let mut disagree = 0;
+            let mut rng = yugen_optics::random::Pcg32::new(3, 4);
+            for _ in 0..samples {
+                let u = Vec2::new(rng.next_f32(), rng.next_f32());
+                let (w, pdf, _) = env.sample(facing, u).expect("a direction");
+                // A direction on the border of two cells may be read back in the other one.
+                let (radiance, again) = env.radiance_pdf(w, facing);
+                disagree += u32::from((again / pdf - 1.0).abs() > 1e-3);
+                sum += f64::from(radiance.y / pdf) * high(w);
+            }
+            let estimate = sum / f64::from(samples);
+            assert!(disagree < 50, "{disagree} of {samples}");
+            assert!((estimate / (power * solid) - 1.0).abs() < 0.01, "{estimate} {}", power * solid);
+        }
+    }
+}
