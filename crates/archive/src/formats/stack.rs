@@ -175,7 +175,14 @@ impl Options {
     /// The text of a file that says what differs from the usual.
     pub fn text(&self) -> String {
         let usual = Self::default();
-        let quoted = |t: &str| format!("\"{}\"", t.replace('\\', "\\\\").replace('"', "\\\""));
+        let quoted = |t: &str| {
+            let one = |c: char| match c {
+                '"' | '\\' => format!("\\{c}"),
+                c if c.is_control() => format!("\\u{:04X}", c as u32),
+                c => c.to_string(),
+            };
+            format!("\"{}\"", t.chars().map(one).collect::<String>())
+        };
         let rgb = |c: &[f32; 3]| match c[0] == c[1] && c[1] == c[2] {
             true => format!("{:?}", c[0]),
             false => format!("{c:?}"),

@@ -215,7 +215,11 @@ fn options_say_how_the_numbers_are_meant() {
 
     let text = stack.options.text();
     assert_eq!(Options::parse(text.as_bytes(), "a".as_ref()).unwrap(), stack.options, "{text}");
-    let odd = Options { lights: "a\\\"b.lp".into(), response: Response::Power(2.2), ..Options::default() };
+    let odd = Options {
+        lights: "a\\\"b\u{c}\u{7f}.lp".into(),
+        response: Response::Power(2.2),
+        ..Options::default()
+    };
     assert_eq!(Options::parse(odd.text().as_bytes(), "a".as_ref()).unwrap(), odd);
     for (text, want) in [
         ("axis = 1", "s.toml:1:1: unknown key 'axis'; did you mean 'axes'?"),
