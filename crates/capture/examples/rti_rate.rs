@@ -5,7 +5,7 @@
 use std::time::Instant;
 use yugen_archive::formats::relightable::{Basis, Colouring};
 use yugen_capture::rti::Encoding;
-use yugen_capture::rti::fit::{Options, fit};
+use yugen_capture::rti::fit::{Fitted, Options, fit_into};
 use yugen_capture::simulate::fibonacci_dome;
 use yugen_capture::{Lights, Stack};
 use yugen_optics::random::Pcg32;
@@ -39,11 +39,12 @@ fn main() {
     for basis in Basis::ALL {
         for (name, encoding) in [("linear", Encoding::Linear), ("srgb", Encoding::Srgb)] {
             let options = Options { basis, colouring: Colouring::Rgb, encoding, ridge: 0.0 };
+            let mut fitted = Fitted::none(&options);
             let before = core_seconds(start);
             let mut rounds = 0;
             // Ticks are coarse: a second is a hundred of them.
             while core_seconds(start) - before < 1.0 {
-                assert!(fit(&stack, &options).is_ok_and(|f| f.empty == 0));
+                assert!(fit_into(&stack, &options, &mut fitted).is_ok() && fitted.empty == 0);
                 rounds += 1;
             }
             let seconds = (core_seconds(start) - before) / f64::from(rounds);

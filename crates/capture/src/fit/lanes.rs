@@ -1,5 +1,5 @@
-//! Eight texels side by side. Plain arrays and plain IEEE operations, never fused: whatever instructions the
-//! compiler makes of them, the bits are the same.
+//! Eight numbers side by side. Plain arrays and plain IEEE operations, fused only where it says so: whatever
+//! instructions the compiler makes of them, the bits are the same.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
@@ -36,6 +36,15 @@ impl F {
     fn zip(mut self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         for (a, b) in self.0.iter_mut().zip(b.0) {
             *a = f(*a, b);
+        }
+        self
+    }
+
+    /// self · b + c, rounded once. Slow on processors that cannot do it in one instruction.
+    #[inline(always)]
+    pub fn mul_add(mut self, b: Self, c: Self) -> Self {
+        for i in 0..LANES {
+            self.0[i] = self.0[i].mul_add(b.0[i], c.0[i]);
         }
         self
     }

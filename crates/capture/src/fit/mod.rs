@@ -11,7 +11,7 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod compare;
-mod lanes;
+pub(crate) mod lanes;
 mod model;
 mod prior;
 mod refine;

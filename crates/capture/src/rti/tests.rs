@@ -228,12 +228,15 @@ fn light_is_summed_up_before_or_after_decoding() {
             }
         }
     }
-    // The table of the curve.
+    // The polynomial of the curve: 2.9e-6.
+    let mut worst = 0f32;
     for i in 0..10_000 {
         let v = i as f32 / 9_000.0;
         let want = yugen_optics::colour::linear_to_srgb(v.min(1.0));
-        assert!((Encoding::Srgb.encode(v) - want).abs() < 2e-5, "{v}");
+        worst = worst.max((Encoding::Srgb.encode(v) - want).abs());
     }
+    println!("sRGB within {worst}");
+    assert!(worst < 1e-5, "{worst}");
     assert!(Encoding::Srgb.encode(f32::NAN).is_nan());
     assert_eq!(Encoding::Srgb.encode(-1.0), 0.0);
     assert!((Encoding::Srgb.encode(f32::INFINITY) - 1.0).abs() < 1e-6);

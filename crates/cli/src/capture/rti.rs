@@ -7,7 +7,7 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
-use yugen_capture::rti::fit::{Options, choose_ridge, fit};
+use yugen_capture::rti::fit::{Fitted, Options, choose_ridge, fit_into};
 use yugen_capture::rti::{Encoding, light};
 
 /// Fits PTM or HSH to a stack of photographs and writes them for RTI viewers.
@@ -67,12 +67,14 @@ impl Rti {
 
         // The smoothing is one for the whole picture, chosen where the sample most likely is.
         let ridge = choose_ridge(&source.middle(rows)?, basis, encoding)?;
+        let options = Options { basis, colouring, encoding, ridge };
+        let mut fitted = Fitted::none(&options);
         let (mut seconds, mut empty) = (0.0, 0);
         let (mut squares, mut count) = (0.0f64, 0u64);
         let mut bands = source.bands(rows)?;
         while let Some(band) = bands.next()? {
             let started = Instant::now();
-            let fitted = fit(&band, &Options { basis, colouring, encoding, ridge })?;
+            fit_into(&band, &options, &mut fitted)?;
             seconds += started.elapsed().as_secs_f64();
             empty += fitted.empty;
             let (sum, n) = light::misfit(&band, &fitted.picture, encoding);
