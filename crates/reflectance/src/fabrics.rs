@@ -71,175 +71,42 @@ pub(crate) const PRESETS: [Preset; 6] = {
     presets
 };
 
-/// The table. The tangent lengths and the charmeuse's twisted A = 0.2 follow the published codes that agree with
-/// one another.
+/// The table, a line a thread: η, the scale of the colour, k_d, γ_s, γ_v and the share of the area; the colour A; offsets
+/// of the tangents; lengths between them. The tangent lengths and the charmeuse's twisted A = 0.2 follow the
+/// published codes that agree with one another.
+#[rustfmt::skip]
 pub(crate) const FABRICS: [Fabric; 6] = [
-    Fabric {
-        name: "linen_plain",
-        doc: "Linen plain weave (Sadeghi et al. 2013, Table II)",
-        threads: [
-            Yarn {
-                eta: 1.46,
-                colour: [0.2, 0.8, 1.0],
-                scale: 0.3,
-                k_d: 0.3,
-                gamma_s: 12.0,
-                gamma_v: 24.0,
-                a: 0.33,
-                offsets: &[-25.0, 25.0],
-                lengths: &[1.0],
-            },
-            Yarn {
-                eta: 1.46,
-                colour: [0.2, 0.8, 1.0],
-                scale: 0.3,
-                k_d: 0.3,
-                gamma_s: 12.0,
-                gamma_v: 24.0,
-                a: 0.33,
-                offsets: &[-25.0, 25.0],
-                lengths: &[1.0],
-            },
-        ],
-    },
-    Fabric {
-        name: "silk_crepe_de_chine",
-        doc: "Silk crêpe de Chine, flat and twisted threads (Sadeghi et al. 2013, Table II)",
-        threads: [
-            Yarn {
-                eta: 1.345,
-                colour: [1.0, 0.95, 0.05],
-                scale: 0.12,
-                k_d: 0.2,
-                gamma_s: 5.0,
-                gamma_v: 10.0,
-                a: 0.75,
-                offsets: &[-35.0, -35.0, 35.0, 35.0],
-                lengths: &[1.0, 1.0, 1.0],
-            },
-            Yarn {
-                eta: 1.345,
-                colour: [1.0, 0.95, 0.05],
-                scale: 0.16,
-                k_d: 0.3,
-                gamma_s: 18.0,
-                gamma_v: 32.0,
-                a: 0.25,
-                offsets: &[0.0, 0.0],
-                lengths: &[1.0],
-            },
-        ],
-    },
-    Fabric {
-        name: "polyester_satin_charmeuse",
-        doc: "Polyester satin charmeuse, front (Sadeghi et al. 2013, Table II)",
-        threads: [
-            Yarn {
-                eta: 1.539,
-                colour: [1.0, 0.37, 0.3],
-                scale: 0.035,
-                k_d: 0.1,
-                gamma_s: 2.5,
-                gamma_v: 5.0,
-                a: 0.9,
-                offsets: &[-32.0, -32.0, -18.0, 0.0, 0.0, 18.0, 32.0, 32.0],
-                lengths: &[1.33, 0.66, 2.0, 2.0, 2.0, 0.66, 1.33],
-            },
-            Yarn {
-                eta: 1.539,
-                colour: [1.0, 0.37, 0.3],
-                scale: 0.2,
-                k_d: 0.7,
-                gamma_s: 30.0,
-                gamma_v: 60.0,
-                a: 0.1,
-                offsets: &[0.0, 0.0],
-                lengths: &[1.0],
-            },
-        ],
-    },
-    Fabric {
-        name: "polyester_satin_charmeuse_back",
-        doc: "Polyester satin charmeuse, back (Sadeghi et al. 2013, Table II)",
-        threads: [
-            Yarn {
-                eta: 1.539,
-                colour: [1.0, 0.37, 0.3],
-                scale: 0.035,
-                k_d: 0.1,
-                gamma_s: 2.5,
-                gamma_v: 5.0,
-                a: 0.67,
-                offsets: &[-30.0, -30.0, 30.0, 30.0, -5.0, -5.0, 5.0, 5.0],
-                lengths: &[1.33, 1.33, 1.33, 0.0, 0.67, 0.67, 0.67],
-            },
-            Yarn {
-                eta: 1.539,
-                colour: [1.0, 0.37, 0.3],
-                scale: 0.2,
-                k_d: 0.7,
-                gamma_s: 30.0,
-                gamma_v: 60.0,
-                a: 0.33,
-                offsets: &[0.0, 0.0],
-                lengths: &[1.0],
-            },
-        ],
-    },
-    Fabric {
-        name: "silk_shot",
-        doc: "Shot silk, two colours of thread (Sadeghi et al. 2013, Table II)",
-        threads: [
-            Yarn {
-                eta: 1.345,
-                colour: [0.1, 1.0, 0.4],
-                scale: 0.2,
-                k_d: 0.1,
-                gamma_s: 4.0,
-                gamma_v: 8.0,
-                a: 0.86,
-                offsets: &[-25.0, -25.0, 25.0, 25.0],
-                lengths: &[1.33, 2.67, 1.33],
-            },
-            Yarn {
-                eta: 1.345,
-                colour: [1.0, 0.0, 0.1],
-                scale: 0.6,
-                k_d: 0.1,
-                gamma_s: 5.0,
-                gamma_v: 10.0,
-                a: 0.14,
-                offsets: &[0.0, 0.0],
-                lengths: &[1.0],
-            },
-        ],
-    },
-    Fabric {
-        name: "velvet",
-        doc: "Velvet, whose pile stands up (Sadeghi et al. 2013, Table II)",
-        threads: [
-            Yarn {
-                eta: 1.46,
-                colour: [0.05, 0.02, 0.0],
-                scale: 0.3,
-                k_d: 0.1,
-                gamma_s: 6.0,
-                gamma_v: 12.0,
-                a: 0.5,
-                offsets: &[-90.0, -50.0],
-                lengths: &[1.0],
-            },
-            Yarn {
-                eta: 1.46,
-                colour: [0.05, 0.02, 0.0],
-                scale: 0.3,
-                k_d: 0.1,
-                gamma_s: 6.0,
-                gamma_v: 12.0,
-                a: 0.5,
-                offsets: &[-90.0, -55.0, 55.0, 90.0],
-                lengths: &[0.5, 0.0, 0.5],
-            },
-        ],
-    },
+    Fabric { name: "linen_plain", doc: "Linen plain weave (Sadeghi et al. 2013, Table II)", threads: [
+        yarn([1.46, 0.3, 0.3, 12.0, 24.0, 0.33], [0.2, 0.8, 1.0], &[-25.0, 25.0], &[1.0]),
+        yarn([1.46, 0.3, 0.3, 12.0, 24.0, 0.33], [0.2, 0.8, 1.0], &[-25.0, 25.0], &[1.0]),
+    ] },
+    Fabric { name: "silk_crepe_de_chine", doc: "Silk crêpe de Chine, flat and twisted threads (Sadeghi et al. 2013, Table II)", threads: [
+        yarn([1.345, 0.12, 0.2, 5.0, 10.0, 0.75], [1.0, 0.95, 0.05], &[-35.0, -35.0, 35.0, 35.0], &[1.0, 1.0, 1.0]),
+        yarn([1.345, 0.16, 0.3, 18.0, 32.0, 0.25], [1.0, 0.95, 0.05], &[0.0, 0.0], &[1.0]),
+    ] },
+    Fabric { name: "polyester_satin_charmeuse", doc: "Polyester satin charmeuse, front (Sadeghi et al. 2013, Table II)", threads: [
+        yarn([1.539, 0.035, 0.1, 2.5, 5.0, 0.9], [1.0, 0.37, 0.3], &[-32.0, -32.0, -18.0, 0.0, 0.0, 18.0, 32.0, 32.0], &[1.33, 0.66, 2.0, 2.0, 2.0, 0.66, 1.33]),
+        yarn([1.539, 0.2, 0.7, 30.0, 60.0, 0.1], [1.0, 0.37, 0.3], &[0.0, 0.0], &[1.0]),
+    ] },
+    Fabric { name: "polyester_satin_charmeuse_back", doc: "Polyester satin charmeuse, back (Sadeghi et al. 2013, Table II)", threads: [
+        yarn([1.539, 0.035, 0.1, 2.5, 5.0, 0.67], [1.0, 0.37, 0.3], &[-30.0, -30.0, 30.0, 30.0, -5.0, -5.0, 5.0, 5.0], &[1.33, 1.33, 1.33, 0.0, 0.67, 0.67, 0.67]),
+        yarn([1.539, 0.2, 0.7, 30.0, 60.0, 0.33], [1.0, 0.37, 0.3], &[0.0, 0.0], &[1.0]),
+    ] },
+    Fabric { name: "silk_shot", doc: "Shot silk, two colours of thread (Sadeghi et al. 2013, Table II)", threads: [
+        yarn([1.345, 0.2, 0.1, 4.0, 8.0, 0.86], [0.1, 1.0, 0.4], &[-25.0, -25.0, 25.0, 25.0], &[1.33, 2.67, 1.33]),
+        yarn([1.345, 0.6, 0.1, 5.0, 10.0, 0.14], [1.0, 0.0, 0.1], &[0.0, 0.0], &[1.0]),
+    ] },
+    Fabric { name: "velvet", doc: "Velvet, whose pile stands up (Sadeghi et al. 2013, Table II)", threads: [
+        yarn([1.46, 0.3, 0.1, 6.0, 12.0, 0.5], [0.05, 0.02, 0.0], &[-90.0, -50.0], &[1.0]),
+        yarn([1.46, 0.3, 0.1, 6.0, 12.0, 0.5], [0.05, 0.02, 0.0], &[-90.0, -55.0, 55.0, 90.0], &[0.5, 0.0, 0.5]),
+    ] },
 ];
+
+const fn yarn(
+    [eta, scale, k_d, gamma_s, gamma_v, a]: [f32; 6],
+    colour: [f32; 3],
+    offsets: &'static [f32],
+    lengths: &'static [f32],
+) -> Yarn {
+    Yarn { eta, colour, scale, k_d, gamma_s, gamma_v, a, offsets, lengths }
+}

@@ -38,13 +38,18 @@ pub fn bin_centre(theta_h: usize, theta_d: usize, phi_d: usize) -> [f32; 3] {
 /// A table in the order of [`VALUES`] from any isotropic reflection `f(wo, wi)`, at the centres of the bins;
 /// −1 where a direction lies below the surface, as in the measurements.
 pub fn tabulate(f: impl Fn(Vec3, Vec3) -> Vec3) -> Vec<f32> {
+    tabulate_angles(|_, wo, wi| f(wo, wi))
+}
+
+/// As [`tabulate`], from a reflection that knows θ_h, θ_d, φ_d as well.
+pub fn tabulate_angles(f: impl Fn([f32; 3], Vec3, Vec3) -> Vec3) -> Vec<f32> {
     let mut values = Vec::with_capacity(VALUES);
     for h in 0..THETA_H {
         for d in 0..THETA_D {
             for p in 0..PHI_D {
-                let [th, td, pd] = bin_centre(h, d, p);
+                let angles @ [th, td, pd] = bin_centre(h, d, p);
                 let (wo, wi) = from_rusinkiewicz(th, td, pd);
-                let value = if wo.z > 0.0 && wi.z > 0.0 { f(wo, wi) } else { Vec3::NEG_ONE };
+                let value = if wo.z > 0.0 && wi.z > 0.0 { f(angles, wo, wi) } else { Vec3::NEG_ONE };
                 values.extend(value.to_array());
             }
         }

@@ -9,8 +9,7 @@ use crate::{Error, Place};
 use glam::Vec3;
 use std::path::Path;
 use yugen_optics::frame::spherical;
-use yugen_reflectance::importance::from_rusinkiewicz;
-use yugen_reflectance::merl::{PHI_D, THETA_D, THETA_H, VALUES, bin_centre};
+use yugen_reflectance::merl::tabulate_angles;
 
 const IN: usize = 6;
 const HIDDEN: usize = 21;
@@ -43,20 +42,9 @@ impl NeuralBrdf {
         Vec3::from_array(layer::<HIDDEN, OUT>(third, &x).map(|v| v.exp_m1().max(0.0)))
     }
 
-    /// As a MERL table in the order of [`VALUES`], linear sRGB, −1 below the horizon.
+    /// As a MERL table in the order of [`yugen_reflectance::merl::VALUES`], linear sRGB, −1 below the horizon.
     pub fn tabulate(&self) -> Vec<f32> {
-        let mut values = Vec::with_capacity(VALUES);
-        for h in 0..THETA_H {
-            for d in 0..THETA_D {
-                for p in 0..PHI_D {
-                    let [th, td, pd] = bin_centre(h, d, p);
-                    let (wo, wi) = from_rusinkiewicz(th, td, pd);
-                    let seen = wo.z > 0.0 && wi.z > 0.0;
-                    values.extend(if seen { self.eval(th, td, pd) } else { Vec3::NEG_ONE }.to_array());
-                }
-            }
-        }
-        values
+        tabulate_angles(|[h, d, p], _, _| self.eval(h, d, p))
     }
 }
 

@@ -1,6 +1,7 @@
 //! The pose of an animation at a moment (glTF 2.0, 3.11 and appendix C).
 
-use super::document::{AnimationEntry, Document, Node};
+use super::document::Document;
+use super::schema::{AnimationEntry, Node};
 use crate::Error;
 use crate::formats::Moment;
 use glam::Quat;

@@ -1,6 +1,6 @@
 //! Materials and pictures.
 
-use super::document::{MaterialEntry, TextureInfo};
+use super::schema::{MaterialEntry, TextureInfo};
 use super::{Finish, Reader};
 use crate::Error;
 use crate::formats::image;

@@ -9,6 +9,7 @@
 mod animation;
 mod document;
 mod materials;
+mod schema;
 #[cfg(test)]
 mod tests;
 
@@ -16,8 +17,9 @@ use super::folders::Folders;
 use super::{Moment, Options};
 use crate::scene::{Camera, Film, FovAxis, Geometry, Light, MaterialId, Mesh, Projection, Shape, Value};
 use crate::{Error, Scene};
-use document::{CameraEntry, Document, LightEntry, Node, Primitive, Skin};
+use document::Document;
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+use schema::{CameraEntry, LightEntry, Node, Primitive, Skin};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;

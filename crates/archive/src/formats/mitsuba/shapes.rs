@@ -112,16 +112,8 @@ impl Builder<'_> {
             name = p.plugin().to_string();
         }
         p.finish()?;
-        Ok(Shape {
-            name,
-            geometry,
-            to_world,
-            flip_normals,
-            face_normals,
-            material,
-            emission,
-            two_sided_emission: false,
-        })
+        let shape = Shape::new(name, geometry, to_world, material);
+        Ok(Shape { flip_normals, face_normals, emission, ..shape })
     }
 
     fn area(&mut self, p: Properties) -> Result<Value, Error> {

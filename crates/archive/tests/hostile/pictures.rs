@@ -1,0 +1,163 @@
+//! Pictures.
+
+use crate::{FILE, assault_with, mutate};
+use std::path::Path;
+use yugen_archive::formats::image::rows::Rows;
+use yugen_archive::formats::image::{ReadOptions, WriteOptions, read_bytes, write_bytes};
+use yugen_optics::Image;
+
+fn picture(channels: &[&str]) -> Image {
+    let mut image = Image::new(13, 9, channels);
+    for (i, v) in image.data.iter_mut().enumerate() {
+        *v = if i % 5 < 3 { 0.25 } else { (i % 11) as f32 / 10.0 };
+    }
+    image
+}
+
+/// Pictures may have 2^16 samples here, a quarter of a mebibyte. The libraries that decode them hold the
+/// picture up to three times, and tables of their own.
+fn assault_pictures(name: &str, seeds: &[Vec<u8>]) {
+    let options = ReadOptions { max_samples: 1 << 16, ..ReadOptions::default() };
+    assault_with(name, seeds, 3_000, mutate, |b| match read_bytes(b, Path::new(FILE), &options) {
+        Ok(image) => {
+            assert_eq!(image.data.len(), image.width * image.height * image.channels.len());
+            assert!(image.data.iter().all(|v| v.is_finite()));
+            true
+        }
+        Err(e) => {
+            assert!(e.to_string().contains(FILE), "{e}");
+            false
+        }
+    });
+}
+
+fn written(name: &str, channels: &[&str], options: &WriteOptions) -> Vec<u8> {
+    write_bytes(Path::new(name), &picture(channels), options).unwrap()
+}
+
+/// What others write: parts, tiles and every compression.
+fn exr_seed(compression: exr::prelude::Compression, tiles: bool) -> Vec<u8> {
+    use exr::prelude::*;
+    let blocks = if tiles { Blocks::Tiles(Vec2(8, 8)) } else { Blocks::ScanLines };
+    let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+    let layer = |name: &str| {
+        let colour = |p: Vec2<usize>| (p.x() as f32 / 10.0, f16::from_f32(p.y() as f32), 0.5f32);
+        Layer::new((13, 9), LayerAttributes::named(name), encoding, SpecificChannels::rgb(colour))
+    };
+    let window = IntegerBounds::from_dimensions((13, 9));
+    let image =
+        Image::empty(ImageAttributes::new(window)).with_layer(layer("beauty")).with_layer(layer("albedo"));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image.write().non_parallel().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn exr_pictures() {
+    use exr::prelude::Compression;
+    let half = WriteOptions { half: true, ..WriteOptions::default() };
+    let seeds = [
+        written("a.exr", &["R", "G", "B", "depth.Z"], &WriteOptions::default()),
+        written("a.exr", &["Y"], &half),
+        exr_seed(Compression::Uncompressed, false),
+        exr_seed(Compression::RLE, true),
+        exr_seed(Compression::ZIP1, false),
+        exr_seed(Compression::PIZ, true),
+        exr_seed(Compression::PXR24, false),
+        exr_seed(Compression::B44, false),
+    ];
+    assault_pictures("image exr", &seeds);
+}
+
+#[test]
+fn hdr_pictures() {
+    let mut old =
+        b"#?RADIANCE\nEXPOSURE=2\nPRIMARIES=0.64 0.33 0.3 0.6 0.15 0.06 0.3127 0.329\n\n+X 3 -Y 5\n".to_vec();
+    old.extend([128, 64, 32, 129, 1, 1, 1, 4].repeat(3));
+    assault_pictures("image hdr", &[written("a.hdr", &["R", "G", "B"], &WriteOptions::default()), old]);
+}
+
+#[test]
+fn png_pictures() {
+    let deep = WriteOptions { bits: 16, ..WriteOptions::default() };
+    let seeds = [
+        written("a.png", &["R", "G", "B"], &WriteOptions::default()),
+        written("a.png", &["Y", "A"], &WriteOptions::default()),
+        written("a.png", &["R", "G", "B", "A"], &deep),
+    ];
+    assault_pictures("image png", &seeds);
+}
+
+#[test]
+fn jpeg_pictures() {
+    let seeds = [["R", "G", "B"].as_slice(), &["Y"]].map(|c| written("a.jpg", c, &WriteOptions::default()));
+    assault_pictures("image jpeg", &seeds);
+}
+
+#[test]
+fn webp_pictures() {
+    let mut bytes = Vec::new();
+    let pixels: Vec<u8> = (0..13 * 9 * 4u32).map(|i| (i * i % 251) as u8).collect();
+    let encoder = image::codecs::webp::WebPEncoder::new_lossless(&mut bytes);
+    encoder.encode(&pixels, 13, 9, image::ExtendedColorType::Rgba8).unwrap();
+    assault_pictures("image webp", &[bytes]);
+}
+
+fn tiff_seed(compression: tiff::encoder::Compression, rows_per_strip: u32) -> Vec<u8> {
+    use tiff::encoder::{TiffEncoder, colortype::RGB16};
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let data: Vec<u16> = (0..13 * 9 * 3u32).map(|i| (i * i % 65521) as u16).collect();
+    let mut encoder = TiffEncoder::new(&mut bytes).unwrap().with_compression(compression);
+    let mut image = encoder.new_image::<RGB16>(13, 9).unwrap();
+    image.rows_per_strip(rows_per_strip).unwrap();
+    image.write_data(&data).unwrap();
+    bytes.into_inner()
+}
+
+fn tiff_seeds() -> [Vec<u8>; 3] {
+    use tiff::encoder::Compression;
+    [
+        tiff_seed(Compression::Uncompressed, 9),
+        tiff_seed(Compression::Lzw, 2),
+        tiff_seed(Compression::Packbits, 4),
+    ]
+}
+
+#[test]
+fn tiff_pictures() {
+    assault_pictures("image tiff", &tiff_seeds());
+}
+
+/// The way through a file on the disk that pictures of a stack take.
+#[test]
+fn pictures_row_by_row() {
+    use exr::prelude::Compression;
+    let options = ReadOptions { max_samples: 1 << 16, ..ReadOptions::raw() };
+    let mut seeds = vec![
+        written("a.png", &["R", "G", "B"], &WriteOptions { bits: 16, ..WriteOptions::default() }),
+        written(
+            "a.exr",
+            &["R", "G", "B", "sigma.R"],
+            &WriteOptions { half: true, ..WriteOptions::default() },
+        ),
+        exr_seed(Compression::PIZ, true),
+        written("a.hdr", &["R", "G", "B"], &WriteOptions::default()),
+    ];
+    seeds.extend(tiff_seeds());
+    let file = tempfile::NamedTempFile::new().unwrap();
+    assault_with("rows", &seeds, 1_500, mutate, |b| {
+        std::fs::write(file.path(), b).unwrap();
+        let read = || {
+            let mut rows = Rows::open(file.path(), &options, &mut (1 << 20))?;
+            let mut line = vec![[0.0; 3]; rows.width];
+            (0..rows.height).try_for_each(|_| rows.next_row(&mut line))
+        };
+        match read() {
+            Ok(()) => true,
+            Err(e) => {
+                assert!(e.to_string().contains(file.path().to_str().unwrap()), "{e}");
+                false
+            }
+        }
+    });
+}
