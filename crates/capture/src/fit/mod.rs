@@ -24,8 +24,11 @@ pub use smooth::smooth_tangents;
 use crate::{Lights, Stack};
 use glam::Vec3;
 use lanes::{F, LANES, Mask};
-use model::{Common, Loss, N, Own, Ray, Rays, Theta, linear, ray, robust_weights, scales, surface};
-use refine::{Refined, factor, refine, solve};
+use model::{
+    Common, Loss, N, Own, Products, Profile, Ray, Rays, Theta, linear, products, ray, robust_weights, scale,
+    surface,
+};
+use refine::{Known, Refined, factor, refine, solve};
 use start::Scratch;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use yugen_reflectance::btf::Texel;
@@ -99,7 +102,7 @@ pub fn fit(
     let done = AtomicUsize::new(0);
     let pieces = in_parallel(texels.div_ceil(PIECE), threads, |piece, room| {
         let (from, to) = (piece * PIECE, ((piece + 1) * PIECE).min(texels));
-        let fitted = fit_range(stack, options, prior, from, to, room);
+        let fitted = fit_range(stack, options, prior, false, from, to, room);
         progress(done.fetch_add(to - from, Ordering::Relaxed) + to - from);
         fitted.into_iter().map(|o| o.fitted).collect::<Vec<_>>()
     });
@@ -113,7 +116,7 @@ pub fn fit_readings(readings: &[Reading], values: &[[f32; 3]], options: &Options
     let rays: Vec<Ray> = rays.into_iter().flatten().collect();
     let mut room = Room::default();
     room.gather(&used, |_| Some(values), 1, options);
-    block(Common(&rays), options, None, &mut room)[0].fitted
+    block(Common(&rays), options, None, false, &mut room)[0].fitted
 }
 
 /// Pieces of so many texels are what threads take turns at.
@@ -155,6 +158,7 @@ fn fit_range(
     stack: &Stack,
     options: &Options,
     prior: Option<&Prior>,
+    learning: bool,
     from: usize,
     to: usize,
     room: &mut Room,
@@ -178,7 +182,7 @@ fn fit_range(
         };
         let fitted = if let Some((used, rays)) = &distant {
             room.gather(used, samples, count, options);
-            block(Common(rays), options, prior, room)
+            block(Common(rays), options, prior, learning, room)
         } else {
             let n = stack.lights.len();
             room.used.clear();
@@ -207,7 +211,7 @@ fn fit_range(
                 room.weight[light].0[lane] = 0.0;
             }
             let own = std::mem::take(&mut room.own);
-            let fitted = block(Own(&own), options, prior, room);
+            let fitted = block(Own(&own), options, prior, learning, room);
             room.own = own;
             fitted
         };
@@ -275,10 +279,18 @@ struct Outcome {
     /// Half the gradient, in the same units: what the prior had to hold against.
     slope: Theta,
     features: prior::Features,
+    /// What the profile of its highlight is learned from.
+    products: Products,
 }
 
 /// Fits eight texels whose readings lie in `room`.
-fn block<R: Rays>(rays: R, options: &Options, prior: Option<&Prior>, room: &mut Room) -> [Outcome; LANES] {
+fn block<R: Rays>(
+    rays: R,
+    options: &Options,
+    prior: Option<&Prior>,
+    learning: bool,
+    room: &mut Room,
+) -> [Outcome; LANES] {
     let n = room.value.len();
     let usable: [usize; LANES] =
         std::array::from_fn(|lane| room.weight.iter().filter(|w| w.0[lane] > 0.0).count());
@@ -293,17 +305,40 @@ fn block<R: Rays>(rays: R, options: &Options, prior: Option<&Prior>, room: &mut 
     let cluster: [Option<usize>; LANES] = features.map(|f| prior.and_then(|p| p.nearest(&f)));
     let known = prior::known(prior, &cluster);
 
-    let start = best_start(rays, room, prior, &cluster);
+    let profile = &prior.map_or(Profile::GAUSSIAN, Prior::profile);
+    let start = best_start(rays, room, prior, &cluster, profile);
     let early = Loss { knee: F::splat(3.0), shadows: false };
-    let first = refine(rays, &room.value, &room.weight, start, &known, &early, 6, F::splat(1.0));
-    let level = reweigh(rays, room, &first.theta, options);
+    let first = refine(rays, &room.value, &room.weight, start, profile, &known, &early, 6, F::splat(1.0));
+    let level = reweigh(rays, room, &first.theta, profile, options);
     let late = Loss { knee: level * 4.0, shadows: true };
-    let done = refine(rays, &room.value, &room.weight, first.theta, &known, &late, 20, level * level * 0.01);
-    robust_weights(rays, &room.value, &room.weight, &done.theta, &late, &mut room.counted);
+    let enough = level * level * 0.01;
+    let done = refine(rays, &room.value, &room.weight, first.theta, profile, &known, &late, 20, enough);
+    robust_weights(rays, &room.value, &room.weight, &done.theta, profile, &late, &mut room.counted);
+    let products = match learning {
+        true => products(rays, &room.value, &room.counted, &done.theta),
+        false => [F::ZERO; _],
+    };
+    // The maps know Ward's fall only: the Gaussian that is most like what was found, in place and direction.
+    let shown = if profile.is_gaussian() {
+        done
+    } else {
+        let ward = ward_of(rays, room, &done, &late, enough);
+        robust_weights(
+            rays,
+            &room.value,
+            &room.weight,
+            &ward.theta,
+            &Profile::GAUSSIAN,
+            &late,
+            &mut room.counted,
+        );
+        ward
+    };
 
-    let colours = colours(rays, room, &done);
+    let colours = colours(rays, room, &shown);
     std::array::from_fn(|lane| {
         let theta = done.theta.map(|t| t.0[lane]);
+        let products = products.map(|p| p.0[lane]);
         if usable[lane] < options.least_readings && (cluster[lane].is_none() || usable[lane] < 3) {
             return Outcome {
                 fitted: NOTHING,
@@ -311,10 +346,12 @@ fn block<R: Rays>(rays: R, options: &Options, prior: Option<&Prior>, room: &mut 
                 information: [[0.0; N]; N],
                 slope: [0.0; N],
                 features: features[lane],
+                products,
             };
         }
-        let (d, s) = scales(&theta);
-        let (normal, tangent, sigma) = surface(&theta);
+        let seen = shown.theta.map(|t| t.0[lane]);
+        let height = scale(&seen);
+        let (normal, tangent, sigma) = surface(&seen);
         let residual = (done.sums.cost.0[lane] / usable[lane] as f32).sqrt();
         // Noise as found, where there is more of it than was said: then every number is as much worse.
         let freedom = usable[lane].saturating_sub(N).max(1) as f32;
@@ -322,8 +359,8 @@ fn block<R: Rays>(rays: R, options: &Options, prior: Option<&Prior>, room: &mut 
         let information = done.sums.curvature.map(|row| row.map(|v| v.0[lane] / chi2));
         let slope = done.sums.gradient.map(|v| v.0[lane] / chi2);
         let texel = Texel {
-            diffuse: colours.0.map(|c| c.0[lane] / d).into(),
-            specular: colours.1.map(|c| c.0[lane] / s).into(),
+            diffuse: colours.0.map(|c| c.0[lane]).into(),
+            specular: colours.1.map(|c| c.0[lane] / height).into(),
             normal,
             tangent,
             sigma,
@@ -335,8 +372,17 @@ fn block<R: Rays>(rays: R, options: &Options, prior: Option<&Prior>, room: &mut 
             readings: usable[lane] as u16,
             passes: (first.passes + done.passes).0[lane] as u16,
         };
-        Outcome { fitted, theta, information, slope, features: features[lane] }
+        Outcome { fitted, theta, information, slope, features: features[lane], products }
     })
+}
+
+/// The Gaussian highlight that comes nearest to one with tails: normal and direction stay.
+fn ward_of<R: Rays>(rays: R, room: &Room, done: &Refined, loss: &Loss, enough: F) -> Refined {
+    let mut held = Known { mean: done.theta, precision: [[F::ZERO; N]; N] };
+    for (i, tight) in [(2, 1e8), (3, 1e8), (5, 1e4), (6, 1e4)] {
+        held.precision[i][i] = F::splat(tight);
+    }
+    refine(rays, &room.value, &room.weight, done.theta, &Profile::GAUSSIAN, &held, loss, 20, enough)
 }
 
 /// The start that leaves least, with the linear numbers that belong to it.
@@ -345,6 +391,7 @@ fn best_start<R: Rays>(
     room: &mut Room,
     prior: Option<&Prior>,
     cluster: &[Option<usize>; LANES],
+    profile: &Profile,
 ) -> [F; N] {
     let n = room.value.len();
     let starts: [start::Starts; LANES] = std::array::from_fn(|lane| {
@@ -371,7 +418,7 @@ fn best_start<R: Rays>(
         for (j, t) in theta.iter_mut().skip(2).enumerate() {
             *t = F(std::array::from_fn(|lane| shapes[lane][j]));
         }
-        let (d, a, left) = linear(rays, &room.value, &room.weight, &theta);
+        let (d, a, left) = linear(rays, &room.value, &room.weight, &theta, profile);
         theta[0] = d;
         // A highlight of nothing has no slope to follow; this little is always allowed.
         theta[1] = a.max(F::splat(1e-4)).map(f32::ln);
@@ -410,8 +457,8 @@ fn best_start<R: Rays>(
 
 /// Weights by what the model says instead of the readings, which noise and shadows have pulled; and how large the
 /// residuals then are, at least one.
-fn reweigh<R: Rays>(rays: R, room: &mut Room, theta: &[F; N], options: &Options) -> F {
-    model::model(rays, theta, &mut room.counted);
+fn reweigh<R: Rays>(rays: R, room: &mut Room, theta: &[F; N], profile: &Profile, options: &Options) -> F {
+    model::model(rays, theta, profile, &mut room.counted);
     for ((weight, value), model) in room.weight.iter_mut().zip(&room.value).zip(&room.counted) {
         let level = value.max(*model);
         let new = F::ONE / (level.max(F::ZERO) * options.noise + options.floor);
@@ -439,7 +486,7 @@ fn reweigh<R: Rays>(rays: R, room: &mut Room, theta: &[F; N], options: &Options)
 fn colours<R: Rays>(rays: R, room: &Room, done: &Refined) -> ([F; 3], [F; 3]) {
     let (mut d, mut a) = ([F::ZERO; 3], [F::ZERO; 3]);
     for c in 0..3 {
-        (d[c], a[c], _) = linear(rays, &room.channels[c], &room.counted, &done.theta);
+        (d[c], a[c], _) = linear(rays, &room.channels[c], &room.counted, &done.theta, &Profile::GAUSSIAN);
     }
     (d, a)
 }

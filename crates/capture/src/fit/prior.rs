@@ -4,10 +4,11 @@
 //! but its normal, and so what each light finds of its highlight, differs from texel to texel. A sample of texels is put
 //! into clusters by what their readings look like before any fit; in each, the Gaussian that their numbers are drawn from
 //! is found by expectation and maximisation, every texel counting by what its own readings could tell. Few lights of
-//! many texels so become many lights of one thread.
+//! many texels so become many lights of one thread. How highlights fall off is learned of all texels together: one texel
+//! meets few half vectors of a sharp highlight, all of them meet every one.
 
 use super::lanes::{F, LANES};
-use super::model::{N, Ray, Theta};
+use super::model::{COLUMNS, N, OWN, Profile, Ray, TERMS, Theta};
 use super::refine::Known;
 use super::start::solve;
 use super::{Options, Outcome, fit_range, in_parallel};
@@ -19,7 +20,7 @@ pub(crate) type Features = [f32; 7];
 
 type Matrix = [[f64; N]; N];
 
-/// What is known of any cloth: the inverse variances of D, ln A, a, b, m, p, q. Nothing of the ground; of the rest so
+/// What is known of any cloth: the inverse variances of ρ_d, ln A, a, b, m, p, q. Nothing of the ground; of the rest so
 /// little that three readings outweigh it.
 pub(crate) const VAGUE: [f32; N] = [0.0, 0.05, 3.0, 3.0, 0.4, 0.6, 0.6];
 const USUAL: Theta = [0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0];
@@ -28,6 +29,7 @@ const USUAL: Theta = [0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0];
 #[derive(Clone, Debug)]
 pub struct Prior {
     clusters: Vec<Cluster>,
+    profile: Profile,
 }
 
 #[derive(Clone, Debug)]
@@ -41,6 +43,8 @@ struct Cluster {
 const CLUSTERS: usize = 16;
 /// Fewer texels than this have nothing in common that could be told from chance.
 const FEWEST: usize = 24;
+/// After so many more passes a profile has come within a few percent of where it is going.
+const PASSES_WITH_TAILS: usize = 10;
 /// Texels that are looked at.
 const SAMPLE: usize = 6144;
 
@@ -56,13 +60,16 @@ impl Prior {
         let chosen: Vec<_> = (0..wanted).map(|i| groups[i * groups.len() / wanted]).collect();
         let mut prior: Option<Self> = None;
         let mut centres = Vec::new();
-        // The first time without a prior, then with what that taught.
-        for _ in 0..3 {
+        // The first time without a prior, then with what that taught; a highlight with tails takes longer to be told
+        // from a ground.
+        let mut left = 3;
+        while left > 0 {
+            left -= 1;
             let outcomes = in_parallel(chosen.len(), threads, |i, room| {
                 let (band, group) = chosen[i];
                 let stack = &bands[band];
                 let (from, to) = (group * LANES, ((group + 1) * LANES).min(stack.width * stack.height));
-                fit_range(stack, options, prior.as_ref(), from, to, room)
+                fit_range(stack, options, prior.as_ref(), true, from, to, room)
             });
             let outcomes: Vec<Outcome> =
                 outcomes.into_iter().flatten().filter(|o| o.fitted.readings > 0).collect();
@@ -72,14 +79,26 @@ impl Prior {
                 }
                 centres = k_means(&outcomes, (outcomes.len() / (2 * FEWEST)).clamp(1, CLUSTERS));
             }
+            let before = prior.as_ref().map_or(Profile::GAUSSIAN, Self::profile);
+            let profile = profile_of(&outcomes);
+            if before.is_gaussian() && !profile.is_gaussian() {
+                // Widths and heights mean something else now.
+                prior = Some(Self { clusters: Vec::new(), profile });
+                left = PASSES_WITH_TAILS;
+                continue;
+            }
             let mut members = vec![Vec::new(); centres.len()];
             for o in &outcomes {
                 members[nearest(&centres, &o.features)].push(o);
             }
             let clusters = centres.iter().zip(&members).filter(|(_, m)| m.len() >= FEWEST);
-            prior = Some(Self { clusters: clusters.map(|(c, m)| Cluster::of(*c, m)).collect() });
+            prior = Some(Self { clusters: clusters.map(|(c, m)| Cluster::of(*c, m)).collect(), profile });
         }
         prior.filter(|p| !p.clusters.is_empty())
+    }
+
+    pub(crate) fn profile(&self) -> Profile {
+        self.profile
     }
 
     pub(crate) fn nearest(&self, features: &Features) -> Option<usize> {
@@ -161,6 +180,50 @@ fn distance(a: &Features, b: &Features) -> f32 {
 fn nearest(centres: &[Features], features: &Features) -> usize {
     let far = |i: &usize| distance(&centres[*i], features);
     (0..centres.len()).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0)
+}
+
+/// Tails are believed when they leave less than this part of χ². Where there are none they save a ten thousandth.
+const TAILS: f64 = 0.95;
+
+/// The profile that most of what is sure of itself agrees on.
+fn profile_of(outcomes: &[Outcome]) -> Profile {
+    let mut h = [[0.0; COLUMNS + 1]; COLUMNS + 1];
+    for o in outcomes {
+        let weight = f64::from(o.fitted.texel.confidence);
+        let mut at = 0;
+        for a in 0..=COLUMNS {
+            for b in 0..=a {
+                h[a][b] += weight * f64::from(o.products[at]);
+                h[b][a] = h[a][b];
+                at += 1;
+            }
+        }
+    }
+    let (_, at_ward) = non_negative(&h, |c| c == 0 || c == OWN + 1);
+    let (found, at_found) = non_negative(&h, |_| true);
+    let total: f64 = found[1..].iter().sum();
+    if total <= 0.0 || at_found > TAILS * at_ward {
+        return Profile::GAUSSIAN;
+    }
+    Profile::of(std::array::from_fn::<f32, TERMS, _>(|i| (found[i + 1] / total) as f32))
+}
+
+/// Non-negative least squares by coordinate descent over the columns that are let in: coefficients, and the squares
+/// that remain. The last column is the right hand side.
+fn non_negative(
+    h: &[[f64; COLUMNS + 1]; COLUMNS + 1],
+    with: impl Fn(usize) -> bool,
+) -> ([f64; COLUMNS], f64) {
+    let mut x = [0.0; COLUMNS];
+    for _ in 0..2000 {
+        for c in (0..COLUMNS).filter(|c| with(*c) && h[*c][*c] > 0.0) {
+            let others: f64 = (0..COLUMNS).filter(|o| *o != c).map(|o| h[c][o] * x[o]).sum();
+            x[c] = ((h[c][COLUMNS] - others) / h[c][c]).max(0.0);
+        }
+    }
+    let quadratic: f64 = (0..COLUMNS).map(|a| (0..COLUMNS).map(|b| x[a] * h[a][b] * x[b]).sum::<f64>()).sum();
+    let mixed: f64 = (0..COLUMNS).map(|c| x[c] * h[c][COLUMNS]).sum();
+    (x, h[COLUMNS][COLUMNS] - 2.0 * mixed + quadratic)
 }
 
 /// Lloyd 1982, started as Arthur and Vassilvitskii 2007.

@@ -1,7 +1,7 @@
 //! Levenberg 1944, Marquardt 1963: damped Gauss-Newton, every texel with a damping of its own.
 
 use super::lanes::{F, Mask};
-use super::model::{Loss, N, Rays, SIGMA, STEEPEST, Sums, evaluate};
+use super::model::{Loss, N, Profile, Rays, SIGMA, STEEPEST, Sums, evaluate};
 
 /// What is known beforehand: a Gaussian about `mean` with inverse covariance `precision`.
 #[derive(Clone, Copy)]
@@ -26,20 +26,21 @@ pub(crate) fn refine<R: Rays>(
     value: &[F],
     weight: &[F],
     start: [F; N],
+    profile: &Profile,
     known: &Known,
     loss: &Loss,
     limit: usize,
     enough: F,
 ) -> Refined {
     let mut theta = bound(start);
-    let mut sums = evaluate(rays, value, weight, &theta, loss);
+    let mut sums = evaluate(rays, value, weight, &theta, profile, loss);
     let mut cost = sums.cost + known.cost(&theta);
     let mut damping = F::splat(1e-3);
     let mut active: Mask = F::ONE;
     let mut passes = F::ONE;
     for _ in 0..limit {
         let trial = bound(step(&theta, &sums, known, damping));
-        let at = evaluate(rays, value, weight, &trial, loss);
+        let at = evaluate(rays, value, weight, &trial, profile, loss);
         passes += active;
         let trial_cost = at.cost + known.cost(&trial);
         let gain = cost - trial_cost;

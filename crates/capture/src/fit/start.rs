@@ -1,6 +1,6 @@
 //! Where a texel's refinement starts, in closed form.
 
-use super::model::{Ray, STEEPEST, logarithm};
+use super::model::{Ray, STEEPEST, in_tangent_plane, logarithm};
 
 /// A start of the shape: a, b, m, p, q. The two amplitudes follow by linear least squares.
 pub(crate) type Shape = [f32; 5];
@@ -124,10 +124,9 @@ fn gaussian(
         }
     }
     let [_, c1, c2, q11, q12, q22] = solve(h, g)?;
-    let form = [q11, q12, q22].map(|q| q as f32);
-    let [m, p, q] = logarithm(form)?;
     let det = 2.0 * (q11 * q22 - q12 * q12);
     let mean = [(c1 * q22 - c2 * q12) / det, (c2 * q11 - c1 * q12) / det].map(|s| s as f32);
+    let [m, p, q] = logarithm(in_tangent_plane(mean[0], mean[1], [q11, q12, q22].map(|q| q as f32)))?;
     (mean[0].hypot(mean[1]) < STEEPEST).then_some([mean[0], mean[1], m, p, q])
 }
 
