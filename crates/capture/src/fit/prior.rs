@@ -8,10 +8,10 @@
 //! meets few half vectors of a sharp highlight, all of them meet every one.
 
 use super::lanes::{F, LANES};
-use super::model::{COLUMNS, N, OWN, Profile, Ray, TERMS, Theta};
+use super::model::{COLUMNS, N, OWN, Profile, Ray, Rays, TERMS, Theta, model};
 use super::refine::Known;
 use super::start::solve;
-use super::{Options, Outcome, fit_range, in_parallel};
+use super::{Options, Outcome, Room, Task, fit_range, in_parallel};
 use crate::Stack;
 use yugen_optics::random::Pcg32;
 
@@ -30,6 +30,8 @@ const USUAL: Theta = [0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0];
 pub struct Prior {
     clusters: Vec<Cluster>,
     profile: Profile,
+    /// Standard deviations of readings as they were found: a part of them, and what black ones have.
+    noise: [f32; 2],
 }
 
 #[derive(Clone, Debug)]
@@ -58,18 +60,20 @@ impl Prior {
             .collect();
         let wanted = (SAMPLE / LANES).min(groups.len());
         let chosen: Vec<_> = (0..wanted).map(|i| groups[i * groups.len() / wanted]).collect();
+        let quantum = quantum(bands);
         let mut prior: Option<Self> = None;
         let mut centres = Vec::new();
         // The first time without a prior, then with what that taught; a highlight with tails takes longer to be told
         // from a ground.
-        let mut left = 3;
+        let (mut left, mut tails) = (3, false);
         while left > 0 {
             left -= 1;
+            let task = Task { options, prior: prior.as_ref(), learning: true, twice: left < 2 };
             let outcomes = in_parallel(chosen.len(), threads, |i, room| {
                 let (band, group) = chosen[i];
                 let stack = &bands[band];
                 let (from, to) = (group * LANES, ((group + 1) * LANES).min(stack.width * stack.height));
-                fit_range(stack, options, prior.as_ref(), true, from, to, room)
+                fit_range(stack, &task, from..to, room)
             });
             let outcomes: Vec<Outcome> =
                 outcomes.into_iter().flatten().filter(|o| o.fitted.readings > 0).collect();
@@ -79,11 +83,11 @@ impl Prior {
                 }
                 centres = k_means(&outcomes, (outcomes.len() / (2 * FEWEST)).clamp(1, CLUSTERS));
             }
-            let before = prior.as_ref().map_or(Profile::GAUSSIAN, Self::profile);
             let profile = profile_of(&outcomes);
-            if before.is_gaussian() && !profile.is_gaussian() {
+            if !tails && !profile.is_gaussian() {
+                tails = true;
                 // Widths and heights mean something else now.
-                prior = Some(Self { clusters: Vec::new(), profile });
+                prior = Some(Self { clusters: Vec::new(), profile, noise: [options.noise, options.floor] });
                 left = PASSES_WITH_TAILS;
                 continue;
             }
@@ -92,13 +96,20 @@ impl Prior {
                 members[nearest(&centres, &o.features)].push(o);
             }
             let clusters = centres.iter().zip(&members).filter(|(_, m)| m.len() >= FEWEST);
-            prior = Some(Self { clusters: clusters.map(|(c, m)| Cluster::of(*c, m)).collect(), profile });
+            let clusters = clusters.map(|(c, m)| Cluster::of(*c, m)).collect();
+            prior = Some(Self { clusters, profile, noise: noise_of(&outcomes, options, quantum) });
         }
         prior.filter(|p| !p.clusters.is_empty())
     }
 
     pub(crate) fn profile(&self) -> Profile {
         self.profile
+    }
+
+    /// The options with the noise that was found.
+    pub(crate) fn noise(&self, options: &Options) -> Options {
+        let [noise, floor] = self.noise;
+        Options { noise, floor, ..*options }
     }
 
     pub(crate) fn nearest(&self, features: &Features) -> Option<usize> {
@@ -111,6 +122,84 @@ impl Prior {
         let mean = &self.clusters[cluster].mean;
         [mean[4], mean[5], mean[6]].map(|v| v as f32)
     }
+}
+
+/// Residuals of readings by how bright they are: how large in sum, and how many.
+pub(crate) type Tally = [[f32; 2]; BINS];
+
+/// Each is twice as bright as the one before.
+const BINS: usize = 18;
+/// Where the first begins.
+const DARKEST: f32 = 1.0 / 16384.0;
+/// Less noise than that of the numbers in a file of 16-bit floats is not believed.
+const LEAST_NOISE: [f32; 2] = [5e-4, 2e-5];
+
+/// Residuals of eight texels, without those that the robust loss takes for something else than noise.
+pub(crate) fn noise<R: Rays>(rays: R, room: &Room, theta: &[F; N], profile: &Profile) -> [Tally; LANES] {
+    let mut seen = vec![F::ZERO; room.value.len()];
+    model(rays, theta, profile, &mut seen);
+    std::array::from_fn(|lane| {
+        let mut tally = Tally::default();
+        for (i, seen) in seen.iter().enumerate() {
+            let [seen, value, weight, counted] =
+                [seen, &room.value[i], &room.weight[i], &room.counted[i]].map(|v| v.0[lane]);
+            if weight > 0.0 && counted > 0.7 * weight {
+                let bin = ((seen / DARKEST).max(1.0).log2() as usize).min(BINS - 1);
+                tally[bin] = [tally[bin][0] + (seen - value).abs(), tally[bin][1] + 1.0];
+            }
+        }
+        tally
+    })
+}
+
+/// The step between the dark values that pictures of whole numbers have; next to nothing for others.
+fn quantum(bands: &[Stack]) -> f32 {
+    const DARK: f32 = 0.1;
+    let all = bands.iter().flat_map(|s| &s.values).map(|v| v[0]);
+    let mut dark: Vec<f32> = all.filter(|v| *v > 0.0 && *v < DARK).take(1 << 20).collect();
+    dark.sort_unstable_by(f32::total_cmp);
+    // Closer ones are the same whole number, computed in another way.
+    let gaps = dark.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 1e-6);
+    gaps.fold(DARK, f32::min)
+}
+
+/// The noise, as a part of the reading and of black, that makes the residuals what they are.
+fn noise_of(outcomes: &[Outcome], options: &Options, quantum: f32) -> [f32; 2] {
+    let mut h = [[0.0; 2]; 2];
+    let mut g = [0.0; 2];
+    for bin in 0..BINS {
+        let (mut sum, mut count, mut freedom) = (0.0, 0.0, 0.0);
+        for o in outcomes {
+            let [s, c] = o.noise[bin].map(f64::from);
+            let n = f64::from(o.fitted.readings);
+            sum += s;
+            count += c;
+            freedom += c * (1.0 - N as f64 / n).max(0.1);
+        }
+        if count < 50.0 {
+            continue;
+        }
+        // √(π/2) times the mean of |z| is the deviation of a normal deviate; a fit takes some of it up.
+        let deviation: f64 = (std::f64::consts::FRAC_PI_2 / (count * freedom)).sqrt() * sum;
+        let level = if bin == 0 { 0.0 } else { f64::from(DARKEST) * 1.44 * (bin as f64).exp2() };
+        let w = count / (deviation * deviation + 1e-12);
+        let row = [level, 1.0];
+        for a in 0..2 {
+            g[a] += w * row[a] * deviation;
+            for b in 0..2 {
+                h[a][b] += w * row[a] * row[b];
+            }
+        }
+    }
+    if h[1][1] <= 0.0 {
+        return [options.noise, options.floor];
+    }
+    // What the readings are rounded to is noise as well, which does not show where all of them are black: a step over
+    // √12, for the mean of three channels over √36.
+    let least = f64::from(LEAST_NOISE[1].max(quantum / 6.0));
+    let black = solve(h, g).map_or(0.0, |s| s[1]).max(least);
+    let part = (g[0] - h[0][1] * black) / h[0][0];
+    [(part as f32).max(LEAST_NOISE[0]), black as f32]
 }
 
 /// What is known of eight texels before they are fitted.
@@ -185,11 +274,17 @@ fn nearest(centres: &[Features], features: &Features) -> usize {
 /// Tails are believed when they leave less than this part of χ². Where there are none they save a ten thousandth.
 const TAILS: f64 = 0.95;
 
+/// And when Ward leaves more than this for each reading: readings without noise are described so well that what remains
+/// says nothing.
+const EXACT: f64 = 1e-3;
+
 /// The profile that most of what is sure of itself agrees on.
 fn profile_of(outcomes: &[Outcome]) -> Profile {
     let mut h = [[0.0; COLUMNS + 1]; COLUMNS + 1];
+    let mut readings = 0.0;
     for o in outcomes {
         let weight = f64::from(o.fitted.texel.confidence);
+        readings += weight * f64::from(o.fitted.readings);
         let mut at = 0;
         for a in 0..=COLUMNS {
             for b in 0..=a {
@@ -202,7 +297,7 @@ fn profile_of(outcomes: &[Outcome]) -> Profile {
     let (_, at_ward) = non_negative(&h, |c| c == 0 || c == OWN + 1);
     let (found, at_found) = non_negative(&h, |_| true);
     let total: f64 = found[1..].iter().sum();
-    if total <= 0.0 || at_found > TAILS * at_ward {
+    if total <= 0.0 || at_found > TAILS * at_ward || at_ward < EXACT * readings {
         return Profile::GAUSSIAN;
     }
     Profile::of(std::array::from_fn::<f32, TERMS, _>(|i| (found[i + 1] / total) as f32))
@@ -289,7 +384,7 @@ impl Cluster {
             spread[i][i] = wide * wide;
         }
         let mut precision = inverse(&spread).unwrap_or(spread);
-        for _ in 0..12 {
+        for _ in 0..24 {
             let (mut total, mut sum, mut scatter) = (0.0, [0.0; N], [[0.0; N]; N]);
             for (h, b) in &texels {
                 let both: Matrix =

@@ -20,6 +20,17 @@ pub(crate) struct Refined {
     pub passes: F,
 }
 
+impl Refined {
+    /// Takes the other where the mask says so.
+    pub fn exchange(&mut self, taken: Mask, other: &Self) {
+        for (to, from) in self.theta.iter_mut().zip(other.theta) {
+            *to = taken.choose(from, *to);
+        }
+        self.sums = better_sums(taken, &other.sums, &self.sums);
+        self.passes += other.passes;
+    }
+}
+
 /// Steps until a step gains less than `enough` of χ², at most `limit` of them.
 pub(crate) fn refine<R: Rays>(
     rays: R,
