@@ -18,8 +18,12 @@ const BLOCKS: [usize; 2] = [64, 32];
 /// A block is looked at in so many parts each way to see what is bright in it.
 const PARTS: usize = 4;
 
-/// Orientations: an octahedron's map of so many squares each way.
-const ORIENTATIONS: usize = 8;
+/// Orientations: the corners of so many squares each way over an octahedron's map. An even number, so that the axes
+/// are among them.
+const SQUARES: usize = 12;
+
+/// Sine of half the angle between neighbouring orientations.
+const OFF: f32 = 0.1;
 
 /// Share of the light of a direction that is looked for however evenly lit the sky is.
 const ALWAYS: f32 = 0.05;
@@ -157,12 +161,12 @@ fn choose(cumulative: &[f32], u: f32) -> (usize, f32, f32) {
     (i, ((u - below) / p.max(f32::MIN_POSITIVE)).clamp(0.0, ONE_MINUS_EPSILON), p)
 }
 
-/// Square of an octahedron's map that the unit vector `n` falls into.
+/// Corner of a square of the octahedron's map that the unit vector `n` is nearest to.
 fn orientation(n: Vec3) -> usize {
     let p = n.truncate() / (n.x.abs() + n.y.abs() + n.z.abs());
     let p = if n.z >= 0.0 { p } else { (Vec2::ONE - Vec2::new(p.y, p.x).abs()) * Vec2::ONE.copysign(p) };
-    let at = |x: f32| (((0.5 * x + 0.5) * ORIENTATIONS as f32) as usize).min(ORIENTATIONS - 1);
-    at(p.y) * ORIENTATIONS + at(p.x)
+    let at = |x: f32| (((0.5 * x + 0.5) * SQUARES as f32 + 0.5) as usize).min(SQUARES);
+    at(p.y) * (SQUARES + 1) + at(p.x)
 }
 
 /// The unit vector at a point of the map, [0, 1]².
@@ -357,12 +361,12 @@ fn views(parts: &[Part], cells: &Cells) -> Vec<View> {
         }
         View::new(&blocks, cells)
     };
-    let mut views: Vec<View> = (0..ORIENTATIONS * ORIENTATIONS)
+    let mut views: Vec<View> = (0..(SQUARES + 1) * (SQUARES + 1))
         .map(|i| {
-            let square = Vec2::new((i % ORIENTATIONS) as f32, (i / ORIENTATIONS) as f32);
-            let normals = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]]
-                .map(|c| of_map((square + Vec2::from_array(c)) / ORIENTATIONS as f32));
-            view(&|w| 0.25 * normals.iter().map(|n| n.dot(w).max(0.0)).sum::<f32>())
+            let corner = Vec2::new((i % (SQUARES + 1)) as f32, (i / (SQUARES + 1)) as f32);
+            let normal = of_map(corner / SQUARES as f32);
+            // The surface's own normal may be so far off; its horizon is then lower.
+            view(&|w| (normal.dot(w) + OFF).max(0.0))
         })
         .collect();
     // The cosine's mean over all directions.
@@ -389,7 +393,7 @@ mod tests {
         let frame = yugen_optics::Frame::from_normal(Vec3::new(0.3, 0.8, -0.5).normalize());
         for facing in facing {
             // Towards the horizon there may be light that only materials find.
-            let high = |w: Vec3| f64::from(u8::from(facing == Vec3::ZERO || facing.dot(w) > 0.3));
+            let high = |w: Vec3| f64::from(u8::from(facing == Vec3::ZERO || facing.dot(w) > 0.5));
             let n = 300;
             let (mut integral, mut power) = (0.0f64, 0.0f64);
             for i in 0..n {
