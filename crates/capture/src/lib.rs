@@ -7,6 +7,7 @@ pub mod brdf_fit;
 pub mod calibrate;
 pub mod fit;
 pub mod hdr;
+mod lanes;
 pub mod lens;
 mod parallel;
 pub mod pca;

@@ -12,7 +12,6 @@
 #![allow(clippy::needless_range_loop)]
 
 pub mod compare;
-pub(crate) mod lanes;
 mod model;
 mod prior;
 mod refine;
@@ -22,9 +21,9 @@ mod start;
 pub use prior::Prior;
 pub use smooth::smooth_tangents;
 
+use crate::lanes::{F, LANES, Mask};
 use crate::{Lights, Stack};
 use glam::Vec3;
-use lanes::{F, LANES, Mask};
 use model::{
     Common, Loss, N, Own, Products, Profile, Ray, Rays, Theta, linear, products, ray, robust_weights, scale,
     surface,

@@ -13,7 +13,7 @@
 //! (p, q) how much longer than wide it is and where to, as a vector of the doubled angle. Means of (m, p, q) are means
 //! of lines and of logarithms of widths.
 
-use super::lanes::{F, Mask};
+use crate::lanes::{F, Mask};
 use glam::{Mat2, Vec2, Vec3};
 use yugen_reflectance::btf::Texel;
 

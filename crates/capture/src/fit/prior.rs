@@ -7,12 +7,12 @@
 //! many texels so become many lights of one thread. How highlights fall off is learned of all texels together: one texel
 //! meets few half vectors of a sharp highlight, all of them meet every one.
 
-use super::lanes::{F, LANES};
 use super::model::{COLUMNS, N, OWN, Profile, Ray, Rays, TERMS, Theta, model};
 use super::refine::Known;
 use super::start::solve;
 use super::{Options, Outcome, Room, Task, fit_range, in_parallel};
 use crate::Stack;
+use crate::lanes::{F, LANES};
 use yugen_optics::random::Pcg32;
 
 /// What a texel looks like, in units in which a difference of one is a different thread.

@@ -1,7 +1,7 @@
 //! Levenberg 1944, Marquardt 1963: damped Gauss-Newton, every texel with a damping of its own.
 
-use super::lanes::{F, Mask};
 use super::model::{Loss, N, Profile, Rays, SIGMA, STEEPEST, Sums, evaluate};
+use crate::lanes::{F, Mask};
 
 /// What is known beforehand: a Gaussian about `mean` with inverse covariance `precision`.
 #[derive(Clone, Copy)]

@@ -7,7 +7,7 @@
 use super::basis::{MOST, degree, evaluate};
 use super::solve::{cholesky, cholesky_solve};
 use super::{Encoding, RtiError, readings};
-use crate::fit::lanes::{F, LANES};
+use crate::lanes::{F, LANES};
 use crate::rows::for_rows;
 use crate::{Lights, Stack};
 use glam::Vec3;

@@ -3,10 +3,10 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-/// How many texels go in step.
+/// How many go in step.
 pub(crate) const LANES: usize = 8;
 
-/// One number of each texel.
+/// Eight numbers: one of each texel, or one of each term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
 pub(crate) struct F(pub [f32; LANES]);
