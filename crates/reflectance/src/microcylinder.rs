@@ -45,6 +45,10 @@ use glam::{Vec2, Vec3, Vec4};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use yugen_optics::{ColourSpace, frame::spherical, quadrature::gauss_legendre, warp::uniform_hemisphere};
 
+mod curves;
+
+use curves::{BLOCK, BOUND, Curve, FIBRE, HEAD, SLOPE, curves, pieces, tabulate};
+
 params! {
     /// Cloth of two crossing threads, each a curve of small cylinders.
     pub struct Microcylinder {
@@ -73,84 +77,6 @@ params! {
 const PAPER: u32 = 0;
 const POINTS: u32 = 1;
 const PHYSICAL: u32 = 2;
-
-// The table: a head; the straight pieces of curve of thread 1, then of thread 2, each one tangent, in blocks of
-// four (4 × sin α, 4 × cos α, 4 × weight; unused lanes have weight 0); the sloped pieces (their ends as α, α,
-// sin, sin, cos, cos, then weight); and blocks with the tangents the sampler mixes.
-const STRAIGHT: usize = 0; // blocks of straight pieces, per thread
-const SLOPED: usize = 2; // sloped pieces, per thread
-const MIXED: usize = 4; // blocks of the sampler, per thread
-const BOUND: usize = 6; // c of the physical form
-const FIBRE: usize = 7; // per thread: albedo of a lone fibre at θ = 0 for A = 1: surface, volume lobe, volume flat
-const HEAD: usize = 13;
-const BLOCK: usize = 12;
-const SLOPE: usize = 7;
-
-/// A curve made ready: straight pieces as single tangents, sloped pieces by their ends, both with weights.
-#[derive(Default)]
-struct Curve {
-    /// (α, weight)
-    straight: Vec<(f64, f64)>,
-    /// (α at its start, at its end, weight)
-    sloped: Vec<(f64, f64, f64)>,
-}
-
-impl Curve {
-    /// The curve through `offsets` (degrees): control values once each with equal weight, or the curve itself
-    /// with weight by length. Pieces of no length are jumps.
-    fn new(offsets: &[f32], lengths: &[f32], points: bool) -> Self {
-        let mut curve = Self::default();
-        let mut add = |offset: f64, weight: f64| match curve.straight.iter_mut().find(|(o, _)| *o == offset) {
-            Some((_, w)) => *w += weight,
-            None => curve.straight.push((offset, weight)),
-        };
-        let offsets: Vec<f64> = offsets.iter().map(|&o| f64::from(o).to_radians()).collect();
-        if points || lengths.is_empty() {
-            offsets.iter().for_each(|&o| add(o, 1.0 / offsets.len() as f64));
-            return curve;
-        }
-        let total: f64 = lengths.iter().map(|&l| f64::from(l)).sum();
-        for (ends, &length) in offsets.windows(2).zip(lengths) {
-            let weight = f64::from(length) / total;
-            if ends[0] == ends[1] {
-                add(ends[0], weight);
-            } else if weight > 0.0 {
-                curve.sloped.push((ends[0].min(ends[1]), ends[0].max(ends[1]), weight));
-            }
-        }
-        curve
-    }
-
-    /// The tangents the sampler mixes: sloped pieces in steps of at most γ_s, the width of the narrowest lobe, so
-    /// that the mixture leaves no gaps; ends included, because some directions see nothing but an end.
-    fn mixed(&self, gamma_s: f64) -> Vec<(f64, f64)> {
-        let mut all = self.straight.clone();
-        for &(from, to, weight) in &self.sloped {
-            let n = ((to - from) / gamma_s).ceil() as usize;
-            for i in 0..=n {
-                let share = if i == 0 || i == n { 0.5 } else { 1.0 };
-                all.push((from + (to - from) * i as f64 / n as f64, weight * share / n as f64));
-            }
-        }
-        all
-    }
-}
-
-/// Tangents (α, weight) in blocks of four.
-fn push_blocks(table: &mut Vec<f32>, tangents: &[(f64, f64)]) -> usize {
-    for four in tangents.chunks(4) {
-        let mut block = [0.0; BLOCK];
-        for lane in 0..4 {
-            // Unused lanes repeat a tangent with weight 0, so that none divides zero by zero.
-            let (offset, weight) = four.get(lane).copied().unwrap_or((four[0].0, 0.0));
-            block[lane] = offset.sin() as f32;
-            block[4 + lane] = offset.cos() as f32;
-            block[8 + lane] = weight as f32;
-        }
-        table.extend(block);
-    }
-    tangents.len().div_ceil(4)
-}
 
 /// Gauss-Legendre rule with eight nodes on [−1, 1]: one half, the other is its mirror. Abramowitz and Stegun
 /// 1964, table 25.4.
@@ -769,73 +695,6 @@ pub(crate) fn r3_sequence(i: u32) -> Vec3 {
     Vec3::new(at(1), at(2), at(3)).min(Vec3::splat(yugen_optics::distribution::ONE_MINUS_EPSILON))
 }
 
-/// Straight pieces, sloped pieces and the sampler's tangents of a thread.
-type Pieces<'a> = (&'a [[f32; BLOCK]], &'a [[f32; SLOPE]], &'a [[f32; BLOCK]]);
-
-/// Those of thread `j` in the table.
-#[inline(always)]
-fn pieces(table: &[f32], j: usize) -> Pieces<'_> {
-    fn two<'a, const N: usize>(slots: &'a [f32], counts: &[f32], j: usize) -> (&'a [[f32; N]], usize) {
-        let (n1, n2) = (counts[0] as usize, counts[1] as usize);
-        let all = slots[..N * (n1 + n2)].as_chunks::<N>().0;
-        (if j == 0 { &all[..n1] } else { &all[n1..] }, N * (n1 + n2))
-    }
-    let slots = &table[HEAD..];
-    let (straight, used) = two(slots, &table[STRAIGHT..], j);
-    let slots = &slots[used..];
-    let (sloped, used) = two(slots, &table[SLOPED..], j);
-    (straight, sloped, two(&slots[used..], &table[MIXED..], j).0)
-}
-
-/// Offsets in degrees and lengths.
-type Offsets<'a> = (&'a [f32], &'a [f32]);
-
-/// Table data of the two threads: count, offsets in degrees, count − 1 lengths; then the same for thread 2.
-fn curves(data: &[f32]) -> Result<[Offsets<'_>; 2], ModelError> {
-    let bad = |problem: String| ModelError::BadTable { model: Microcylinder::NAME, problem };
-    let mut rest = data;
-    let mut curve = |j: usize| {
-        let (&count, tail) = rest.split_first().ok_or_else(|| {
-            bad(format!("has no tangent curve for thread {}; give count, offsets, lengths for both", j + 1))
-        })?;
-        if !(count.fract() == 0.0 && (1.0..=256.0).contains(&count)) {
-            return Err(bad(format!("wants 1 to 256 tangent offsets for thread {}, got {count}", j + 1)));
-        }
-        let n = count as usize;
-        if tail.len() < 2 * n - 1 {
-            return Err(bad(format!(
-                "needs {n} offsets and {} lengths for thread {}, but only {} numbers follow",
-                n - 1,
-                j + 1,
-                tail.len()
-            )));
-        }
-        let (offsets, tail) = tail.split_at(n);
-        let (lengths, tail) = tail.split_at(n - 1);
-        if let Some(x) = offsets.iter().find(|x| !(-90.0..=90.0).contains(*x)) {
-            return Err(bad(format!(
-                "wants tangent offsets within ±90 degrees, got {x} for thread {}",
-                j + 1
-            )));
-        }
-        let total: f32 = lengths.iter().sum();
-        if lengths.iter().any(|&x| x < 0.0) || !total.is_finite() || (n > 1 && total <= 0.0) {
-            return Err(bad(format!(
-                "wants lengths ≥ 0 with a finite, positive sum for thread {}, got {lengths:?}",
-                j + 1
-            )));
-        }
-        rest = tail;
-        Ok((offsets, lengths))
-    };
-    let both = [curve(0)?, curve(1)?];
-    if rest.is_empty() {
-        Ok(both)
-    } else {
-        Err(bad(format!("has {} numbers left over after both curves", rest.len())))
-    }
-}
-
 impl Model for Microcylinder {
     const NAME: &'static str = "microcylinder";
     const SOURCE: &'static str = "Sadeghi, Bisker, De Deken and Jensen 2013, A Practical Microcylinder Appearance \
@@ -878,21 +737,7 @@ impl Model for Microcylinder {
         let curves = curves(if data.is_empty() { &default } else { data })?;
         let curves =
             curves.map(|(offsets, lengths)| Curve::new(offsets, lengths, self.form.index() == POINTS));
-        let mut table = vec![0.0; HEAD];
-        for (j, curve) in curves.iter().enumerate() {
-            table[STRAIGHT + j] = push_blocks(&mut table, &curve.straight) as f32;
-        }
-        for (j, curve) in curves.iter().enumerate() {
-            table[SLOPED + j] = curve.sloped.len() as f32;
-            for &(from, to, weight) in &curve.sloped {
-                table
-                    .extend([from, to, from.sin(), to.sin(), from.cos(), to.cos(), weight].map(|x| x as f32));
-            }
-        }
-        for (j, curve) in curves.iter().enumerate() {
-            let gamma_s = f64::from([self.gamma_s_1, self.gamma_s_2][j]).to_radians();
-            table[MIXED + j] = push_blocks(&mut table, &curve.mixed(gamma_s)) as f32;
-        }
+        let mut table = tabulate(&curves, [self.gamma_s_1, self.gamma_s_2]);
         table[BOUND] = 1.0;
         for j in 0..2 {
             let fibre = self.fibre(j, &[1.0; HEAD]);
@@ -964,110 +809,4 @@ impl Model for Microcylinder {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use yugen_optics::random::Pcg32;
-
-    fn fabric(name: &str, form: u32) -> (Microcylinder, Vec<f32>) {
-        let (mut m, data) = Microcylinder::preset(name, ColourSpace::LinearSrgb).unwrap();
-        m.form = Choice(form as f32);
-        let table = m.bake(&data).unwrap();
-        (m, table)
-    }
-
-    #[test]
-    fn a_lone_fibre_reflects_what_an_independent_integral_says() {
-        // Surface, and volume for A = 1, of a fibre lit across, from an independent quadrature in double precision
-        // over the whole sphere.
-        for (name, thread, surface, volume) in [
-            ("linen_plain", 0, 0.447, 3.77),
-            ("silk_crepe_de_chine", 0, 0.367, 4.76),
-            ("silk_crepe_de_chine", 1, 0.296, 3.49),
-            ("polyester_satin_charmeuse", 0, 0.585, 4.67),
-            ("polyester_satin_charmeuse", 1, 0.343, 3.62),
-            ("velvet", 0, 0.486, 4.46),
-        ] {
-            let (m, table) = fabric(name, PHYSICAL);
-            let [s, lobe, flat] = [0, 1, 2].map(|i| table[FIBRE + 3 * thread + i]);
-            let k_d = [m.k_d_1, m.k_d_2][thread];
-            let v = (1.0 - k_d) * lobe + k_d * flat;
-            // Half a unit of the last digit printed there.
-            assert!((s - surface).abs() < 6e-4 && (v - volume).abs() < 6e-3, "{name} {thread}: {s} {v}");
-        }
-    }
-
-    #[test]
-    fn a_white_fibre_loses_nothing() {
-        let mut m = Microcylinder {
-            colour: Choice(1.0),
-            colour_1: Vec3::ONE,
-            colour_2: Vec3::splat(0.5),
-            ..Default::default()
-        };
-        m.form = Choice(PAPER as f32);
-        let table = m.bake(&[]).unwrap();
-        for (j, albedo) in [(0, 1.0), (1, 0.5)] {
-            let th = m.thread(j, &table);
-            let [s, lobe, flat] = [0, 1, 2].map(|i| table[FIBRE + 3 * j + i]);
-            let volume = th.colour.x * ((1.0 - th.k_d) * lobe + th.k_d * flat);
-            assert!((volume - albedo * (1.0 - s)).abs() < 1e-5, "{j}: {volume}");
-        }
-    }
-
-    #[test]
-    fn gaps_let_through_what_the_threads_leave() {
-        let (linen, table) = fabric("linen_plain", PHYSICAL);
-        // Head on a thread tilted by up to ±25° shows sin 25°/25° of its length: Q's shares.
-        let seen = 25f32.to_radians().sin() / 25f32.to_radians();
-        let head_on = linen.straight_through(&table, Vec3::Z);
-        assert!((head_on - 0.34 / (0.34 + 0.66 * seen)).abs() < 1e-5, "{head_on}");
-        // Threads stand up, gaps do not: at a slant less of what is seen is gap.
-        let slanted = linen.straight_through(&table, spherical(1.5, 0.3));
-        assert!(slanted > 0.0 && slanted < 0.8 * head_on, "{slanted}");
-        let (silk, table) = fabric("silk_shot", PHYSICAL);
-        assert_eq!(silk.straight_through(&table, Vec3::Z), 0.0);
-    }
-
-    #[test]
-    fn the_sampler_is_quieter_than_published() {
-        // White furnace, one sample, green, points form: variance with lobes weighted by 2 F0 and Gaussians drawn
-        // by erf⁻¹ was 0.0451 for the front of charmeuse at 30° along thread 1, against 0.893 by the cosine
-        // (whose variance has no bound: f stays finite where the cosine vanishes).
-        let (m, table) = fabric("polyester_satin_charmeuse", POINTS);
-        let wo = spherical(30f32.to_radians(), 0.0);
-        let mut rng = Pcg32::new(5, 6);
-        let n = 40_000;
-        let (mut mean, mut square) = (0f64, 0f64);
-        for _ in 0..n {
-            let weight = f64::from(m.sample(&table, wo, rng.next_vec3()).map_or(0.0, |s| s.weight.y));
-            mean += weight / f64::from(n);
-            square += weight * weight / f64::from(n);
-        }
-        let variance = square - mean * mean;
-        // By quadrature 0.23764; the standard error of the mean is 0.001.
-        assert!((mean - 0.23764).abs() < 0.004, "{mean}");
-        assert!(variance < 0.0451, "{variance}");
-    }
-
-    #[test]
-    fn curves_that_make_no_sense_are_refused() {
-        let m = Microcylinder::default();
-        for (data, says) in [
-            (vec![2.0, -25.0, 25.0, 1.0], "thread 2"),
-            (vec![0.0], "1 to 256"),
-            (vec![f32::NAN], "1 to 256"),
-            (vec![1e9], "1 to 256"),
-            (vec![3.0, 0.0, 1.0], "only 2 numbers follow"),
-            (vec![1.0, 120.0, 1.0, 0.0], "±90"),
-            (vec![1.0, f32::NAN, 1.0, 0.0], "±90"),
-            (vec![2.0, 0.0, 1.0, -1.0, 1.0, 0.0], "lengths"),
-            (vec![2.0, 0.0, 1.0, 0.0, 1.0, 0.0], "lengths"),
-            (vec![2.0, 0.0, 1.0, f32::NAN, 1.0, 0.0], "lengths"),
-            (vec![1.0, 0.0, 1.0, 0.0, 7.0], "left over"),
-        ] {
-            let error = m.bake(&data).expect_err("a curve without sense").to_string();
-            assert!(error.contains(says), "{data:?}: {error}");
-        }
-        assert!(m.bake(&[1.0, 0.0, 1.0, 90.0]).is_ok());
-    }
-}
+mod tests;
