@@ -166,17 +166,20 @@ struct Task<'a> {
     twice: bool,
 }
 
-/// Fits texels of a band, and those that are in doubt again with more starts.
+/// Fits texels of a band that follow each other.
 fn fit_range(stack: &Stack, task: &Task, range: std::ops::Range<usize>, room: &mut Room) -> Vec<Outcome> {
-    let first = range.start;
-    let texels: Vec<usize> = range.collect();
-    let mut outcomes = fit_texels(stack, &Task { twice: false, ..*task }, &texels, room);
+    fit_twice(stack, task, &range.collect::<Vec<_>>(), room)
+}
+
+/// Fits texels of a band, and those that are in doubt again with more starts.
+fn fit_twice(stack: &Stack, task: &Task, texels: &[usize], room: &mut Room) -> Vec<Outcome> {
+    let mut outcomes = fit_texels(stack, &Task { twice: false, ..*task }, texels, room);
     if task.twice {
         // Put together anew, so that eight in doubt go in step.
-        let doubtful: Vec<usize> = texels.into_iter().filter(|t| outcomes[t - first].doubtful).collect();
-        let again = fit_texels(stack, task, &doubtful, room);
-        for (texel, outcome) in doubtful.into_iter().zip(again) {
-            outcomes[texel - first] = outcome;
+        let places: Vec<usize> = (0..texels.len()).filter(|i| outcomes[*i].doubtful).collect();
+        let doubtful: Vec<usize> = places.iter().map(|i| texels[*i]).collect();
+        for (place, outcome) in places.into_iter().zip(fit_texels(stack, task, &doubtful, room)) {
+            outcomes[place] = outcome;
         }
     }
     outcomes

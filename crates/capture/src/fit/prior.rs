@@ -10,7 +10,7 @@
 use super::model::{COLUMNS, N, OWN, Profile, Ray, Rays, TERMS, Theta, model};
 use super::refine::Known;
 use super::start::solve;
-use super::{Options, Outcome, Room, Task, fit_range, in_parallel};
+use super::{Options, Outcome, Room, Task, fit_range, fit_twice, in_parallel};
 use crate::Stack;
 use crate::lanes::{F, LANES};
 use yugen_optics::random::Pcg32;
@@ -41,12 +41,33 @@ struct Cluster {
     precision: Matrix,
 }
 
+/// A texel of the sample.
+struct Member {
+    band: usize,
+    texel: usize,
+    found: Outcome,
+}
+
+impl std::ops::Deref for Member {
+    type Target = Outcome;
+    fn deref(&self) -> &Outcome {
+        &self.found
+    }
+}
+
 /// Clusters at most: warp, weft, gold and their crossings, several times over.
 const CLUSTERS: usize = 16;
 /// Fewer texels than this have nothing in common that could be told from chance.
 const FEWEST: usize = 24;
 /// After so many more passes a profile has come within a few percent of where it is going.
 const PASSES_WITH_TAILS: usize = 10;
+/// Members by which it is seen whether a cluster is made of what another is.
+const TRIED: usize = 48;
+/// By how much χ² may then rise, in the median: some two deviations of each of the five numbers of a material.
+const MOST_DEBT: f64 = 20.0;
+/// The numbers of θ that belong to the material, and those that belong to the normal.
+const MATERIAL: [usize; 5] = [0, 1, 4, 5, 6];
+const NORMAL: [usize; 2] = [2, 3];
 /// Texels that are looked at.
 const SAMPLE: usize = 6144;
 
@@ -75,8 +96,10 @@ impl Prior {
                 let (from, to) = (group * LANES, ((group + 1) * LANES).min(stack.width * stack.height));
                 fit_range(stack, &task, from..to, room)
             });
-            let outcomes: Vec<Outcome> =
-                outcomes.into_iter().flatten().filter(|o| o.fitted.readings > 0).collect();
+            let found = outcomes.into_iter().zip(&chosen).flat_map(|(group, &(band, first))| {
+                group.into_iter().enumerate().map(move |(i, o)| Member { band, texel: first * LANES + i, found: o })
+            });
+            let outcomes: Vec<Member> = found.filter(|o| o.fitted.readings > 0).collect();
             if centres.is_empty() {
                 if outcomes.len() < FEWEST {
                     return None;
@@ -95,11 +118,62 @@ impl Prior {
             for o in &outcomes {
                 members[nearest(&centres, &o.features)].push(o);
             }
-            let clusters = centres.iter().zip(&members).filter(|(_, m)| m.len() >= FEWEST);
-            let clusters = clusters.map(|(c, m)| Cluster::of(*c, m)).collect();
-            prior = Some(Self { clusters, profile, noise: noise_of(&outcomes, options, quantum) });
+            let of_some = centres.iter().zip(&members).filter(|(_, m)| m.len() >= FEWEST);
+            let clusters = of_some.clone().map(|(c, m)| Cluster::of(*c, m)).collect();
+            let mut found = Self { clusters, profile, noise: noise_of(&outcomes, options, quantum) };
+            if left == 0 {
+                let members: Vec<&[&Member]> = of_some.map(|(_, m)| m.as_slice()).collect();
+                found.adopt(&members, bands, options, threads);
+            }
+            prior = Some(found);
         }
         prior.filter(|p| !p.clusters.is_empty())
+    }
+
+    /// What leans so far that no lamp meets its highlight cannot say what it is made of. Where its readings are as well
+    /// described by what another cluster is made of, that is what it is made of as well.
+    fn adopt(&mut self, members: &[&[&Member]], bands: &[Stack], options: &Options, threads: usize) {
+        let sure = |c: usize| members[c].iter().filter(|m| m.fitted.texel.confidence > 0.5).count();
+        let decided = |c: usize| 2 * sure(c) > members[c].len();
+        // Of clusters that are made of the same, the one that most are sure of.
+        let mut order: Vec<usize> = (0..members.len()).filter(|c| decided(*c)).collect();
+        order.sort_by_key(|c| std::cmp::Reverse(sure(*c)));
+        let mut materials: Vec<Cluster> = Vec::new();
+        for c in order {
+            let material = self.clusters[c].material();
+            if materials.iter().all(|m| m.differs(&material)) {
+                materials.push(material);
+            }
+        }
+        for c in (0..members.len()).filter(|c| !decided(*c)) {
+            let step = members[c].len().div_ceil(TRIED);
+            let tried: Vec<&Member> = members[c].iter().step_by(step).copied().collect();
+            let of_band = |b: usize| tried.iter().filter(|m| m.band == b).map(|m| m.texel).collect();
+            let texels: Vec<(usize, Vec<usize>)> = (0..bands.len()).map(|b| (b, of_band(b))).collect();
+            let mut least = MOST_DEBT;
+            let mut kin = None;
+            for material in &materials {
+                let alone = Self { clusters: vec![material.clone()], profile: self.profile, noise: self.noise };
+                let task = Task { options, prior: Some(&alone), learning: false, twice: true };
+                let again = in_parallel(texels.len(), threads, |i, room| {
+                    let (band, texels) = &texels[i];
+                    fit_twice(&bands[*band], &task, texels, room)
+                });
+                let again: Vec<Outcome> = again.into_iter().flatten().collect();
+                let cost = |o: &Outcome| f64::from(o.fitted.residual).powi(2) * f64::from(o.fitted.readings);
+                let mut debts: Vec<f64> =
+                    tried.iter().zip(&again).map(|(m, o)| cost(o) + material.cost(&o.theta) - cost(m)).collect();
+                let middle = debts.len() / 2;
+                let debt = *debts.select_nth_unstable_by(middle, f64::total_cmp).1;
+                if debt < least {
+                    least = debt;
+                    kin = Some((material, again));
+                }
+            }
+            if let Some((material, again)) = kin {
+                self.clusters[c] = material.leaning(self.clusters[c].centre, &again);
+            }
+        }
     }
 
     pub(crate) fn profile(&self) -> Profile {
@@ -164,7 +238,7 @@ fn quantum(bands: &[Stack]) -> f32 {
 }
 
 /// The noise, as a part of the reading and of black, that makes the residuals what they are.
-fn noise_of(outcomes: &[Outcome], options: &Options, quantum: f32) -> [f32; 2] {
+fn noise_of(outcomes: &[Member], options: &Options, quantum: f32) -> [f32; 2] {
     let mut h = [[0.0; 2]; 2];
     let mut g = [0.0; 2];
     for bin in 0..BINS {
@@ -279,7 +353,7 @@ const TAILS: f64 = 0.95;
 const EXACT: f64 = 1e-3;
 
 /// The profile that most of what is sure of itself agrees on.
-fn profile_of(outcomes: &[Outcome]) -> Profile {
+fn profile_of(outcomes: &[Member]) -> Profile {
     let mut h = [[0.0; COLUMNS + 1]; COLUMNS + 1];
     let mut readings = 0.0;
     for o in outcomes {
@@ -322,11 +396,11 @@ fn non_negative(
 }
 
 /// Lloyd 1982, started as Arthur and Vassilvitskii 2007.
-fn k_means(outcomes: &[Outcome], k: usize) -> Vec<Features> {
+fn k_means(outcomes: &[Member], k: usize) -> Vec<Features> {
     let mut rng = Pcg32::new(1, 7);
     let mut centres = vec![outcomes[0].features];
     while centres.len() < k {
-        let far = |o: &Outcome| distance(&centres[nearest(&centres, &o.features)], &o.features);
+        let far = |o: &Member| distance(&centres[nearest(&centres, &o.features)], &o.features);
         let total: f32 = outcomes.iter().map(far).sum();
         if total <= 0.0 {
             break;
@@ -359,7 +433,53 @@ fn k_means(outcomes: &[Outcome], k: usize) -> Vec<Features> {
 const SPREAD: [f64; N] = [0.01, 0.05, 0.02, 0.02, 0.05, 0.05, 0.05];
 
 impl Cluster {
-    fn of(centre: Features, members: &[&Outcome]) -> Self {
+    /// The same with any normal.
+    fn material(&self) -> Self {
+        let mut spread = inverse(&self.precision).unwrap_or([[0.0; N]; N]);
+        let mut mean = self.mean;
+        for n in NORMAL {
+            mean[n] = 0.0;
+            for i in 0..N {
+                (spread[n][i], spread[i][n]) = (0.0, 0.0);
+            }
+            spread[n][n] = 4.0;
+        }
+        Self { centre: self.centre, mean, precision: inverse(&spread).unwrap_or(self.precision) }
+    }
+
+    /// A material with the normals of texels that were fitted with it.
+    fn leaning(&self, centre: Features, texels: &[Outcome]) -> Self {
+        let mut spread = inverse(&self.precision).unwrap_or([[0.0; N]; N]);
+        let mut mean = self.mean;
+        let count = texels.len().max(1) as f64;
+        let at = |o: &Outcome, n: usize| f64::from(o.theta[n]);
+        for n in NORMAL {
+            mean[n] = texels.iter().map(|o| at(o, n)).sum::<f64>() / count;
+        }
+        for n in NORMAL {
+            for m in NORMAL {
+                let both = texels.iter().map(|o| (at(o, n) - mean[n]) * (at(o, m) - mean[m]));
+                // Room for a normal that none of the few has.
+                spread[n][m] = 2.0 * both.sum::<f64>() / count + if n == m { 0.04 } else { 0.0 };
+            }
+        }
+        Self { centre, mean, precision: inverse(&spread).unwrap_or(self.precision) }
+    }
+
+    /// Whether two are made of something else.
+    fn differs(&self, other: &Self) -> bool {
+        let (Some(a), Some(b)) = (inverse(&self.precision), inverse(&other.precision)) else { return true };
+        let apart = MATERIAL.map(|i| (self.mean[i] - other.mean[i]).powi(2) / (a[i][i] + b[i][i]));
+        apart.iter().sum::<f64>() > MATERIAL.len() as f64
+    }
+
+    /// What it costs to be another than the mean.
+    fn cost(&self, theta: &Theta) -> f64 {
+        let off: [f64; N] = std::array::from_fn(|i| f64::from(theta[i]) - self.mean[i]);
+        (0..N).map(|i| (0..N).map(|j| off[i] * self.precision[i][j] * off[j]).sum::<f64>()).sum()
+    }
+
+    fn of(centre: Features, members: &[&Member]) -> Self {
         // What the readings of a texel say by themselves: curvature H, and H times where its parabola is lowest.
         let texels: Vec<(Matrix, [f64; N])> = members
             .iter()
