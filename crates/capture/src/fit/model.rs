@@ -26,8 +26,8 @@ pub(crate) type Theta = [f32; N];
 /// The widths σ that a fit may give.
 pub(crate) const SIGMA: [f32; 2] = [0.02, 1.2];
 
-/// The steepest slope of a normal, each way: 68°.
-pub(crate) const STEEPEST: f32 = 2.5;
+/// The steepest slope of a normal, each way: 76°.
+pub(crate) const STEEPEST: f32 = 4.0;
 
 /// One reading of a texel as the model wants it: x, y, k and the light's direction times its irradiance.
 pub(crate) type Ray = [f32; 6];

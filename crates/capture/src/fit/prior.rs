@@ -97,7 +97,11 @@ impl Prior {
                 fit_range(stack, &task, from..to, room)
             });
             let found = outcomes.into_iter().zip(&chosen).flat_map(|(group, &(band, first))| {
-                group.into_iter().enumerate().map(move |(i, o)| Member { band, texel: first * LANES + i, found: o })
+                group.into_iter().enumerate().map(move |(i, o)| Member {
+                    band,
+                    texel: first * LANES + i,
+                    found: o,
+                })
             });
             let outcomes: Vec<Member> = found.filter(|o| o.fitted.readings > 0).collect();
             if centres.is_empty() {
@@ -153,7 +157,8 @@ impl Prior {
             let mut least = MOST_DEBT;
             let mut kin = None;
             for material in &materials {
-                let alone = Self { clusters: vec![material.clone()], profile: self.profile, noise: self.noise };
+                let alone =
+                    Self { clusters: vec![material.clone()], profile: self.profile, noise: self.noise };
                 let task = Task { options, prior: Some(&alone), learning: false, twice: true };
                 let again = in_parallel(texels.len(), threads, |i, room| {
                     let (band, texels) = &texels[i];
@@ -161,8 +166,11 @@ impl Prior {
                 });
                 let again: Vec<Outcome> = again.into_iter().flatten().collect();
                 let cost = |o: &Outcome| f64::from(o.fitted.residual).powi(2) * f64::from(o.fitted.readings);
-                let mut debts: Vec<f64> =
-                    tried.iter().zip(&again).map(|(m, o)| cost(o) + material.cost(&o.theta) - cost(m)).collect();
+                let mut debts: Vec<f64> = tried
+                    .iter()
+                    .zip(&again)
+                    .map(|(m, o)| cost(o) + material.cost(&o.theta) - cost(m))
+                    .collect();
                 let middle = debts.len() / 2;
                 let debt = *debts.select_nth_unstable_by(middle, f64::total_cmp).1;
                 if debt < least {

@@ -116,8 +116,12 @@ fn step(theta: &[F; N], sums: &Sums, known: &Known, damping: F) -> [F; N] {
     }
     g[0] = g[0] * free;
     let step = solve(&factor(&h), g);
-    let shrink = (1..N)
-        .fold(F::ONE, |shrink, i| shrink.min(F::splat(LONGEST[i]) / step[i].abs().max(F::splat(1e-12))));
+    let steep = theta[2] * theta[2] + theta[3] * theta[3] + 1.0;
+    let shrink = (1..N).fold(F::ONE, |shrink, i| {
+        // A slope of s is an angle whose tangent it is: it may change by as much more.
+        let longest = if i == 2 || i == 3 { steep * LONGEST[i] } else { F::splat(LONGEST[i]) };
+        shrink.min(longest / step[i].abs().max(F::splat(1e-12)))
+    });
     std::array::from_fn(|i| theta[i] + step[i] * shrink)
 }
 
