@@ -2,8 +2,8 @@
 //!
 //! A material finds evenly lit parts of the sky by itself. Karlík, Šik, Vévoda, Skřivan and Křivánek 2019, "MIS
 //! Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling": light samples are best spent on what
-//! is brighter than that. What is left is weighed by the cosine at the surface that asks, for a few dozen
-//! orientations: a table each over blocks of the picture, and one common table of the cells within a block.
+//! is brighter than that. What is left is weighed by the cosine at the surface that asks, for a set of orientations: a
+//! table each over blocks of the picture, and one common table of the cells within a block.
 
 use crate::lights::LightError;
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec3A};
@@ -196,7 +196,8 @@ impl Environment {
             .collect();
         let luminance = Vec3A::from(luminance);
         // ∫ sin θ over a row of cells, exactly.
-        let row = |y: usize| (PI * y as f32 / down as f32).cos() - (PI * (y + 1) as f32 / down as f32).cos();
+        let cos = |y: usize| (std::f64::consts::PI * y as f64 / down as f64).cos();
+        let solid_angle = |y: usize| (cos(y) - cos(y + 1)) as f32 * TAU / across as f32;
         let mut environment = Self {
             texels,
             across,
@@ -205,7 +206,7 @@ impl Environment {
             to_local: to_world.inverse(),
             luminance,
             floor: 0.0,
-            solid_angles: (0..down).map(|y| row(y) * TAU / across as f32).collect(),
+            solid_angles: (0..down).map(solid_angle).collect(),
             cells: Cells::new(&[0.0], 1, 1),
             views: Vec::new(),
         };
