@@ -1,12 +1,11 @@
-//! What a capture reads and writes, and measured tables.
+//! What a capture reads and writes.
 
-use crate::{FILE, assault, assault_with, mutate, peak};
+use crate::{FILE, assault, assault_with, mutate};
 use std::path::Path;
 use yugen_archive::formats::image::ReadOptions;
 use yugen_archive::formats::relightable::{Basis, Colouring, Relightable};
-use yugen_archive::formats::{btf, lp, merl, ptm, relight, rti, stack, wif};
+use yugen_archive::formats::{btf, lp, ptm, relight, rti, stack, wif};
 use yugen_optics::ColourSpace;
-use yugen_optics::random::Pcg32;
 use yugen_reflectance::btf::{Btf, Texel};
 
 #[test]
@@ -147,21 +146,6 @@ fn relightlab_infos() {
             false
         }
     });
-}
-
-#[test]
-fn merl_headers() {
-    // The smallest whole file has 35 MB, so this is only about what a header may say.
-    let mut rng = Pcg32::new(3, 1);
-    let seed: Vec<u8> = [90, 90, 180i32].iter().flat_map(|v| v.to_le_bytes()).chain([0; 64]).collect();
-    let worst = (0..3000).map(|_| {
-        let bytes = mutate(&seed, &seed, &mut rng);
-        peak(|| {
-            let error = merl::read(&bytes, Path::new(FILE), ColourSpace::LinearSrgb).unwrap_err();
-            assert!(error.to_string().contains(FILE), "{error}");
-        })
-    });
-    assert!(worst.max().unwrap() < 1 << 16);
 }
 
 #[test]

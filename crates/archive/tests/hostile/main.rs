@@ -6,6 +6,7 @@ mod capture;
 mod meshes;
 mod pictures;
 mod scenes;
+mod tables;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
