@@ -6,11 +6,13 @@ use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
 use yugen_capture::rti::{evaluate, light};
 use yugen_optics::Vec3;
 
-/// A Python with these modules, if there is one: YUGEN_PYTHON, else python3.
+/// A Python with these modules, if there is one: YUGEN_PYTHON, python3, or that of the system.
 fn python(modules: &str) -> Option<PathBuf> {
-    let python = std::env::var_os("YUGEN_PYTHON").map_or("python3".into(), PathBuf::from);
-    let runs = Command::new(&python).args(["-c", &format!("import {modules}")]).output();
-    runs.is_ok_and(|o| o.status.success()).then_some(python)
+    let named = std::env::var_os("YUGEN_PYTHON").map(PathBuf::from);
+    named.into_iter().chain(["python3".into(), "/usr/bin/python3".into()]).find(|python| {
+        let runs = Command::new(python).args(["-c", &format!("import {modules}")]).output();
+        runs.is_ok_and(|o| o.status.success())
+    })
 }
 
 /// Slow waves, as JPEG likes them, which no reversal of rows, columns, colours or terms leaves the same.
@@ -38,11 +40,12 @@ fn relit(python: &Path, path: &Path, toward: Vec3, to: &Path) -> Vec<f32> {
 
 #[test]
 fn another_reader_relights_what_is_written() {
-    let Some(python) = python("numpy") else {
+    let with_jpegs = python("numpy, PIL");
+    let jpegs = with_jpegs.is_some();
+    let Some(python) = with_jpegs.or_else(|| python("numpy")) else {
         println!("skipped: no Python with numpy; name one in YUGEN_PYTHON");
         return;
     };
-    let jpegs = self::python("PIL").is_some();
     let folder = std::env::temp_dir().join(format!("yugen-reader-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let toward = Vec3::new(0.48, -0.36, 0.8);
