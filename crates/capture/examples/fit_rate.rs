@@ -82,6 +82,7 @@ fn main() -> std::io::Result<()> {
         height: side,
         first_row: 0,
         rows: side,
+        eyes: vec![Vec3::Z; directions.len()],
         lights: Lights::Distant(directions),
         values,
     };

@@ -71,7 +71,7 @@ impl<'a> Subject<'a> {
     pub fn picture(&self, lights: &Lights, light: usize, view: Vec3) -> Vec<Vec3> {
         let Btf { width, height, .. } = *self.btf;
         // Knows where the lights of a picture of this size stand.
-        let geometry = self.stack(lights.clone(), Vec::new());
+        let geometry = self.stack(lights.clone(), view, Vec::new());
         let mut picture = vec![Vec3::ZERO; width * height];
         for_rows(&mut picture, width, |y, row| {
             for (x, value) in row.iter_mut().enumerate() {
@@ -98,9 +98,10 @@ impl<'a> Subject<'a> {
         texel.noh(self.form).eval(table, wo, wi) * (PI * wi.z)
     }
 
-    fn stack(&self, lights: Lights, values: Vec<[f32; 3]>) -> Stack {
+    fn stack(&self, lights: Lights, view: Vec3, values: Vec<[f32; 3]>) -> Stack {
         let Btf { width, height, .. } = *self.btf;
-        Stack { width, height, first_row: 0, rows: height, lights, values }
+        let eyes = vec![view; lights.len()];
+        Stack { width, height, first_row: 0, rows: height, lights, eyes, values }
     }
 
     /// All pictures as the camera takes and linearises them.
@@ -114,7 +115,7 @@ impl<'a> Subject<'a> {
                 samples[light] = value.to_array();
             }
         }
-        self.stack(lights.clone(), values)
+        self.stack(lights.clone(), view, values)
     }
 }
 

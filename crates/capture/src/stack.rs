@@ -1,4 +1,4 @@
-//! Photographs of one flat sample, one a light, seen from one place.
+//! Photographs of one flat sample, one a light, seen from one place or several.
 
 use glam::{Vec2, Vec3};
 use yugen_archive::formats::stack::{Band, Folder};
@@ -27,7 +27,7 @@ impl Lights {
     }
 }
 
-/// A band of rows of linear pictures, one picture a light, from the same camera; all rows make the whole stack.
+/// A band of rows of linear pictures, one picture a light and camera; all rows make the whole stack.
 ///
 /// A value is the radiance of the texel over that of a white diffuser at the centre of the picture that faces the
 /// light: the reflectance factor π f cos θ for light from far away. NaN marks a sample that is not to be used
@@ -44,6 +44,8 @@ pub struct Stack {
     pub rows: usize,
     /// One a picture.
     pub lights: Lights,
+    /// Unit vectors toward the camera, one a picture.
+    pub eyes: Vec<Vec3>,
     /// Linear RGB, texel after texel from the top left, within a texel light after light:
     /// `values[(y * width + x) * lights + light]`.
     pub values: Vec<[f32; 3]>,
@@ -61,6 +63,7 @@ impl Stack {
             height: band.height,
             first_row: band.first_row,
             rows: folder.height,
+            eyes: vec![folder.options.view; lights.len()],
             lights,
             values: band.values,
         }
@@ -74,6 +77,7 @@ impl Stack {
                 Lights::Distant(v) => Lights::Distant(chosen(v)),
                 Lights::Near(v) => Lights::Near(chosen(v)),
             },
+            eyes: lights.iter().map(|l| self.eyes[*l]).collect(),
             values: self
                 .values
                 .chunks_exact(self.lights.len().max(1))
@@ -81,6 +85,31 @@ impl Stack {
                 .collect(),
             ..*self
         }
+    }
+
+    /// The pictures of the same band from several sides as one stack. `None` where they are not of the same rows, or
+    /// some lamps far and some near.
+    pub fn join(parts: &[Self]) -> Option<Self> {
+        let first = parts.first()?;
+        let place = |s: &Self| (s.width, s.height, s.first_row, s.rows);
+        let near = |s: &Self| matches!(s.lights, Lights::Near(_));
+        if parts.iter().any(|p| place(p) != place(first) || near(p) != near(first)) {
+            return None;
+        }
+        let all = parts.iter().flat_map(|p| match &p.lights {
+            Lights::Distant(v) | Lights::Near(v) => v.iter().copied(),
+        });
+        let all = all.collect();
+        let texels = first.width * first.height;
+        let of = |p: &'_ Self, t: usize| t * p.lights.len()..(t + 1) * p.lights.len();
+        let values =
+            (0..texels).flat_map(|t| parts.iter().flat_map(move |p| p.values[of(p, t)].iter().copied()));
+        Some(Self {
+            lights: if near(first) { Lights::Near(all) } else { Lights::Distant(all) },
+            eyes: parts.iter().flat_map(|p| p.eyes.iter().copied()).collect(),
+            values: values.collect(),
+            ..*first
+        })
     }
 
     /// All samples of texel (x, y) of the band, one a light.
@@ -119,6 +148,7 @@ mod tests {
             first_row: 49,
             rows: 99,
             lights: Lights::Near(vec![Vec3::new(0.5, 0.0, 1.0)]),
+            eyes: vec![Vec3::Z],
             values: Vec::new(),
         };
         let (toward, irradiance) = stack.light(0, 99, 0);

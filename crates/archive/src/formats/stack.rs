@@ -21,6 +21,7 @@
 //! ambient = ""            # a picture without any of the lights, taken off the others
 //! mask = "mask.png"
 //! colour_space = "srgb"   # of the pictures: srgb, rec2020 or acescg; an EXR says so itself
+//! view = [0, 0, 1]        # toward the camera; pictures taken from aside show the sample as if from head on
 //! ```
 //! Pictures are read in [bands](Folder::bands) of rows, so that memory does not grow with their height.
 
@@ -100,6 +101,9 @@ pub struct Options {
     pub mask: Option<String>,
     /// Of the pictures; `None`: what they say themselves, else linear sRGB.
     pub colour_space: Option<ColourSpace>,
+    /// Unit, toward the camera, which stands so far away that all texels see it there. Pictures taken from aside are
+    /// straightened: a texel is at the same place in all.
+    pub view: Vec3,
 }
 
 impl Default for Options {
@@ -117,6 +121,7 @@ impl Default for Options {
             ambient: None,
             mask: None,
             colour_space: None,
+            view: Vec3::Z,
         }
     }
 }
@@ -167,6 +172,12 @@ impl Options {
             mask: keys.or("mask", usual.mask, some)?,
             colour_space: keys
                 .or("colour_space", usual.colour_space, |i| i.one_of("colour space", &spaces))?,
+            view: keys.or("view", usual.view, |i| match i.direction()? {
+                view if view.z > 0.02 => Ok(view),
+                _ => Err(i.invalid(
+                    "the camera stands below the sample; expected 'view' with a third number above zero",
+                )),
+            })?,
         };
         keys.finish()?;
         Ok(options)
@@ -212,6 +223,7 @@ impl Options {
         line(self.mask.is_some(), "mask", quoted(self.mask.as_deref().unwrap_or_default()));
         let space = self.colour_space.unwrap_or_default();
         line(self.colour_space.is_some(), "colour_space", quoted(space.name()));
+        line(self.view != usual.view, "view", format!("{:?}", self.view.to_array()));
         text
     }
 }

@@ -187,9 +187,9 @@ fn fit_twice(stack: &Stack, task: &Task, texels: &[usize], room: &mut Room) -> V
 
 fn fit_texels(stack: &Stack, task: &Task, texels: &[usize], room: &mut Room) -> Vec<Outcome> {
     let distant: Option<(Vec<usize>, Vec<Ray>)> = match &stack.lights {
-        Lights::Distant(toward) => {
-            Some(toward.iter().enumerate().filter_map(|(i, l)| Some((i, ray(*l, Vec3::Z, 1.0)?))).unzip())
-        }
+        Lights::Distant(toward) => Some(
+            toward.iter().enumerate().filter_map(|(i, l)| Some((i, ray(*l, stack.eyes[i], 1.0)?))).unzip(),
+        ),
         Lights::Near(_) => None,
     };
     let mut out = Vec::with_capacity(texels.len());
@@ -217,7 +217,7 @@ fn fit_texels(stack: &Stack, task: &Task, texels: &[usize], room: &mut Room) -> 
                 for lane in 0..LANES {
                     let (x, y) = place(lane);
                     let (toward, irradiance) = stack.light(light, x, y);
-                    let own = ray(toward, Vec3::Z, irradiance).unwrap_or_else(|| {
+                    let own = ray(toward, stack.eyes[light], irradiance).unwrap_or_else(|| {
                         below.push((light, lane));
                         [0.0, 0.0, 1.0, 0.0, 0.0, 1.0]
                     });

@@ -69,7 +69,16 @@ fn photograph(texels: &[Texel], lights: &[Vec3], rng: &mut Pcg32) -> Stack {
         }
     }
     let (width, height) = (texels.len(), 1);
-    Stack { width, height, first_row: 0, rows: height, lights: Lights::Distant(lights.to_vec()), values }
+    let eyes = vec![Vec3::Z; lights.len()];
+    Stack {
+        width,
+        height,
+        first_row: 0,
+        rows: height,
+        lights: Lights::Distant(lights.to_vec()),
+        eyes,
+        values,
+    }
 }
 
 fn summary(fitted: &[Fitted], truth: &[Texel]) -> [[f32; 6]; 2] {

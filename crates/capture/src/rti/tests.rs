@@ -37,7 +37,15 @@ fn truth(basis: Basis, colouring: Colouring, width: usize, height: usize) -> Rel
 /// What a camera would see of it.
 fn photograph(r: &Relightable, lights: Lights) -> Stack {
     let (width, height) = (r.width, r.height);
-    let mut stack = Stack { width, height, first_row: 0, rows: height, lights, values: Vec::new() };
+    let mut stack = Stack {
+        width,
+        height,
+        first_row: 0,
+        rows: height,
+        eyes: vec![Vec3::Z; lights.len()],
+        lights,
+        values: Vec::new(),
+    };
     for y in 0..height {
         for x in 0..width {
             for l in 0..stack.lights.len() {
@@ -253,6 +261,7 @@ fn cloth_is_predicted_best_by_its_maps() {
         first_row: 0,
         rows: 24,
         lights: Lights::Distant(dome.clone()),
+        eyes: vec![Vec3::Z; dome.len()],
         values: vec![[0.0; 3]; 24 * 24 * 50],
     };
     for (l, toward) in dome.iter().enumerate() {

@@ -189,7 +189,7 @@ impl Simulate {
                 self.write(&place, &sample, &camera, &seen, light, &mut times, &mut counts)?;
                 bar.inc(1);
             }
-            self.finish(&place, &sample, &camera, lights, &times)?;
+            self.finish(&place, &sample, &camera, lights, *view, &times)?;
         }
         if stacks.len() > 1 {
             atomic_write(&self.output.join("views.csv"), index.as_bytes())?;
@@ -306,6 +306,7 @@ impl Simulate {
         sample: &Sample,
         camera: &Camera,
         lights: &Lights,
+        view: Vec3,
         times: &str,
     ) -> Result<()> {
         let (Lights::Distant(all) | Lights::Near(all)) = lights;
@@ -314,6 +315,7 @@ impl Simulate {
         let bracketed = camera.sensor.as_ref().filter(|s| s.seconds.len() > 1);
         let options = stack::Options {
             near: matches!(lights, Lights::Near(_)),
+            view,
             response: if bracketed.is_some() { stack::Response::Linear } else { stack::Response::Srgb },
             // EXR says so itself.
             colour_space: bracketed.map(|_| sample.btf.colour_space),

@@ -111,6 +111,67 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
     assert!(btf::load(Path::new(&banded), ColourSpace::LinearSrgb).unwrap().0 == maps);
 }
 
+/// Highlights that no lamp showed head on show from aside.
+#[test]
+fn three_sides_tell_more_than_one() {
+    let folder = scratch("capture_fit_sides");
+    let path = |name: &str| folder.join(name).display().to_string();
+    let photographs = "simulate kinran --size 40x40 --lights 20 --full-well 50000 --white 6";
+    let views = "--view 0,0 --view 35,0 --view 35,90 --json -o";
+    let all = path("sides");
+    let mut args: Vec<&str> = photographs.split(' ').chain(views.split(' ')).collect();
+    args.push(&all);
+    crate::good(yugen(&args));
+    let fit = |stacks: &[&str]| {
+        let (output, truth) = (path("cloth.btf"), path("sides/truth.exr"));
+        let json =
+            crate::report(yugen(&[&["fit", "-o", &output, "--truth", &truth, "--json"], stacks].concat()));
+        let errors = ["rho_d", "rho_s", "n", "t", "sigma_x", "sigma_y"];
+        (json["lights"].as_u64().unwrap(), errors.map(|e| json["errors"]["ninety"][e].as_f64().unwrap()))
+    };
+    let [first, second, third] = ["view_01", "view_02", "view_03"].map(|v| path("sides") + "/" + v);
+    let (_, head_on) = fit(&[&first]);
+    let (lights, together) = fit(&[&all]);
+    assert_eq!(lights, 60);
+    // Half of each error, measured on a cloth of 64 x 64.
+    assert!(together.iter().zip(head_on).all(|(t, h)| *t < 0.8 * h), "{together:?} {head_on:?}");
+    assert_eq!(fit(&[&first, &second, &third]).1, together);
+    let (_, aside) = fit(&[&second]);
+    // A camera that were taken to stand head on would find every normal 17° off.
+    assert!(aside[2] < 2.0, "{aside:?}");
+}
+
+#[test]
+fn killed_and_resumed_it_is_the_same_to_the_bit() {
+    let folder = scratch("capture_fit_kill");
+    let path = |name: &str| folder.join(name).display().to_string();
+    let stack = path("stack");
+    crate::good(yugen(&["simulate", "kinran", "--size", "48x600", "--lights", "20", "--json", "-o", &stack]));
+    let (whole, resumed) = (path("whole.btf"), path("resumed.btf"));
+    crate::good(yugen(&["fit", &stack, "-o", &whole, "--json"]));
+
+    // Row by row, so that there is something to go on from early.
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_yugen"))
+        .args(["capture", "fit", &stack, "-o", &resumed, "--json", "--memory", "0", "--threads", "1"])
+        .spawn()
+        .unwrap();
+    let checkpoint = folder.join("resumed.btf.checkpoint");
+    let length = || std::fs::metadata(&checkpoint).map_or(0, |m| m.len());
+    let started = std::time::Instant::now();
+    // The list of 20 pictures is no longer than a hundred rows.
+    while length() < 48 * 72 * 100 && started.elapsed().as_secs() < 60 {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    // SIGKILL on Unix: no chance to tidy up.
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(length() > 0, "no checkpoint was written");
+    assert!(!Path::new(&resumed).exists(), "it was killed before its end");
+    crate::good(yugen(&["fit", &stack, "-o", &resumed, "--json", "--resume"]));
+    assert!(!checkpoint.exists(), "the checkpoint has served");
+    assert!(std::fs::read(&whole).unwrap() == std::fs::read(&resumed).unwrap(), "the resumed maps differ");
+}
+
 #[test]
 fn bad_stacks_get_a_sentence() {
     let folder = scratch("fit/bad");

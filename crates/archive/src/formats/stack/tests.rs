@@ -221,6 +221,9 @@ fn options_say_how_the_numbers_are_meant() {
         ..Options::default()
     };
     assert_eq!(Options::parse(odd.text().as_bytes(), "a".as_ref()).unwrap(), odd);
+    let aside = Options { view: Vec3::new(0.6, 0.0, 0.8), ..Options::default() };
+    let back = Options::parse(aside.text().as_bytes(), "a".as_ref()).unwrap();
+    assert!(back.view.abs_diff_eq(aside.view, 1e-6), "{}", back.view);
     for (text, want) in [
         ("axis = 1", "s.toml:1:1: unknown key 'axis'; did you mean 'axes'?"),
         ("\naxes = \"x x z\"", "s.toml:2:8: the axes are 'x x z'; expected x, y and z in any order"),

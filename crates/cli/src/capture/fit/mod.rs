@@ -3,15 +3,15 @@
 mod checkpoint;
 mod report;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use checkpoint::Checkpoint;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use report::Report;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::formats::btf;
-use yugen_archive::formats::stack::Folder;
+use yugen_archive::formats::stack::{Bands, Folder};
 use yugen_capture::Stack;
 use yugen_capture::fit::{Fitted, Options, Prior, fit, smooth_tangents};
 use yugen_reflectance::btf::Btf;
@@ -24,12 +24,16 @@ use yugen_reflectance::btf::Btf;
 /// (`btf = "cloth.btf"`). Confidence is 0 where the photographs cannot decide, for example because no light met the
 /// highlight.
 ///
+/// Several STACKs of the same cloth, photographed from several sides (`view` in stack.toml), are fitted together, as is
+/// a folder of them that `simulate` wrote for several --view.
+///
 /// Threads repeat: what texels of one thread have in common is learned first and helps where the lights of a single texel
 /// are too few (--no-prior to do without).
 #[derive(Args)]
 pub struct Fit {
-    /// The folder of photographs, or its list of lights.
-    stack: PathBuf,
+    /// The folder of photographs, or its list of lights; one from each side.
+    #[arg(required = true, value_name = "STACK")]
+    stacks: Vec<PathBuf>,
 
     /// The maps: cloth.btf, or the same as .exr.
     #[arg(short, long, value_name = "FILE")]
@@ -90,11 +94,63 @@ const SAMPLE_BYTES: usize = 512 << 20;
 
 /// First row and height of the bands that threads are learned from: spread over the height, and the same whatever the
 /// memory, so that the result is.
-fn sample_rows(folder: &Folder) -> Vec<(usize, usize)> {
+fn sample_rows(folder: &Folder, lights: usize) -> Vec<(usize, usize)> {
     let rows = SAMPLE_ROWS.min(folder.height);
-    let each = folder.width * rows * folder.pictures.len() * size_of::<[f32; 3]>();
+    let each = folder.width * rows * lights * size_of::<[f32; 3]>();
     let count = (SAMPLE_BYTES / each.max(1)).clamp(1, 16).min(folder.height / rows);
     (0..count).map(|i| (i * (folder.height - rows) / (count - 1).max(1), rows)).collect()
+}
+
+/// The same rows of all stacks, side by side.
+struct Sides<'a> {
+    folders: &'a [Folder],
+    bands: Vec<Bands<'a>>,
+}
+
+impl<'a> Sides<'a> {
+    fn open(folders: &'a [Folder], rows: usize) -> Result<Self> {
+        let bands = folders.iter().map(|f| f.bands(rows)).collect::<Result<_, _>>()?;
+        Ok(Self { folders, bands })
+    }
+
+    fn skip_rows(&mut self, rows: usize) -> Result<()> {
+        Ok(self.bands.iter_mut().try_for_each(|b| b.skip_rows(rows))?)
+    }
+
+    /// `None` after the last.
+    fn next(&mut self) -> Result<Option<Stack>> {
+        let mut stacks = Vec::new();
+        for (folder, bands) in self.folders.iter().zip(&mut self.bands) {
+            match bands.next().transpose()? {
+                Some(band) => stacks.push(Stack::from_band(folder, band)),
+                None => return Ok(None),
+            }
+        }
+        Ok(if stacks.len() == 1 { stacks.pop() } else { Stack::join(&stacks) })
+    }
+}
+
+/// The stacks that `views.csv` in a folder names, a line each behind its heading; `None` where there is none.
+fn sides(path: &Path) -> Result<Option<Vec<PathBuf>>> {
+    let list = path.join("views.csv");
+    if !list.is_file() {
+        return Ok(None);
+    }
+    let text = std::fs::read_to_string(&list).with_context(|| list.display().to_string())?;
+    let names = text.lines().skip(1).filter_map(|l| l.split(',').next()).map(str::trim);
+    Ok(Some(names.filter(|n| !n.is_empty()).map(|n| path.join(n)).collect()))
+}
+
+/// What threads are learned from.
+fn sample(folders: &[Folder], lights: usize) -> Result<Vec<Stack>> {
+    let (mut sample, mut row) = (Vec::new(), 0);
+    let mut bands = Sides::open(folders, SAMPLE_ROWS)?;
+    for (first, rows) in sample_rows(&folders[0], lights) {
+        bands.skip_rows(first - row)?;
+        sample.extend(bands.next()?);
+        row = first + rows;
+    }
+    Ok(sample)
 }
 
 impl Fit {
@@ -105,12 +161,13 @@ impl Fit {
         }
         let started = Instant::now();
         let options = Options { noise: self.noise, floor: self.floor, ..Options::default() };
-        let folder = Folder::open(&self.stack)?;
-        let lights = folder.pictures.len();
+        let folders = self.folders()?;
+        let folder = &folders[0];
+        let lights = folders.iter().map(|f| f.pictures.len()).sum::<usize>();
         if lights < FEWEST_LIGHTS {
             bail!(
                 "{}: {lights} lights are too few for seven unknowns a texel; expected at least {FEWEST_LIGHTS}, better 50",
-                self.stack.display()
+                self.stacks[0].display()
             );
         }
         let truth = self.truth.as_ref().map(|path| btf::load(path, folder.colour_space)).transpose()?;
@@ -130,9 +187,11 @@ impl Fit {
             .threads
             .map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from);
 
-        let rows = folder.rows_within(self.memory << 20);
+        // Each has its share, and they are put together in as much again where there are several.
+        let share = (self.memory << 20) / (2 * folders.len() as u64).saturating_sub(1).max(1);
+        let rows = folders.iter().map(|f| f.rows_within(share)).min().unwrap_or(1);
         let mut checkpoint =
-            Checkpoint::open(&self.output, &self.identity(&folder), folder.width, self.resume)?;
+            Checkpoint::open(&self.output, &self.identity(&folders), folder.width, self.resume)?;
         let done = checkpoint.rows();
         if done > 0 && !self.json {
             eprintln!("going on from row {done} of {}", folder.height);
@@ -141,37 +200,36 @@ impl Fit {
         bar.set_position((folder.width * done) as u64);
         // A stack that is read in one go need not be read twice.
         let whole = (rows >= folder.height && done == 0)
-            .then(|| folder.bands(rows)?.next().transpose())
+            .then(|| Sides::open(&folders, rows)?.next())
             .transpose()?
-            .flatten()
-            .map(|band| Stack::from_band(&folder, band));
+            .flatten();
         bar.set_message("learning the threads");
         let prior = match (&whole, self.no_prior || done == folder.height) {
             (_, true) => None,
             (Some(stack), _) => {
                 let row = stack.width * lights;
-                let sample: Vec<Stack> = sample_rows(&folder)
+                let sample: Vec<Stack> = sample_rows(folder, lights)
                     .into_iter()
                     .map(|(first, rows)| Stack {
                         first_row: first,
                         height: rows,
                         lights: stack.lights.clone(),
+                        eyes: stack.eyes.clone(),
                         values: stack.values[first * row..(first + rows) * row].to_vec(),
                         ..*stack
                     })
                     .collect();
                 Prior::learn(&sample, &options, threads)
             }
-            (None, _) => Prior::learn(&self.sample(&folder)?, &options, threads),
+            (None, _) => Prior::learn(&sample(&folders, lights)?, &options, threads),
         };
         bar.set_message("fitting");
         if let Some(stack) = whole {
             checkpoint.append(&self.fit_band(&stack, &options, prior.as_ref(), threads, &bar))?;
         } else if done < folder.height {
-            let mut bands = folder.bands(rows)?;
+            let mut bands = Sides::open(&folders, rows)?;
             bands.skip_rows(done)?;
-            while let Some(band) = bands.next().transpose()? {
-                let stack = Stack::from_band(&folder, band);
+            while let Some(stack) = bands.next()? {
                 let fitted = self.fit_band(&stack, &options, prior.as_ref(), threads, &bar);
                 drop(stack);
                 checkpoint.append(&fitted)?;
@@ -227,35 +285,58 @@ impl Fit {
         fit(stack, options, prior, threads, &|texels| bar.set_position(before + texels as u64))
     }
 
-    fn sample(&self, folder: &Folder) -> Result<Vec<Stack>> {
-        let (mut sample, mut row) = (Vec::new(), 0);
-        let mut bands = folder.bands(SAMPLE_ROWS)?;
-        for (first, rows) in sample_rows(folder) {
-            bands.skip_rows(first - row)?;
-            if let Some(band) = bands.next().transpose()? {
-                sample.push(Stack::from_band(folder, band));
+    /// The stacks, all of one size and kind.
+    fn folders(&self) -> Result<Vec<Folder>> {
+        let mut paths = Vec::new();
+        for path in &self.stacks {
+            match sides(path)? {
+                Some(sides) => paths.extend(sides),
+                None => paths.push(path.clone()),
             }
-            row = first + rows;
         }
-        Ok(sample)
+        let folders: Vec<Folder> = paths.iter().map(|p| Folder::open(p)).collect::<Result<_, _>>()?;
+        let Some(first) = folders.first() else { bail!("there is no stack to fit") };
+        for f in &folders {
+            if (f.width, f.height) != (first.width, first.height) {
+                bail!(
+                    "{}: the photographs are {} x {}, those of {} {} x {}; stacks from several sides show the same texels",
+                    f.path.display(),
+                    f.width,
+                    f.height,
+                    first.path.display(),
+                    first.width,
+                    first.height
+                );
+            }
+            if (f.options.near, f.colour_space) != (first.options.near, first.colour_space) {
+                bail!(
+                    "{}: near lamps or the colour space are not those of {}; stacks from several sides have both alike",
+                    f.path.display(),
+                    first.path.display()
+                );
+            }
+        }
+        Ok(folders)
     }
 
     /// What a checkpoint must agree in to be gone on from.
-    fn identity(&self, folder: &Folder) -> String {
+    fn identity(&self, folders: &[Folder]) -> String {
         let mut text = format!(
-            "{} {} {} {} {} {} {:?}",
+            "{} {} {} {} {} {}",
             env!("CARGO_PKG_VERSION"),
-            folder.width,
-            folder.height,
+            folders[0].width,
+            folders[0].height,
             self.noise,
             self.floor,
-            self.no_prior,
-            folder.options
+            self.no_prior
         );
-        for p in &folder.pictures {
-            let meta = std::fs::metadata(&p.path).ok();
-            let (length, modified) = meta.map_or((0, None), |m| (m.len(), m.modified().ok()));
-            text.push_str(&format!("\n{} {} {length} {modified:?}", p.path.display(), p.light));
+        for folder in folders {
+            text.push_str(&format!("\n{:?}", folder.options));
+            for p in &folder.pictures {
+                let meta = std::fs::metadata(&p.path).ok();
+                let (length, modified) = meta.map_or((0, None), |m| (m.len(), m.modified().ok()));
+                text.push_str(&format!("\n{} {} {length} {modified:?}", p.path.display(), p.light));
+            }
         }
         text
     }

@@ -242,7 +242,7 @@ impl Hdr {
             let options = WriteOptions { raw: true, ..WriteOptions::default() };
             image::write(&self.output.join(stack::MASK), &mask, &options)?;
         }
-        let mut options = stack::Options::default();
+        let mut options = stack::Options { view: usual.view, ..stack::Options::default() };
         match &self.white[..] {
             [] => (options.white, options.level_white) = (usual.white, usual.level_white),
             _ => options.level_white = !self.white_turns,
