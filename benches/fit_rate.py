@@ -1,7 +1,7 @@
 """The fit of crates/capture/examples/fit_rate.rs by SciPy, texel by texel, and by NumPy, all texels at once.
 
-    cargo run --release -p yugen-capture --example fit_rate -- 64 64 1 /tmp/fit
-    python benches/fit_rate.py /tmp/fit.f32
+    cargo run --release -p yugen-capture --example fit_rate -- 64 64 1 target/fit
+    python benches/fit_rate.py target/fit.f32
 
 Same readings, same model, same noise. Both start from the truth, disturbed by a few percent, which spares them the start
 that the Rust fit finds for itself.

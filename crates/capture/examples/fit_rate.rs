@@ -5,6 +5,7 @@
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::time::Instant;
+use yugen_capture::simulate::fibonacci_dome;
 use yugen_capture::{Lights, Stack, fit};
 use yugen_optics::Frame;
 use yugen_optics::frame::spherical;
@@ -36,13 +37,7 @@ fn main() -> std::io::Result<()> {
             .map_or(default, |a| a.parse().unwrap_or_else(|_| panic!("'{a}' is not a whole number")))
     };
     let (side, lights, threads) = (argument(1, 512), argument(2, 64), argument(3, 1));
-    let low = 75f32.to_radians().cos();
-    let directions: Vec<Vec3> = (0..lights)
-        .map(|i| {
-            let z = 1.0 - (1.0 - low) * (i as f32 + 0.5) / lights as f32;
-            spherical(z.acos(), 2.399_963_2 * i as f32)
-        })
-        .collect();
+    let directions = fibonacci_dome(lights, 75f32.to_radians());
     let mut rng = Pcg32::new(1, 1);
     let (mut values, mut truth) = (Vec::with_capacity(side * side * lights), Vec::new());
     for _ in 0..side * side {

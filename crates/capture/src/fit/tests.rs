@@ -9,15 +9,9 @@ use yugen_optics::random::Pcg32;
 use yugen_reflectance::noh::Noh;
 use yugen_reflectance::{Choice, Model};
 
-/// Directions spread evenly over the dome down to 15° above the table: a spiral by the golden angle.
+/// Down to 15° above the table.
 fn dome(n: usize) -> Vec<Vec3> {
-    let low = 75f32.to_radians().cos();
-    (0..n)
-        .map(|i| {
-            let z = 1.0 - (1.0 - low) * (i as f32 + 0.5) / n as f32;
-            spherical(z.acos(), 2.399_963_2 * i as f32)
-        })
-        .collect()
+    crate::simulate::fibonacci_dome(n, 75f32.to_radians())
 }
 
 fn normal_deviate(rng: &mut Pcg32) -> f32 {

@@ -4,7 +4,7 @@ use crate::{Run, scratch};
 use std::path::Path;
 use yugen_archive::formats::image::{self, WriteOptions};
 use yugen_archive::formats::{btf, lp, stack};
-use yugen_optics::frame::spherical;
+use yugen_capture::simulate::fibonacci_dome;
 use yugen_optics::{ColourSpace, Frame, Image, Vec2, Vec3};
 use yugen_reflectance::btf::{Btf, Texel};
 use yugen_reflectance::noh::Noh;
@@ -38,9 +38,7 @@ fn cloth() -> Btf {
 fn photograph(folder: &Path, cloth: &Btf, lights: usize) {
     std::fs::create_dir_all(folder).unwrap();
     let mut entries = Vec::new();
-    for i in 0..lights {
-        let z = 1.0 - 0.74 * (i as f32 + 0.5) / lights as f32;
-        let light = spherical(z.acos(), 2.399_963_2 * i as f32);
+    for (i, light) in fibonacci_dome(lights, 75f32.to_radians()).into_iter().enumerate() {
         let mut picture = Image::rgb(SIZE[0], SIZE[1]);
         for (pixel, t) in picture.data.chunks_exact_mut(3).zip(&cloth.texels) {
             let frame = Frame { s: t.tangent, t: t.normal.cross(t.tangent), n: t.normal };

@@ -254,6 +254,28 @@ fn the_sphere_is_predicted_better_by_maps_than_by_ptm_and_hsh() {
     std::fs::write(folder.join("mask.png"), std::fs::read(from.join("mask.png")).unwrap()).unwrap();
     let options = stack::Options { response: stack::Response::Linear, ..stack::Options::default() };
     stack::write(&folder, &entries, &options).unwrap();
+
+    // Its normals are known.
+    let maps = folder.join("sphere.btf");
+    crate::good(crate::yugen(
+        &["capture", "fit"],
+        &[folder.as_os_str(), "-o".as_ref(), maps.as_os_str(), "--json".as_ref()],
+    ));
+    let (maps, _) = btf::load(&maps, ColourSpace::LinearSrgb).unwrap();
+    let off = |steepest: f32| {
+        let least = steepest.to_radians().cos();
+        let all = maps.texels.iter().enumerate().filter_map(|(p, texel)| {
+            let at = (Vec2::new((p % 128) as f32, (p / 128) as f32) - 63.5) / 52.0 * Vec2::new(1.0, -1.0);
+            let n = at.extend((1.0 - at.length_squared()).max(0.0).sqrt());
+            (n.z > least).then(|| n.angle_between(texel.normal).to_degrees())
+        });
+        let all: Vec<f32> = all.collect();
+        all.iter().sum::<f32>() / all.len() as f32
+    };
+    let [level, steep] = [45.0, 60.0].map(off);
+    println!("normals off by {level:.2} degrees where they lean less than 45, by {steep:.2} below 60");
+    // Measured .68 and 1.20.
+    assert!(level < 1.2 && steep < 2.0, "{level} {steep}");
     let scores = psnr(&folder, &["--hold-out", "8", "--method", "btf,lrgb-ptm,ptm,hsh4,hsh9,hsh16"]);
     let (btf, rest) = scores.split_first().unwrap();
     for (method, psnr) in rest {
