@@ -65,6 +65,8 @@ const MAX_PIXELS: u64 = 1 << 28;
 const FIRST_ROUND: u32 = 16;
 /// Samples per pixel of one visit to a tile.
 const STEP: u32 = 16;
+/// Part of the light of a tile that has to come by shared ends of paths for them to go on being shared.
+const SHARED: f64 = 0.1;
 
 /// How to render a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -352,8 +354,8 @@ impl Job {
             spread: spread * sharpen,
         };
         let ([x0, y0], [w, h]) = (tile.origin, tile.size);
-        // Where the first visit found nothing to share, none is looked for again.
-        let sharing = self.world.can_share(&follow) && (tile.samples == 0 || tile.shared > 0);
+        // Where the first visit found little to share, no more is looked for.
+        let sharing = self.world.can_share(&follow) && (tile.samples == 0 || worth_sharing(tile));
         let [across, down] = if sharing { GROUP } else { [1, 1] };
         let corners =
             (0..h).step_by(down as usize).flat_map(|y| (0..w).step_by(across as usize).map(move |x| [x, y]));
@@ -480,7 +482,7 @@ impl Job {
             let mut tile = lock(tile);
             tile.samples = u32::from_le_bytes(from.take()?);
             tile.goal = u32::from_le_bytes(from.take()?);
-            tile.shared = u64::from_le_bytes(from.take()?);
+            tile.shared = f64::from_le_bytes(from.take()?);
             tile.rejected = u64::from_le_bytes(from.take()?);
             for s in &mut tile.sums {
                 *s = f64::from_le_bytes(from.take()?);
@@ -494,7 +496,7 @@ impl Job {
     }
 }
 
-const MAGIC: &[u8] = b"yugen checkpoint 2\n";
+const MAGIC: &[u8] = b"yugen checkpoint 3\n";
 
 struct Reader<'a>(&'a [u8]);
 
@@ -522,6 +524,13 @@ impl Clock {
     fn elapsed(&self) -> Duration {
         self.before + self.started.elapsed()
     }
+}
+
+/// Whether light by shared ends of paths is a good part of all light in a tile: else it is not where the noise comes
+/// from, and the rays for it are better spent on more samples.
+fn worth_sharing(tile: &Tile) -> bool {
+    let of_pixel = |m: &[f32; 7]| f64::from(m[0] + m[1] + m[2]) * f64::from(m[6]);
+    tile.shared > SHARED * tile.moments.iter().map(of_pixel).sum::<f64>()
 }
 
 /// How noisy each tile is.
@@ -633,7 +642,7 @@ mod tests {
             size: [8; 2],
             samples: 16,
             goal: 16,
-            shared: 0,
+            shared: 0.0,
             rejected: 16,
             sums: Vec::new(),
             moments,

@@ -76,15 +76,15 @@ impl World {
         follow.max_depth() > 2 && !self.see_through() && self.materials.any_matt()
     }
 
-    /// Radiance along the `rays` of a group of pixels, one ray and sampler each. Returns how many ends of paths were
-    /// shared.
+    /// Radiance along the `rays` of a group of pixels, one ray and sampler each. Returns how much of it, summed over
+    /// pixels and colours, came by shared ends of paths.
     pub fn radiance_of_group(
         &self,
         follow: &Follow,
         paths: &mut [(crate::accel::Ray, Sampler)],
         rooms: &mut Rooms,
         out: &mut [Radiance],
-    ) -> u64 {
+    ) -> f64 {
         let n = paths.len().min(SIZE);
         let Rooms { first, second, later, between } = rooms;
         let mut walks: [Option<Walk>; SIZE] = [None; SIZE];
@@ -116,14 +116,13 @@ impl World {
             let arriving = self.arriving(follow, walk, &vertex, sampler, [&mut *later, &mut *between], out);
             ends[i] = Some(End { vertex, arriving, pdf: s.pdf, boost });
         }
-        let mut shared = 0;
+        let mut shared = Vec3::ZERO;
         for (j, end) in ends.iter().enumerate() {
             if let Some(end) = end {
-                self.share(&matt, j, end, between, out);
-                shared += 1;
+                shared += self.share(&matt, j, end, between, out);
             }
         }
-        shared
+        f64::from(shared.element_sum())
     }
 
     /// What comes to `vertex`, the y of a path: from a light and from further on. What cannot be shared is added to
@@ -156,7 +155,7 @@ impl World {
         [straight, Some(Arriving { wi: s.wi, radiance: found.rgb / s.pdf, f })]
     }
 
-    /// Gives the end of path `j` to all of the group.
+    /// Gives the end of path `j` to all of the group; returns what that was.
     fn share(
         &self,
         xs: &[Option<&Vertex>; SIZE],
@@ -164,9 +163,9 @@ impl World {
         end: &End,
         between: &mut Scratch,
         out: &mut [Radiance],
-    ) {
+    ) -> Vec3 {
         if end.arriving.iter().flatten().all(|a| a.radiance == Vec3::ZERO) {
-            return;
+            return Vec3::ZERO;
         }
         let y = &end.vertex.surface;
         // The two sides of y are two different ends.
@@ -199,11 +198,15 @@ impl World {
             links[k] = Link { wo, f: f * solid_angle, density: pdf * solid_angle };
         }
         let density: f32 = links.iter().map(|l| l.density).sum();
+        let mut given = Vec3::ZERO;
         for arriving in end.arriving.iter().flatten() {
             for (k, link) in links.iter().enumerate().filter(|(_, l)| l.density > 0.0) {
                 let f = if k == j { arriving.f } else { end.vertex.shading.eval_from(link.wo, arriving.wi) };
-                out[k].rgb += link.f * f * arriving.radiance * (end.boost / density);
+                let light = link.f * f * arriving.radiance * (end.boost / density);
+                out[k].rgb += light;
+                given += light;
             }
         }
+        given
     }
 }
