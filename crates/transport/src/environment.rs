@@ -13,7 +13,7 @@ use yugen_optics::Image;
 use yugen_optics::distribution::ONE_MINUS_EPSILON;
 
 /// Blocks across and down, at most.
-const BLOCKS: [usize; 2] = [64, 32];
+const BLOCKS: [usize; 2] = [32, 16];
 
 /// A block is looked at in so many parts each way to see what is bright in it.
 const PARTS: usize = 4;
