@@ -30,7 +30,19 @@ enum Verb {
     Capture(capture::Capture),
 }
 
+/// A reader that has seen enough, as `head` has, ends the program quietly, as it ends others.
+#[cfg(unix)]
+#[allow(unsafe_code)]
+fn end_with_the_reader() {
+    // SAFETY: this is the first that main does: no other thread runs, and no handler of our own is installed.
+    unsafe { libc::signal(libc::SIGPIPE, libc::SIG_DFL) };
+}
+
+#[cfg(not(unix))]
+fn end_with_the_reader() {}
+
 fn main() -> ExitCode {
+    end_with_the_reader();
     let yugen = Yugen::parse();
     let filter = match tracing_subscriber::EnvFilter::try_new(&yugen.log) {
         Ok(filter) => filter,
