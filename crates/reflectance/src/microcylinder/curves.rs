@@ -157,8 +157,7 @@ pub fn tabulate(curves: &[Curve; 2], gamma_s: [f32; 2]) -> Vec<f32> {
     for (j, curve) in curves.iter().enumerate() {
         table[SLOPED + j] = curve.sloped.len() as f32;
         for &(from, to, weight) in &curve.sloped {
-            table
-                .extend([from, to, from.sin(), to.sin(), from.cos(), to.cos(), weight].map(|x| x as f32));
+            table.extend([from, to, from.sin(), to.sin(), from.cos(), to.cos(), weight].map(|x| x as f32));
         }
     }
     for (j, curve) in curves.iter().enumerate() {
