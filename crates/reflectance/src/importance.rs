@@ -10,7 +10,7 @@
 use crate::model::Sample;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
-use yugen_optics::distribution::ONE_MINUS_EPSILON;
+use yugen_optics::distribution::{accumulate, choose};
 use yugen_optics::frame::spherical;
 use yugen_optics::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
@@ -93,9 +93,9 @@ impl HalfVectorTable {
 
     fn push_node(&self, cells: &[f64], table: &mut Vec<f32>) {
         let rows: Vec<f64> = cells.chunks_exact(self.n_v).map(|row| row.iter().sum()).collect();
-        push_cdf(&rows, table);
+        push_sums(&rows, table);
         for row in cells.chunks_exact(self.n_v) {
-            push_cdf(row, table);
+            push_sums(row, table);
         }
     }
 
@@ -176,9 +176,9 @@ impl HalfVectorTable {
                 break;
             }
         }
-        let (a, s) = find(&table[node..=node + self.n_u], u.x);
+        let (a, s, _) = choose(&table[node + 1..][..self.n_u], u.x);
         let row = node + self.n_u + 1 + a * (self.n_v + 1);
-        let (b, t) = find(&table[row..=row + self.n_v], u.y);
+        let (b, t, _) = choose(&table[row + 1..][..self.n_v], u.y);
         // Beyond the ends the tent folds back.
         let u = ((a as f32 + tent(s)) / self.n_u as f32).abs();
         let theta = theta_of(if u > 1.0 { 2.0 - u } else { u });
@@ -241,29 +241,11 @@ fn azimuth(w: Vec3) -> f32 {
     if w.x == 0.0 && w.y == 0.0 { 0.0 } else { w.y.atan2(w.x) }
 }
 
-/// Cumulative distribution of non-negative cells, from 0 to 1; all-zero input becomes uniform.
-fn push_cdf(cells: &[f64], table: &mut Vec<f32>) {
-    let total: f64 = cells.iter().sum();
-    let mut sum = 0.0;
-    table.push(0.0);
-    for (i, c) in cells.iter().enumerate() {
-        sum += c;
-        let even = (i + 1) as f64 / cells.len() as f64;
-        table.push(if i + 1 == cells.len() {
-            1.0
-        } else if total > 0.0 {
-            (sum / total) as f32
-        } else {
-            even as f32
-        });
-    }
-}
-
-/// The cell of a cumulative distribution that `u` falls into, never an empty one, and where in it.
-fn find(cdf: &[f32], u: f32) -> (usize, f32) {
-    let i = cdf.partition_point(|&c| c <= u).clamp(1, cdf.len() - 1) - 1;
-    let width = cdf[i + 1] - cdf[i];
-    (i, if width > 0.0 { ((u - cdf[i]) / width).clamp(0.0, ONE_MINUS_EPSILON) } else { 0.5 })
+/// A zero, and what part of the cells' sum each and those before it have.
+fn push_sums(cells: &[f64], table: &mut Vec<f32>) {
+    let start = table.len() + 1;
+    table.resize(start + cells.len(), 0.0);
+    accumulate(cells.iter().copied(), &mut table[start..]);
 }
 
 /// Rusinkiewicz 1998, "A New Change of Variables for Efficient BRDF Representation": θ_h, θ_d in [0, π/2],

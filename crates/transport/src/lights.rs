@@ -11,7 +11,7 @@ use crate::texture::{Lookup, Textures};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::f32::consts::PI;
 use yugen_archive::scene::{Light, Scene, Value};
-use yugen_optics::distribution::{Distribution1d, ONE_MINUS_EPSILON};
+use yugen_optics::distribution::{self, ONE_MINUS_EPSILON};
 
 /// Above this many lights a fixed distribution replaces the look at each.
 const FEW: usize = 24;
@@ -74,7 +74,8 @@ pub struct Lights {
     /// Radiance from all around. Nothing finds it better than the directions that a material draws by itself, so it
     /// is not among those that are asked.
     background: Vec3,
-    fixed: Option<Distribution1d>,
+    /// Of many lights: the chance that each or one before it is chosen.
+    fixed: Option<Vec<f32>>,
     luminance: Vec3,
 }
 
@@ -189,7 +190,9 @@ impl Lights {
                 (0..lights.emitters.len()).map(|i| lights.importance(i, &middle, reach)).collect();
             // A tenth to all alike, so that a light that matters locally is never starved.
             let floor = 0.1 * power.iter().sum::<f32>() / power.len() as f32;
-            lights.fixed = Some(Distribution1d::new(&power.iter().map(|p| p + floor).collect::<Vec<_>>()));
+            let mut fixed = vec![0.0; power.len()];
+            distribution::accumulate(power.iter().map(|p| f64::from(p + floor)), &mut fixed);
+            lights.fixed = Some(fixed);
         }
         Ok(lights)
     }
@@ -234,8 +237,8 @@ impl Lights {
             1 => Some((0, 1.0, u)),
             n => {
                 if let Some(fixed) = &self.fixed {
-                    let (i, v) = fixed.sample_discrete(u);
-                    return Some((i, fixed.probability(i), v));
+                    let (i, rest, p) = distribution::choose(fixed, u);
+                    return Some((i, p, rest));
                 }
                 let mut weights = [0.0f32; FEW];
                 let total = self.weights(to, &mut weights);
@@ -269,7 +272,7 @@ impl Lights {
     fn probability(&self, to: &Receiver, i: usize) -> f32 {
         match (self.emitters.len(), &self.fixed) {
             (1, _) => 1.0,
-            (_, Some(fixed)) => fixed.probability(i),
+            (_, Some(fixed)) => distribution::probability(fixed, i),
             _ => {
                 let mut weights = [0.0f32; FEW];
                 let total = self.weights(to, &mut weights);
