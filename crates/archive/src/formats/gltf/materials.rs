@@ -175,27 +175,22 @@ impl Reader<'_> {
         builder.build().map_err(failed)
     }
 
-    /// The set of (u, v) that most of the material's textures use. A mesh carries one.
-    fn uv_set(&self, entry: &MaterialEntry) -> usize {
-        let pbr = &entry.pbr_metallic_roughness;
-        let infos = [
-            &pbr.base_color_texture,
-            &entry.normal_texture,
-            &pbr.metallic_roughness_texture,
-            &entry.emissive_texture,
-        ];
-        let mut sets = infos.into_iter().flatten().map(|info| {
-            info.extensions.transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord)
-        });
-        let first = sets.next().unwrap_or(0);
-        if sets.any(|set| set != first) {
+    /// The set of (u, v) that the material's textures name; where they differ, that of the first. A mesh carries one.
+    fn uv_set(&self, entry: &MaterialEntry) -> Option<usize> {
+        let textures = textures(entry);
+        let (_, first) = *textures.first()?;
+        let others: Vec<String> =
+            textures.iter().filter(|t| t.1 != first).map(|(name, set)| format!("{name} ({set})")).collect();
+        if !others.is_empty() {
             tracing::warn!(
-                "{}: '{}' uses several sets of texture coordinates; only set {first} is read",
+                "{}: the textures of material '{}' use several sets of texture coordinates, and only one can be \
+                 read: TEXCOORD_{first} is taken for all, wrongly for {}; bake them to one set",
                 self.doc.at,
-                entry.name
+                entry.name,
+                others.join(", ")
             );
         }
-        first
+        Some(first)
     }
 
     fn factor(&self, rgb: [f32; 3]) -> Vec3 {
@@ -386,4 +381,30 @@ impl Reader<'_> {
         self.scene.materials.push(material);
         self.scene.materials.len() - 1
     }
+}
+
+/// The textures of a material that are read, the most visible first, each with its set of (u, v).
+fn textures(entry: &MaterialEntry) -> Vec<(&'static str, usize)> {
+    let (pbr, x) = (&entry.pbr_metallic_roughness, &entry.extensions);
+    let (sheen, specular, clearcoat) = (x.sheen.as_ref(), x.specular.as_ref(), x.clearcoat.as_ref());
+    let iridescence = x.iridescence.as_ref();
+    let all = [
+        ("baseColorTexture", pbr.base_color_texture.as_ref()),
+        ("normalTexture", entry.normal_texture.as_ref()),
+        ("metallicRoughnessTexture", pbr.metallic_roughness_texture.as_ref()),
+        ("emissiveTexture", entry.emissive_texture.as_ref()),
+        ("anisotropyTexture", x.anisotropy.as_ref().and_then(|a| a.anisotropy_texture.as_ref())),
+        ("sheenColorTexture", sheen.and_then(|s| s.sheen_color_texture.as_ref())),
+        ("sheenRoughnessTexture", sheen.and_then(|s| s.sheen_roughness_texture.as_ref())),
+        ("specularTexture", specular.and_then(|s| s.specular_texture.as_ref())),
+        ("specularColorTexture", specular.and_then(|s| s.specular_color_texture.as_ref())),
+        ("clearcoatTexture", clearcoat.and_then(|c| c.clearcoat_texture.as_ref())),
+        ("clearcoatRoughnessTexture", clearcoat.and_then(|c| c.clearcoat_roughness_texture.as_ref())),
+        ("iridescenceTexture", iridescence.and_then(|i| i.iridescence_texture.as_ref())),
+        ("iridescenceThicknessTexture", iridescence.and_then(|i| i.iridescence_thickness_texture.as_ref())),
+    ];
+    let set = |info: &TextureInfo| {
+        info.extensions.transform.as_ref().and_then(|t| t.tex_coord).unwrap_or(info.tex_coord)
+    };
+    all.into_iter().filter_map(|(name, info)| Some((name, set(info?)))).collect()
 }

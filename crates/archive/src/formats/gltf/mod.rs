@@ -99,8 +99,8 @@ struct Finish {
     id: MaterialId,
     emission: Option<Value>,
     double_sided: bool,
-    /// Which of the mesh's sets of (u, v) the textures use.
-    uv_set: usize,
+    /// Which of the mesh's sets of (u, v) the textures use, if there are any.
+    uv_set: Option<usize>,
 }
 
 struct Reader<'a> {
@@ -271,6 +271,13 @@ impl Reader<'_> {
             let coloured = primitive.attributes.contains_key("COLOR_0");
             let finish = self.material(primitive.material, coloured)?;
             let mut mesh = self.mesh(primitive, weights, joints, finish.uv_set)?;
+            if let (true, Some(set)) = (mesh.uvs.is_empty(), finish.uv_set) {
+                tracing::warn!(
+                    "{}: mesh '{name}' has no TEXCOORD_{set}, which the textures of its material ask for; they lie \
+                     on it anyhow",
+                    self.doc.at
+                );
+            }
             mesh.name = name.to_string();
             mesh.triangles = self.triangles(primitive, mode, mesh.positions.len())?;
             shapes.push(Shape {
@@ -315,7 +322,7 @@ impl Reader<'_> {
         primitive: &Primitive,
         weights: &[f32],
         joints: Option<&[Mat4]>,
-        uv_set: usize,
+        uv_set: Option<usize>,
     ) -> Result<Mesh, Error> {
         let doc = self.doc;
         let Some(&positions) = primitive.attributes.get("POSITION") else {
@@ -342,7 +349,7 @@ impl Reader<'_> {
         mesh.tangents = attribute("TANGENT", 4)?
             .map(|v| v.chunks_exact(4).map(Vec4::from_slice).collect())
             .unwrap_or_default();
-        mesh.uvs = attribute(&format!("TEXCOORD_{uv_set}"), 2)?
+        mesh.uvs = attribute(&format!("TEXCOORD_{}", uv_set.unwrap_or(0)), 2)?
             .map(|v| v.chunks_exact(2).map(Vec2::from_slice).collect())
             .unwrap_or_default();
         if let Some(&index) = primitive.attributes.get("COLOR_0") {

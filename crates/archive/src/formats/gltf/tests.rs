@@ -216,6 +216,39 @@ fn materials_with_every_extension() {
 }
 
 #[test]
+fn a_mesh_has_the_texture_coordinates_that_its_material_asks_for() {
+    let uvs = |textures: &str| {
+        let extra = format!(r#""materials": [{{ "name": "m", {textures} }}],"#);
+        let json = document(&extra, r#", "material": 0"#, r#"[{ "mesh": 0 }]"#)
+            .replace(r#""TEXCOORD_0": 2"#, r#""TEXCOORD_0": 2, "TEXCOORD_1": 6"#)
+            .replace(
+                r#""count": 6, "type": "SCALAR" }"#,
+                r#""count": 6, "type": "SCALAR" },
+                { "bufferView": 0, "byteOffset": 128, "componentType": 5126, "count": 4, "type": "VEC2" }"#,
+            );
+        let scene = load(&json).unwrap();
+        let shapes = scene.groups.iter().flatten().chain(&scene.shapes);
+        let mut meshes = shapes.filter_map(|s| match &s.geometry {
+            Geometry::Mesh(mesh) => Some(mesh.uvs[0]),
+            _ => None,
+        });
+        meshes.next().expect("a mesh")
+    };
+    let (first, second) = (Vec2::new(0.0, 1.0), Vec2::new(1.0, 0.0));
+    assert_eq!(uvs(r#""doubleSided": true"#), first);
+    assert_eq!(uvs(r#""normalTexture": { "index": 0 }"#), first);
+    assert_eq!(uvs(r#""normalTexture": { "index": 0, "texCoord": 1 }"#), second);
+    // The transform's own word counts, and so do the textures of extensions.
+    let transform = r#""texCoord": 0, "extensions": { "KHR_texture_transform": { "texCoord": 1 } }"#;
+    assert_eq!(uvs(&format!(r#""normalTexture": {{ "index": 0, {transform} }}"#)), second);
+    let sheen = r#""KHR_materials_sheen": { "sheenColorTexture": { "index": 0, "texCoord": 1 } }"#;
+    assert_eq!(uvs(&format!(r#""extensions": {{ {sheen} }}"#)), second);
+    // Where they differ, the base colour's, whatever stands first in the file.
+    let base = r#""pbrMetallicRoughness": { "baseColorTexture": { "index": 0, "texCoord": 1 } }"#;
+    assert_eq!(uvs(&format!(r#""normalTexture": {{ "index": 0 }}, {base}"#)), second);
+}
+
+#[test]
 fn colours_morphs_strips_and_flat_meshes() {
     let primitive = r#", "targets": [{ "POSITION": 4 }]"#;
     let json = document("", primitive, r#"[{ "mesh": 0, "weights": [0.5] }]"#)
