@@ -10,13 +10,16 @@ use std::path::Path;
 pub(crate) struct Table<'a> {
     file: &'a Path,
     columns: Vec<&'static str>,
+    /// Where each of them stands in a line.
+    at: Vec<Option<usize>>,
     comma: bool,
     pub rows: Vec<Row>,
 }
 
+#[derive(Clone)]
 pub(crate) struct Row {
     line: usize,
-    cells: Vec<String>,
+    cells: csv::StringRecord,
 }
 
 impl<'a> Table<'a> {
@@ -26,6 +29,23 @@ impl<'a> Table<'a> {
         file: &'a Path,
         needed: &[&'static str],
         optional: &[&'static str],
+    ) -> Result<Self, Error> {
+        let mut rows = Vec::new();
+        let mut table = Self::visit(bytes, file, needed, optional, |_, row| {
+            rows.push(row.clone());
+            Ok(())
+        })?;
+        table.rows = rows;
+        Ok(table)
+    }
+
+    /// Calls `each` for row after row and keeps none.
+    pub fn visit(
+        bytes: &[u8],
+        file: &'a Path,
+        needed: &[&'static str],
+        optional: &[&'static str],
+        mut each: impl FnMut(&Self, &Row) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
         let head = bytes.split(|&b| b == b'\n').find(|l| !l.trim_ascii().is_empty() && !l.starts_with(b"#"));
@@ -59,14 +79,13 @@ impl<'a> Table<'a> {
                 format!("there is no column '{}'; the first line must name {}", needed[i], needed.join(", "));
             return Err(Error::invalid(first(), problem));
         }
-        let mut rows = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(invalid)?;
-            let cell = |i: &Option<usize>| i.and_then(|i| record.get(i)).unwrap_or_default().to_string();
-            let line = record.position().map_or(1, |p| p.line() as usize);
-            rows.push(Row { line, cells: at.iter().map(cell).collect() });
+        let table = Self { file, columns, at, comma: delimiter != b',', rows: Vec::new() };
+        let mut row = Row { line: 1, cells: csv::StringRecord::new() };
+        while reader.read_record(&mut row.cells).map_err(invalid)? {
+            row.line = row.cells.position().map_or(1, |p| p.line() as usize);
+            each(&table, &row)?;
         }
-        Ok(Self { file, columns, comma: delimiter != b',', rows })
+        Ok(table)
     }
 
     /// Something is wrong in a row.
@@ -76,14 +95,17 @@ impl<'a> Table<'a> {
 
     /// The cell of a column by its place among those asked for; empty where there is none.
     pub fn text<'r>(&self, row: &'r Row, column: usize) -> &'r str {
-        &row.cells[column]
+        self.at[column].and_then(|i| row.cells.get(i)).unwrap_or_default()
     }
 
     /// A finite number.
     pub fn number(&self, row: &Row, column: usize) -> Result<f32, Error> {
         let cell = self.text(row, column);
-        let text = if self.comma { cell.replace(',', ".") } else { cell.to_string() };
-        text.parse().ok().filter(|v: &f32| v.is_finite()).ok_or_else(|| {
+        let number = match self.comma && cell.contains(',') {
+            true => cell.replace(',', ".").parse(),
+            false => cell.parse(),
+        };
+        number.ok().filter(|v: &f32| v.is_finite()).ok_or_else(|| {
             let short: String = cell.chars().take(40).collect();
             self.invalid(
                 row,

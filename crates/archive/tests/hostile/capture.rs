@@ -52,6 +52,18 @@ fn tables_of_a_capture() {
             Err(e) => said(e),
         }
     });
+    let seed =
+        b"x,y,theta_i,phi_i,theta_o,phi_o,f_red,f_green,f_blue\n0,0,0,0,0,0,1,2,3\n1,0,30,0,0,0,2,1,0\n"
+            .to_vec();
+    assault("goniometer_csv of texels", &[seed], |b| {
+        match goniometer_csv::read_texels(b, Path::new(FILE), ColourSpace::LinearRec2020) {
+            Ok(t) => {
+                let (n, size) = (t.values.len(), t.width * t.height);
+                n > 0 && t.directions.len() == n && t.starts.len() == size + 1 && t.starts[size] == n
+            }
+            Err(e) => said(e),
+        }
+    });
     let seed = response::write(&[[0.0; 3], [0.25, 0.5, 0.125], [1.0; 3]]).into_bytes();
     assault("response", &[seed], |b| match response::read(b, Path::new(FILE)) {
         Ok(light) => light.len() > 1 && light.iter().flatten().all(|v| v.is_finite()),
