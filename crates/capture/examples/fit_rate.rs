@@ -11,7 +11,6 @@ use yugen_optics::Frame;
 use yugen_optics::frame::spherical;
 use yugen_optics::random::Pcg32;
 use yugen_reflectance::btf::Texel;
-use yugen_reflectance::noh::Noh;
 use yugen_reflectance::{Choice, Model};
 
 fn texel(rng: &mut Pcg32) -> Texel {
@@ -42,15 +41,7 @@ fn main() -> std::io::Result<()> {
     let (mut values, mut truth) = (Vec::with_capacity(side * side * lights), Vec::new());
     for _ in 0..side * side {
         let t = texel(&mut rng);
-        let frame = Frame { s: t.tangent, t: t.normal.cross(t.tangent), n: t.normal };
-        let noh = Noh {
-            rho_d: t.diffuse,
-            rho_s: t.specular,
-            sigma_x: t.sigma.x,
-            sigma_y: t.sigma.y,
-            grazing: 0.0,
-            form: Choice(0.0),
-        };
+        let (frame, noh) = (t.frame(), t.noh(Choice(0.0)));
         let wo = frame.to_local(Vec3::Z);
         for l in &directions {
             let wi = frame.to_local(*l);

@@ -10,18 +10,28 @@ pub fn parallel<T: Send>(
     work: impl Fn(usize) -> T + Sync,
     done: &(dyn Fn(usize) + Sync),
 ) -> Vec<T> {
+    parallel_in(threads, n, |i, ()| work(i), done)
+}
+
+/// The same where a thread has a room to work in, which it finds again as it left it.
+pub fn parallel_in<T: Send, R: Default>(
+    threads: usize,
+    n: usize,
+    work: impl Fn(usize, &mut R) -> T + Sync,
+    done: &(dyn Fn(usize) + Sync),
+) -> Vec<T> {
     let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads.clamp(1, n.max(1)))
             .map(|_| {
                 scope.spawn(|| {
-                    let mut mine = Vec::new();
+                    let (mut mine, mut room) = (Vec::new(), R::default());
                     loop {
                         let i = next.fetch_add(1, Ordering::Relaxed);
                         if i >= n {
                             return mine;
                         }
-                        mine.push((i, work(i)));
+                        mine.push((i, work(i, &mut room)));
                         done(finished.fetch_add(1, Ordering::Relaxed) + 1);
                     }
                 })

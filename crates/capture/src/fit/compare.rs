@@ -6,6 +6,16 @@ use yugen_reflectance::btf::Texel;
 /// What [`errors`] are of, in its order.
 pub const NAMES: [&str; 6] = ["rho_d", "rho_s", "n", "t", "sigma_x", "sigma_y"];
 
+/// The heading over [`row`]s.
+pub const HEADING: &str = "     rho_d      rho_s         n         t    sigma_x    sigma_y";
+
+/// [`errors`] or quantiles of them to read.
+pub fn row(e: &[f32; 6]) -> String {
+    let percent = |v: f32| format!("{:8.2} %", 100.0 * v);
+    let degrees = |v: f32| format!("{v:8.3}°");
+    [percent(e[0]), percent(e[1]), degrees(e[2]), degrees(e[3]), percent(e[4]), percent(e[5])].join(" ")
+}
+
 /// Errors of a texel: of the albedos (sums of channels) and widths relative, of the directions in degrees. The tangent of
 /// the truth is taken along its longer width, as a fit gives it; an albedo below a tenth of both together counts as that,
 /// for a metal has no ground to be relative to.

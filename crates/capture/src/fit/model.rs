@@ -13,83 +13,33 @@
 //! (p, q) how much longer than wide it is and where to, as a vector of the doubled angle. Means of (m, p, q) are means
 //! of lines and of logarithms of widths.
 
+use super::profile::Profile;
+use super::rays::Rays;
 use crate::lanes::{F, Mask};
 use glam::{Mat2, Vec2, Vec3};
 use yugen_reflectance::btf::Texel;
 
 /// Numbers of a texel.
-pub(crate) const N: usize = 7;
+pub(super) const N: usize = 7;
 
 /// ρ_d, ln A, a, b, m, p, q.
-pub(crate) type Theta = [f32; N];
+pub(super) type Theta = [f32; N];
 
 /// The widths σ that a fit may give.
-pub(crate) const SIGMA: [f32; 2] = [0.02, 1.2];
+pub(super) const SIGMA: [f32; 2] = [0.02, 1.2];
 
 /// The steepest slope of a normal, each way: 76°.
-pub(crate) const STEEPEST: f32 = 4.0;
-
-/// One reading of a texel as the model wants it: x, y, k and the light's direction times its irradiance.
-pub(crate) type Ray = [f32; 6];
-
-/// The constants of light from `light` seen from `eye` (unit, away from the surface). `None` below the horizon.
-pub(crate) fn ray(light: Vec3, eye: Vec3, irradiance: f32) -> Option<Ray> {
-    // A degree above it: nothing that grazes so tells anything.
-    if !(light.z > 0.0175 && eye.z > 0.0175 && irradiance > 0.0) {
-        return None;
-    }
-    let h = light + eye;
-    let z2 = h.z * h.z;
-    let l = light * irradiance;
-    Some([h.x / h.z, h.y / h.z, h.length_squared() / (z2 * z2), l.x, l.y, l.z])
-}
-
-/// The same for all texels, or different ones.
-pub(crate) trait Rays: Copy {
-    fn at(&self, i: usize) -> [F; 6];
-    fn of(&self, i: usize, lane: usize) -> Ray;
-}
-
-/// Lights far away.
-#[derive(Clone, Copy)]
-pub(crate) struct Common<'a>(pub &'a [Ray]);
-
-/// Lights nearby: every texel sees them elsewhere.
-#[derive(Clone, Copy)]
-pub(crate) struct Own<'a>(pub &'a [[F; 6]]);
-
-impl Rays for Common<'_> {
-    #[inline(always)]
-    fn at(&self, i: usize) -> [F; 6] {
-        let [a, b, c, d, e, f] = self.0[i];
-        [F::splat(a), F::splat(b), F::splat(c), F::splat(d), F::splat(e), F::splat(f)]
-    }
-    #[inline(always)]
-    fn of(&self, i: usize, _: usize) -> Ray {
-        self.0[i]
-    }
-}
-
-impl Rays for Own<'_> {
-    #[inline(always)]
-    fn at(&self, i: usize) -> [F; 6] {
-        self.0[i]
-    }
-    #[inline(always)]
-    fn of(&self, i: usize, lane: usize) -> Ray {
-        self.0[i].map(|v| v.0[lane])
-    }
-}
+pub(super) const STEEPEST: f32 = 4.0;
 
 /// P of m, p, q: [P11, P12, P22].
-pub(crate) fn precision(m: f32, p: f32, q: f32) -> [f32; 3] {
+pub(super) fn precision(m: f32, p: f32, q: f32) -> [f32; 3] {
     let r = p.hypot(q);
     let s = if r > 1e-3 { r.sinh() / r } else { 1.0 + r * r / 6.0 };
     [r.cosh() + s * p, s * q, r.cosh() - s * p].map(|v| v * m.exp())
 }
 
 /// m, p, q of P; `None` where P is not positive.
-pub(crate) fn logarithm([p11, p12, p22]: [f32; 3]) -> Option<[f32; 3]> {
+pub(super) fn logarithm([p11, p12, p22]: [f32; 3]) -> Option<[f32; 3]> {
     let det = p11 * p22 - p12 * p12;
     if !(det > 0.0 && p11 > 0.0 && det.is_finite()) {
         return None;
@@ -114,7 +64,7 @@ fn in_picture(a: f32, b: f32, form: [f32; 3]) -> [f32; 3] {
 }
 
 /// The way back: J⁻¹ = (1 + s sᵀ/(1 + ν))/ν.
-pub(crate) fn in_tangent_plane(a: f32, b: f32, form: [f32; 3]) -> [f32; 3] {
+pub(super) fn in_tangent_plane(a: f32, b: f32, form: [f32; 3]) -> [f32; 3] {
     let (nu, turn) = stretch(a, b);
     both_sides(form, [1.0 + a * a * turn, a * b * turn, 1.0 + b * b * turn].map(|v| v / nu))
 }
@@ -127,7 +77,7 @@ fn both_sides(p: [f32; 3], j: [f32; 3]) -> [f32; 3] {
 }
 
 /// What the numbers say: unit normal, unit tangent, (σ_x, σ_y).
-pub(crate) fn surface(t: &Theta) -> (Vec3, Vec3, Vec2) {
+pub(super) fn surface(t: &Theta) -> (Vec3, Vec3, Vec2) {
     let [_, _, a, b, m, p, q] = *t;
     let n = Vec3::new(a, b, 1.0).normalize();
     let (tangent, sigma) = Texel::of_slope_form(n, in_picture(a, b, precision(m, p, q)));
@@ -135,13 +85,13 @@ pub(crate) fn surface(t: &Theta) -> (Vec3, Vec3, Vec2) {
 }
 
 /// What makes A of ρ_s at this width.
-pub(crate) fn scale(t: &Theta) -> f32 {
+pub(super) fn scale(t: &Theta) -> f32 {
     t[4].exp()
 }
 
 /// The numbers of a surface with grey albedos.
 #[cfg(test)]
-pub(crate) fn theta(rho_d: f32, rho_s: f32, n: Vec3, t: Vec3, sigma: Vec2) -> Theta {
+pub(super) fn theta(rho_d: f32, rho_s: f32, n: Vec3, t: Vec3, sigma: Vec2) -> Theta {
     let of =
         Texel { diffuse: Vec3::ZERO, specular: Vec3::ZERO, normal: n, tangent: t, sigma, confidence: 1.0 };
     let (a, b) = (n.x / n.z, n.y / n.z);
@@ -149,70 +99,6 @@ pub(crate) fn theta(rho_d: f32, rho_s: f32, n: Vec3, t: Vec3, sigma: Vec2) -> Th
     let mut theta = [rho_d, 0.0, a, b, m, p, q];
     theta[1] = (rho_s * scale(&theta)).ln();
     theta
-}
-
-/// Gaussians that a profile is made of.
-pub(crate) const TERMS: usize = 7;
-
-/// How narrow each is: its exponent, in units of the highlight's own. Each is twice as wide as the one before.
-pub(crate) const NARROW: [f32; TERMS] = [64.0, 16.0, 4.0, 1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0];
-
-/// The one of the highlight's own width.
-pub(crate) const OWN: usize = 3;
-
-/// How a highlight falls off with the squared slope u of the half vector in units of the width: K(u) = Σ shareᵢ
-/// exp(−narrowᵢ u), K(0) = 1. Every fall whose derivatives alternate in sign is such a sum (Bernstein 1929), those of
-/// Ward, GGX and all others of the field among them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Profile {
-    share: [F; TERMS],
-    /// Ward's exp(−u) and nothing else.
-    gaussian: bool,
-}
-
-impl Profile {
-    /// Ward's.
-    pub const GAUSSIAN: Self =
-        Self { share: [F::ZERO, F::ZERO, F::ZERO, F::ONE, F::ZERO, F::ZERO, F::ZERO], gaussian: true };
-
-    /// The same for all texels.
-    pub fn of(share: [f32; TERMS]) -> Self {
-        let share = share.map(F::splat);
-        Self { share, gaussian: share == Self::GAUSSIAN.share }
-    }
-
-    pub fn is_gaussian(&self) -> bool {
-        self.gaussian
-    }
-
-    /// K and −K′.
-    #[inline(always)]
-    fn at(&self, u: F) -> (F, F) {
-        if self.gaussian {
-            let e = (-u).exp();
-            return (e, e);
-        }
-        let (mut sum, mut slope) = (F::ZERO, F::ZERO);
-        for ((share, e), narrow) in self.share.iter().zip(gaussians(u)).zip(NARROW) {
-            let part = *share * e;
-            sum += part;
-            slope += part * narrow;
-        }
-        (sum, slope)
-    }
-}
-
-/// exp(−narrowᵢ u), each the fourth power of the next.
-#[inline(always)]
-fn gaussians(u: F) -> [F; TERMS] {
-    let fourth = |e: F| {
-        let e2 = e * e;
-        e2 * e2
-    };
-    let (one, wide) = ((-u).exp(), (u * -NARROW[TERMS - 1]).exp());
-    let (four, wider) = (fourth(one), fourth(wide));
-    let sixteen = fourth(four);
-    [fourth(sixteen), sixteen, four, one, fourth(wider), wider, wide]
 }
 
 /// Calls a kernel compiled for AVX2 where the machine has it. The operations and their order are the same, nothing is
@@ -240,9 +126,9 @@ macro_rules! wide {
 
 /// What the model computes with, eight texels at a time.
 #[derive(Clone, Copy)]
-pub(crate) struct Natural {
-    d: F,
-    amplitude: F,
+pub(super) struct Natural {
+    pub d: F,
+    pub amplitude: F,
     a: F,
     b: F,
     /// ν, 1/ν and 1/(1 + ν).
@@ -277,7 +163,7 @@ impl Natural {
 
 /// How residuals count, in units of their standard deviation.
 #[derive(Clone, Copy)]
-pub(crate) struct Loss {
+pub(super) struct Loss {
     /// From here on they count less.
     pub knee: F,
     /// Whether a reading far darker than the model is taken for a shadow, which counts for nothing.
@@ -286,19 +172,19 @@ pub(crate) struct Loss {
 
 /// Sums over the readings: robust χ², half its gradient and curvature (Gauss-Newton).
 #[derive(Clone, Copy)]
-pub(crate) struct Sums {
+pub(super) struct Sums {
     pub cost: F,
     pub gradient: [F; N],
     pub curvature: [[F; N]; N],
 }
 
 /// What a reading shows under the numbers of a texel.
-struct Seen {
+pub(super) struct Seen {
     /// n·l, where it is lit, and the light's direction there.
-    cos: F,
+    pub cos: F,
     light: [F; 2],
     /// (ν c)⁴ k, what there is of the highlight for A = 1, and how fast that falls with u.
-    jacobian: F,
+    pub jacobian: F,
     lobe: F,
     fall: F,
     /// c, d, s·d, e, P e and u.
@@ -307,11 +193,11 @@ struct Seen {
     along: F,
     e: [F; 2],
     w: [F; 2],
-    u: F,
+    pub u: F,
 }
 
 #[inline(always)]
-fn predict(n: &Natural, [x, y, k, lx, ly, lz]: [F; 6]) -> Seen {
+pub(super) fn predict(n: &Natural, [x, y, k, lx, ly, lz]: [F; 6]) -> Seen {
     let [nu, flat, turn] = n.nu;
     let cos = (lz + n.a * lx + n.b * ly) * flat;
     let lit = cos.above(F::ZERO);
@@ -423,7 +309,7 @@ fn sums<R: Rays>(rays: R, value: &[F], weight: &[F], n: &Natural, loss: &Loss) -
 }
 
 /// Robust sums over the readings at θ, by θ.
-pub(crate) fn evaluate<R: Rays>(
+pub(super) fn evaluate<R: Rays>(
     rays: R,
     value: &[F],
     weight: &[F],
@@ -461,13 +347,13 @@ fn values<R: Rays>(rays: R, n: &Natural, out: &mut [F]) {
 }
 
 /// What the model says for each reading.
-pub(crate) fn model<R: Rays>(rays: R, theta: &[F; N], profile: &Profile, out: &mut [F]) {
+pub(super) fn model<R: Rays>(rays: R, theta: &[F; N], profile: &Profile, out: &mut [F]) {
     let n = Natural::of(theta, profile);
     wide!(values::<R>(rays: R, n: &Natural, out: &mut [F]) -> (); rays, &n, out)
 }
 
 /// The weight of each residual: 1/σ times the square root of the robust weight.
-pub(crate) fn robust_weights<R: Rays>(
+pub(super) fn robust_weights<R: Rays>(
     rays: R,
     value: &[F],
     weight: &[F],
@@ -498,7 +384,7 @@ fn linear_sums<R: Rays>(rays: R, value: &[F], weight: &[F], n: &Natural) -> [F; 
 }
 
 /// Non-negative D and A that fit the readings best, the rest of θ given, and the χ² that remains.
-pub(crate) fn linear<R: Rays>(
+pub(super) fn linear<R: Rays>(
     rays: R,
     value: &[F],
     weight: &[F],
@@ -523,43 +409,9 @@ pub(crate) fn linear<R: Rays>(
     (d, a, left.max(F::ZERO))
 }
 
-/// What a profile is learned from: the ground as it was found and the Gaussians under the amplitude that was found.
-pub(crate) const COLUMNS: usize = TERMS + 1;
-
-/// Products of these columns and the value with each other, the lower half row by row.
-pub(crate) type Products = [f32; (COLUMNS + 1) * (COLUMNS + 2) / 2];
-
-/// Of each texel, its readings weighted.
-pub(crate) fn products<R: Rays>(
-    rays: R,
-    value: &[F],
-    weight: &[F],
-    theta: &[F; N],
-) -> [F; (COLUMNS + 1) * (COLUMNS + 2) / 2] {
-    let n = Natural::of(theta, &Profile::GAUSSIAN);
-    let mut out = [F::ZERO; (COLUMNS + 1) * (COLUMNS + 2) / 2];
-    for (i, (value, weight)) in value.iter().zip(weight).enumerate() {
-        let seen = predict(&n, rays.at(i));
-        let cos = seen.cos * *weight;
-        let shine = cos * n.amplitude * seen.jacobian;
-        let mut row = [cos * n.d; COLUMNS + 1];
-        for (to, e) in row[1..].iter_mut().zip(gaussians(seen.u)) {
-            *to = shine * e;
-        }
-        row[COLUMNS] = *value * *weight;
-        let mut at = 0;
-        for a in 0..=COLUMNS {
-            for b in 0..=a {
-                out[at] += row[a] * row[b];
-                at += 1;
-            }
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::rays::{Common, Ray, ray};
     use super::*;
     use yugen_optics::Frame;
     use yugen_optics::random::Pcg32;

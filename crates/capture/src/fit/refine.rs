@@ -1,6 +1,8 @@
 //! Levenberg 1944, Marquardt 1963: damped Gauss-Newton, every texel with a damping of its own.
 
-use super::model::{Loss, N, Profile, Rays, SIGMA, STEEPEST, Sums, evaluate};
+use super::model::{Loss, N, SIGMA, STEEPEST, Sums, evaluate};
+use super::profile::Profile;
+use super::rays::Rays;
 use crate::lanes::{F, Mask};
 
 /// What is known beforehand: a Gaussian about `mean` with inverse covariance `precision`.

@@ -1,19 +1,24 @@
 //! Where a texel's refinement starts, in closed form.
 
-use super::model::{Ray, STEEPEST, in_tangent_plane, logarithm};
+use super::model::{N, STEEPEST, in_tangent_plane, linear, logarithm};
+use super::profile::Profile;
+use super::rays::{Ray, Rays};
+use super::refine::Known;
+use super::room::Room;
+use crate::lanes::{F, LANES, Mask};
 
 /// A start of the shape: a, b, m, p, q. The two amplitudes follow by linear least squares.
-pub(crate) type Shape = [f32; 5];
+type Shape = [f32; 5];
 
 /// Room for one texel.
 #[derive(Default)]
-pub(crate) struct Scratch {
+pub(super) struct Scratch {
     order: Vec<(f32, usize)>,
 }
 
 /// Starts of one texel: as if it had a ground (the readings less Lambert's share), and as if it were bare metal.
 /// Values with weight 0 are not there.
-pub(crate) fn shapes(
+fn shapes(
     ray: impl Fn(usize) -> Ray,
     value: impl Fn(usize) -> f32,
     weight: impl Fn(usize) -> f32,
@@ -34,13 +39,13 @@ pub(crate) fn shapes(
 }
 
 /// What [`shapes`] finds.
-pub(crate) struct Starts {
+struct Starts {
     /// Slopes of the normal that the ground alone gives.
-    pub normal: [f32; 2],
-    pub silk: Option<Shape>,
-    pub metal: Option<Shape>,
+    normal: [f32; 2],
+    silk: Option<Shape>,
+    metal: Option<Shape>,
     /// Slopes of the half vector of the reading that exceeds the ground most.
-    pub peak: [f32; 2],
+    peak: [f32; 2],
 }
 
 /// Lambert's share: D and the normal's slopes, from the darker readings of those in light. Sorted by how bright they
@@ -142,7 +147,7 @@ fn peak(
 }
 
 /// Cholesky's solution; `None` where the matrix is not positive.
-pub(crate) fn solve<const K: usize>(mut h: [[f64; K]; K], mut g: [f64; K]) -> Option<[f64; K]> {
+pub(super) fn solve<const K: usize>(mut h: [[f64; K]; K], mut g: [f64; K]) -> Option<[f64; K]> {
     let largest = (0..K).map(|i| h[i][i]).fold(0.0, f64::max);
     for i in 0..K {
         for j in 0..=i {
@@ -165,4 +170,112 @@ pub(crate) fn solve<const K: usize>(mut h: [[f64; K]; K], mut g: [f64; K]) -> Op
         g[i] = (g[i] - (i + 1..K).map(|k| h[k][i] * g[k]).sum::<f64>()) / h[i][i];
     }
     Some(g)
+}
+
+/// The start that leaves least, with the linear numbers that belong to it.
+pub(super) fn best<R: Rays>(
+    rays: R,
+    room: &mut Room,
+    usual: &[Option<[f32; 3]>; LANES],
+    profile: &Profile,
+) -> [F; N] {
+    let n = room.value.len();
+    let starts: [Starts; LANES] = std::array::from_fn(|lane| {
+        let (value, weight) = (&room.value, &room.weight);
+        shapes(|i| rays.of(i, lane), |i| value[i].0[lane], |i| weight[i].0[lane], n, &mut room.scratch)
+    });
+    // Where the closed form fails, these stand in: as wide as highlights of cloth are, to each side, about the normal of
+    // the ground and about the brightest reading.
+    const WIDTHS: [[f32; 3]; 9] = [
+        [2.4, 0.0, 0.0],
+        [3.0, 1.0, 0.0],
+        [3.0, -1.0, 0.0],
+        [3.0, 0.0, 1.0],
+        [3.0, 0.0, -1.0],
+        [4.4, 1.0, 0.0],
+        [4.4, -1.0, 0.0],
+        [4.4, 0.0, 1.0],
+        [4.4, 0.0, -1.0],
+    ];
+    let (mut best, mut least) = ([F::ZERO; N], F::splat(f32::INFINITY));
+    let consider = |best: &mut [F; N], least: &mut F, shape: &dyn Fn(usize) -> Shape| {
+        let shapes: [Shape; LANES] = std::array::from_fn(shape);
+        let mut theta = [F::ZERO; N];
+        for (j, t) in theta.iter_mut().skip(2).enumerate() {
+            *t = F(std::array::from_fn(|lane| shapes[lane][j]));
+        }
+        let (d, a, left) = linear(rays, &room.value, &room.weight, &theta, profile);
+        theta[0] = d;
+        // A highlight of nothing has no slope to follow; this little is always allowed.
+        theta[1] = a.max(F::splat(1e-4)).map(f32::ln);
+        let better: Mask = least.above(left);
+        for (b, t) in best.iter_mut().zip(theta) {
+            *b = better.choose(t, *b);
+        }
+        *least = better.choose(left, *least);
+    };
+    let about = |at: [f32; 2], [m, p, q]: [f32; 3]| [at[0], at[1], m, p, q];
+    consider(&mut best, &mut least, &|lane| {
+        starts[lane].silk.unwrap_or(about(starts[lane].normal, WIDTHS[0]))
+    });
+    consider(&mut best, &mut least, &|lane| {
+        starts[lane].metal.unwrap_or(about(starts[lane].peak, WIDTHS[0]))
+    });
+    if usual.iter().any(Option::is_some) {
+        let usual = |lane: usize| usual[lane].unwrap_or(WIDTHS[0]);
+        consider(&mut best, &mut least, &|lane| about(starts[lane].normal, usual(lane)));
+        consider(&mut best, &mut least, &|lane| about(starts[lane].peak, usual(lane)));
+    }
+    // Within three deviations of the readings on average is near enough to go on from.
+    let poor: Mask = least.above(F::splat(9.0 * n as f32));
+    if poor.any() {
+        let found = best;
+        for width in WIDTHS {
+            consider(&mut best, &mut least, &|lane| about(starts[lane].normal, width));
+            consider(&mut best, &mut least, &|lane| about(starts[lane].peak, width));
+        }
+        for (b, found) in best.iter_mut().zip(found) {
+            *b = poor.choose(*b, found);
+        }
+    }
+    best
+}
+
+/// How many more starts a texel gets that is in doubt.
+const SECOND_CHANCES: usize = 3;
+
+/// Normals all over the hemisphere, with the shape that was found and what is usual: those that leave least, each away
+/// from the others.
+pub(super) fn elsewhere<R: Rays>(
+    rays: R,
+    room: &mut Room,
+    usual: &[Option<[f32; 3]>; LANES],
+    known: &Known,
+    profile: &Profile,
+    found: &[F; N],
+) -> [[F; N]; SECOND_CHANCES] {
+    room.weight.clone_from(&room.stated);
+    let usual: [F; 3] = std::array::from_fn(|j| F(usual.map(|u| u.unwrap_or([3.0, 0.0, 0.0])[j])));
+    let mut best = [*found; SECOND_CHANCES];
+    let mut least = [F::splat(f32::INFINITY); SECOND_CHANCES];
+    for (ring, tilt) in [0.0f32, 20.0, 37.0, 53.0, 67.0].into_iter().enumerate() {
+        for i in 0..(6 * ring).max(1) {
+            let turn = (i as f32 + 0.5 * (ring % 2) as f32) / (6 * ring).max(1) as f32;
+            let at = glam::Vec2::from_angle(std::f32::consts::TAU * turn) * tilt.to_radians().tan();
+            let mut theta = [F::ZERO, F::ZERO, F::splat(at.x), F::splat(at.y), usual[0], usual[1], usual[2]];
+            let (d, a, left) = linear(rays, &room.value, &room.weight, &theta, profile);
+            theta[0] = d;
+            theta[1] = a.max(F::splat(1e-4)).map(f32::ln);
+            let mut left = left + known.cost(&theta);
+            // Into its place among the best.
+            for (b, l) in best.iter_mut().zip(&mut least) {
+                let better = l.above(left);
+                for (b, t) in b.iter_mut().zip(&mut theta) {
+                    (*b, *t) = (better.choose(*t, *b), better.choose(*b, *t));
+                }
+                (*l, left) = (better.choose(left, *l), better.choose(*l, left));
+            }
+        }
+    }
+    best
 }

@@ -1,12 +1,12 @@
-use super::compare::{errors, failed, quantile};
+use super::compare::{HEADING, errors, failed, quantile, row};
 use super::*;
-use crate::Lights;
-use glam::Vec2;
+use crate::{Lights, Stack};
+use glam::{Quat, Vec2};
 use std::f32::consts::{PI, TAU};
+use yugen_archive::formats::goniometer_csv::Texels;
 use yugen_optics::Frame;
 use yugen_optics::frame::spherical;
 use yugen_optics::random::Pcg32;
-use yugen_reflectance::noh::Noh;
 use yugen_reflectance::{Choice, Model};
 
 /// Down to 15° above the table.
@@ -21,17 +21,9 @@ fn normal_deviate(rng: &mut Pcg32) -> f32 {
 
 /// π f cos θ of a texel, by the model that renders it.
 fn reflectance_factor(t: &Texel, light: Vec3, eye: Vec3) -> Vec3 {
-    let frame = Frame { s: t.tangent, t: t.normal.cross(t.tangent), n: t.normal };
-    let noh = Noh {
-        rho_d: t.diffuse,
-        rho_s: t.specular,
-        sigma_x: t.sigma.x,
-        sigma_y: t.sigma.y,
-        grazing: 0.0,
-        form: Choice(0.0),
-    };
+    let frame = t.frame();
     let (wo, wi) = (frame.to_local(eye), frame.to_local(light));
-    noh.eval(&[], wo, wi) * (PI * wi.z.max(0.0))
+    t.noh(Choice(0.0)).eval(&[], wo, wi) * (PI * wi.z.max(0.0))
 }
 
 /// The sample of the published baseline: σ_x .15 to .5, 1.7 to 4 times σ_y, peaks of .3 to 1.5, grounds of .05 to .4.
@@ -83,23 +75,12 @@ fn summary(fitted: &[Fitted], truth: &[Texel]) -> [[f32; 6]; 2] {
 }
 
 fn print(lights: usize, [median, ninety]: &[[f32; 6]; 2]) {
-    let row = |e: &[f32; 6]| {
-        format!(
-            "{:6.2} % {:6.2} % {:7.3}° {:7.3}° {:6.2} % {:6.2} %",
-            100.0 * e[0],
-            100.0 * e[1],
-            e[2],
-            e[3],
-            100.0 * e[4],
-            100.0 * e[5]
-        )
-    };
     println!("{lights:4} lights: median {}\n             90th   {}", row(median), row(ninety));
 }
 
 #[test]
 fn random_texels_are_found_at_least_as_well_as_the_published_baseline() {
-    println!("                       ρ_d      ρ_s       n        t      σ_x      σ_y");
+    println!("                   {HEADING}");
     for (lights, median) in [
         (20, [0.010, 0.018, 0.17, 0.52, 0.012, 0.014]),
         (50, [0.0037, 0.0063, 0.054, 0.18, 0.0038, 0.0054]),
@@ -250,18 +231,27 @@ fn lamps_nearby_and_threads_make_no_difference() {
 #[test]
 fn a_table_of_lights_and_eyes_is_fitted_too() {
     let mut rng = Pcg32::new(10, 0);
-    let readings: Vec<Reading> = dome(40)
-        .into_iter()
-        .flat_map(|light| {
-            [0.0f32, 0.5, 0.9].map(|theta| Reading { light, eye: spherical(theta, 1.0), irradiance: 1.0 })
-        })
-        .collect();
-    for _ in 0..20 {
-        let truth = random_texel(&mut rng);
-        let values: Vec<[f32; 3]> =
-            readings.iter().map(|r| reflectance_factor(&truth, r.light, r.eye).to_array()).collect();
-        let got = fit_readings(&readings, &values, &Options::default());
-        let e = errors(&got.texel, &truth);
+    let truth: Vec<Texel> = (0..20).map(|_| random_texel(&mut rng)).collect();
+    // Every texel has lights of its own, the last one too few of them.
+    let mut table =
+        Texels { width: 7, height: 3, starts: vec![0], directions: Vec::new(), values: Vec::new() };
+    for (i, t) in truth.iter().enumerate() {
+        let turn = Quat::from_rotation_z(i as f32);
+        for light in dome(40 + i) {
+            for eye in [0.0f32, 0.5, 0.9].map(|theta| spherical(theta, 1.0)) {
+                table.directions.push([turn * light, eye]);
+                table.values.push(reflectance_factor(t, turn * light, eye).to_array());
+            }
+        }
+        table.starts.push(table.values.len());
+    }
+    table.directions.extend([[Vec3::Z; 2]; 3]);
+    table.values.extend([[0.3; 3]; 3]);
+    table.starts.push(table.values.len());
+    let fitted = fit(&table, &Options::default(), None, 2, &|_| {});
+    assert_eq!(fitted[20].texel.confidence, 0.0);
+    for (got, truth) in fitted.iter().zip(&truth) {
+        let e = errors(&got.texel, truth);
         // Degrees and parts alike.
         assert!(e.iter().all(|e| *e < 0.05), "{e:?} {truth:?}");
         assert!(got.texel.confidence > 0.9);

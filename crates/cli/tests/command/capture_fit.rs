@@ -1,13 +1,14 @@
 //! `yugen capture fit` from outside.
 
 use crate::{Run, scratch};
+use std::fmt::Write;
 use std::path::Path;
 use yugen_archive::formats::image::{self, WriteOptions};
 use yugen_archive::formats::{btf, lp, stack};
 use yugen_capture::simulate::fibonacci_dome;
+use yugen_optics::frame::spherical;
 use yugen_optics::{ColourSpace, Frame, Image, Vec2, Vec3};
 use yugen_reflectance::btf::{Btf, Texel};
-use yugen_reflectance::noh::Noh;
 use yugen_reflectance::{Choice, Model};
 
 const SIZE: [usize; 2] = [24, 40];
@@ -35,23 +36,20 @@ fn cloth() -> Btf {
     Btf { width: SIZE[0], height: SIZE[1], colour_space: ColourSpace::LinearSrgb, texels: texels.collect() }
 }
 
+/// π f cos θ.
+fn reflectance_factor(t: &Texel, light: Vec3, eye: Vec3) -> Vec3 {
+    let frame = t.frame();
+    let (wo, wi) = (frame.to_local(eye), frame.to_local(light));
+    t.noh(Choice(0.0)).eval(&[], wo, wi) * (std::f32::consts::PI * wi.z.max(0.0))
+}
+
 fn photograph(folder: &Path, cloth: &Btf, lights: usize) {
     std::fs::create_dir_all(folder).unwrap();
     let mut entries = Vec::new();
     for (i, light) in fibonacci_dome(lights, 75f32.to_radians()).into_iter().enumerate() {
         let mut picture = Image::rgb(SIZE[0], SIZE[1]);
         for (pixel, t) in picture.data.chunks_exact_mut(3).zip(&cloth.texels) {
-            let frame = Frame { s: t.tangent, t: t.normal.cross(t.tangent), n: t.normal };
-            let (wo, wi) = (frame.to_local(Vec3::Z), frame.to_local(light));
-            let noh = Noh {
-                rho_d: t.diffuse,
-                rho_s: t.specular,
-                sigma_x: t.sigma.x,
-                sigma_y: t.sigma.y,
-                grazing: 0.0,
-                form: Choice(0.0),
-            };
-            let v = noh.eval(&[], wo, wi) * (std::f32::consts::PI * wi.z.max(0.0));
+            let v = reflectance_factor(t, light, Vec3::Z);
             pixel.copy_from_slice(&v.to_array());
         }
         let file = format!("{i:03}.exr");
@@ -107,6 +105,48 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
     fit(&banded, &["--threads", "1", "--memory", "0", "--json"]);
     assert!(!folder.join("banded.btf.checkpoint").exists());
     assert!(btf::load(Path::new(&banded), ColourSpace::LinearSrgb).unwrap().0 == maps);
+}
+
+/// A goniometer that looks at each texel from elsewhere.
+#[test]
+fn a_table_of_readings_is_fitted() {
+    let folder = scratch("capture_fit_table");
+    let path = |name: &str| folder.join(name).display().to_string();
+    let cloth = cloth();
+    btf::save(&folder.join("truth.btf"), &cloth, &btf::About::default()).unwrap();
+    let mut table = String::from("x,y,theta_i,phi_i,theta_o,phi_o,factor_red,factor_green,factor_blue\n");
+    let degrees = |v: Vec3| [v.z.acos().to_degrees(), v.y.atan2(v.x).to_degrees()];
+    for (i, light) in fibonacci_dome(30, 75f32.to_radians()).into_iter().enumerate() {
+        for (t, texel) in cloth.texels.iter().enumerate() {
+            for tilt in [0.05f32, 0.6] {
+                let eye = spherical(tilt, (t % 17) as f32 + i as f32);
+                let factor = reflectance_factor(texel, light, eye) / light.z;
+                let ([ti, pi], [to, po]) = (degrees(light), degrees(eye));
+                let [r, g, b] = factor.to_array();
+                let (x, y) = (t % SIZE[0], t / SIZE[0]);
+                writeln!(table, "{x},{y},{ti},{pi},{to},{po},{r},{g},{b}").unwrap();
+            }
+        }
+    }
+    std::fs::write(path("readings.csv"), &table).unwrap();
+    let (input, output, truth) = (path("readings.csv"), path("cloth.btf"), path("truth.btf"));
+    let args = ["fit", &input, "-o", &output, "--truth", &truth, "--json"];
+    let json = crate::report(yugen(&args));
+    assert_eq!((json["lights"].as_u64(), json["masked"].as_u64()), (Some(60), Some(0)), "{json}");
+    assert_eq!(json["errors"]["failed"], 0);
+    for (name, most) in [("rho_d", 0.01), ("rho_s", 0.01), ("n", 0.1), ("t", 0.5), ("sigma_y", 0.01)] {
+        let worst = json["errors"]["ninety"][name].as_f64().unwrap();
+        assert!(worst < most, "{name}: {worst}");
+    }
+    let few: String = table.lines().take(3000).map(|l| format!("{l}\n")).collect();
+    std::fs::write(&input, few).unwrap();
+    let Run { success, err, .. } = yugen(&args);
+    assert!(!success && err.contains("readings a texel are too few"), "{err}");
+    std::fs::write(&input, table.replacen("0,0,", "0,half,", 1)).unwrap();
+    let Run { success, err, .. } = yugen(&args);
+    assert!(!success && err.contains("readings.csv:2:1: y is 'half'; expected a whole number"), "{err}");
+    let Run { success, err, .. } = yugen(&["fit", &input, &input, "-o", &output]);
+    assert!(!success && err.contains("put the lines of several into one file"), "{err}");
 }
 
 /// Highlights that no lamp showed head on show from aside.

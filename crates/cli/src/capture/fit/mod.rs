@@ -2,18 +2,20 @@
 
 mod checkpoint;
 mod report;
+mod source;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use checkpoint::Checkpoint;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use report::Report;
-use std::path::{Path, PathBuf};
+use source::{Sides, Source};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use yugen_archive::formats::btf;
-use yugen_archive::formats::stack::{Bands, Folder};
+use yugen_archive::formats::stack::Folder;
 use yugen_capture::Stack;
-use yugen_capture::fit::{Fitted, Options, Prior, fit, smooth_tangents};
+use yugen_capture::fit::{Fitted, Options, Prior, Readings, fit, smooth_tangents};
 use yugen_reflectance::btf::Btf;
 
 /// Finds what each texel of a cloth reflects: diffuse and specular colour, normal, direction and widths of the highlight.
@@ -24,6 +26,8 @@ use yugen_reflectance::btf::Btf;
 /// (`btf = "cloth.btf"`). Confidence is 0 where the photographs cannot decide, for example because no light met the
 /// highlight.
 ///
+/// STACK may be a goniometer table instead (.csv) in which every line is a reading of one texel, with its own light and eye.
+///
 /// Several STACKs of the same cloth, photographed from several sides (`view` in stack.toml), are fitted together, as is
 /// a folder of them that `simulate` wrote for several --view.
 ///
@@ -31,7 +35,8 @@ use yugen_reflectance::btf::Btf;
 /// are too few (--no-prior to do without).
 #[derive(Args)]
 pub struct Fit {
-    /// The folder of photographs, or its list of lights; one from each side.
+    /// The folder of photographs, or its list of lights; one from each side. Or a table of readings, CSV with the columns
+    /// x, y, theta_i, phi_i, theta_o, phi_o and factor_red, factor_green, factor_blue (or factor; or f in 1/sr).
     #[arg(required = true, value_name = "STACK")]
     stacks: Vec<PathBuf>,
 
@@ -59,7 +64,7 @@ pub struct Fit {
     #[arg(long, value_name = "MM")]
     texel_mm: Option<f32>,
 
-    /// Mebibytes that the photographs in work may take. The maps themselves take up to 190 bytes a texel besides, at the end.
+    /// Mebibytes that the photographs in work may take; a table is read as a whole. The maps themselves take up to 190 bytes a texel besides, at the end.
     #[arg(long, value_name = "MIB", default_value_t = 1024)]
     memory: u64,
 
@@ -101,44 +106,64 @@ fn sample_rows(folder: &Folder, lights: usize) -> Vec<(usize, usize)> {
     (0..count).map(|i| (i * (folder.height - rows) / (count - 1).max(1), rows)).collect()
 }
 
-/// The same rows of all stacks, side by side.
-struct Sides<'a> {
-    folders: &'a [Folder],
-    bands: Vec<Bands<'a>>,
+/// How it is done.
+struct Work<'a> {
+    options: &'a Options,
+    threads: usize,
+    /// Whether threads are learned.
+    learns: bool,
+    bar: &'a ProgressBar,
 }
 
-impl<'a> Sides<'a> {
-    fn open(folders: &'a [Folder], rows: usize) -> Result<Self> {
-        let bands = folders.iter().map(|f| f.bands(rows)).collect::<Result<_, _>>()?;
-        Ok(Self { folders, bands })
+impl Work<'_> {
+    /// What threads have in common; `None` where that is not wanted or cannot be told.
+    fn learn(&self, sample: &[impl Readings]) -> Option<Prior> {
+        self.bar.set_message("learning the threads");
+        let prior = self.learns.then(|| Prior::learn(sample, self.options, self.threads)).flatten();
+        self.bar.set_message("fitting");
+        prior
     }
 
-    fn skip_rows(&mut self, rows: usize) -> Result<()> {
-        Ok(self.bands.iter_mut().try_for_each(|b| b.skip_rows(rows))?)
+    /// Texels from the `first` of all.
+    fn fit(&self, readings: &impl Readings, first: usize, prior: Option<&Prior>) -> Vec<Fitted> {
+        fit(readings, self.options, prior, self.threads, &|n| self.bar.set_position((first + n) as u64))
     }
 
-    /// `None` after the last.
-    fn next(&mut self) -> Result<Option<Stack>> {
-        let mut stacks = Vec::new();
-        for (folder, bands) in self.folders.iter().zip(&mut self.bands) {
-            match bands.next().transpose()? {
-                Some(band) => stacks.push(Stack::from_band(folder, band)),
-                None => return Ok(None),
-            }
+    /// In bands of rows that take no more than `memory` bytes, from where the checkpoint ends; whether threads were
+    /// learned.
+    fn photographs(&self, folders: &[Folder], memory: u64, checkpoint: &mut Checkpoint) -> Result<bool> {
+        let folder = &folders[0];
+        let lights = folders.iter().map(|f| f.pictures.len()).sum();
+        // Each has its share, and they are put together in as much again where there are several.
+        let share = memory / (2 * folders.len() as u64).saturating_sub(1).max(1);
+        let rows = folders.iter().map(|f| f.rows_within(share)).min().unwrap_or(1);
+        let done = checkpoint.rows();
+        // A stack that is read in one go need not be read twice.
+        if rows >= folder.height && done == 0 {
+            let Some(stack) = Sides::open(folders, rows)?.next()? else { return Ok(false) };
+            let row = stack.width * lights;
+            let part = |(first, rows): (usize, usize)| Stack {
+                first_row: first,
+                height: rows,
+                lights: stack.lights.clone(),
+                eyes: stack.eyes.clone(),
+                values: stack.values[first * row..(first + rows) * row].to_vec(),
+                ..stack
+            };
+            let prior = self.learn(&sample_rows(folder, lights).into_iter().map(part).collect::<Vec<_>>());
+            checkpoint.append(&self.fit(&stack, 0, prior.as_ref()))?;
+            return Ok(prior.is_some());
         }
-        Ok(if stacks.len() == 1 { stacks.pop() } else { Stack::join(&stacks) })
+        let prior = if self.learns { self.learn(&sample(folders, lights)?) } else { None };
+        let mut bands = Sides::open(folders, rows)?;
+        bands.skip_rows(done)?;
+        while let Some(stack) = bands.next()? {
+            let fitted = self.fit(&stack, stack.first_row * stack.width, prior.as_ref());
+            drop(stack);
+            checkpoint.append(&fitted)?;
+        }
+        Ok(prior.is_some())
     }
-}
-
-/// The stacks that `views.csv` in a folder names, a line each behind its heading; `None` where there is none.
-fn sides(path: &Path) -> Result<Option<Vec<PathBuf>>> {
-    let list = path.join("views.csv");
-    if !list.is_file() {
-        return Ok(None);
-    }
-    let text = std::fs::read_to_string(&list).with_context(|| list.display().to_string())?;
-    let names = text.lines().skip(1).filter_map(|l| l.split(',').next()).map(str::trim);
-    Ok(Some(names.filter(|n| !n.is_empty()).map(|n| path.join(n)).collect()))
 }
 
 /// What threads are learned from.
@@ -161,95 +186,74 @@ impl Fit {
         }
         let started = Instant::now();
         let options = Options { noise: self.noise, floor: self.floor, ..Options::default() };
-        let folders = self.folders()?;
-        let folder = &folders[0];
-        let lights = folders.iter().map(|f| f.pictures.len()).sum::<usize>();
+        let source = Source::open(&self.stacks)?;
+        let (width, height) = source.size();
+        let lights = source.readings();
         if lights < FEWEST_LIGHTS {
+            let what = if let Source::Table { .. } = source { "readings a texel" } else { "lights" };
             bail!(
-                "{}: {lights} lights are too few for seven unknowns a texel; expected at least {FEWEST_LIGHTS}, better 50",
+                "{}: {lights} {what} are too few for seven unknowns a texel; expected at least {FEWEST_LIGHTS}, better 50",
                 self.stacks[0].display()
             );
         }
-        let truth = self.truth.as_ref().map(|path| btf::load(path, folder.colour_space)).transpose()?;
+        let truth = self.truth.as_ref().map(|path| btf::load(path, source.colour_space())).transpose()?;
         if let (Some((truth, _)), Some(path)) = (&truth, &self.truth)
-            && (truth.width, truth.height) != (folder.width, folder.height)
+            && (truth.width, truth.height) != (width, height)
         {
             bail!(
-                "{}: the true maps are {} x {}, the photographs {} x {}",
+                "{}: the true maps are {} x {}, the photographs {width} x {height}",
                 path.display(),
                 truth.width,
                 truth.height,
-                folder.width,
-                folder.height
             );
         }
-        let threads = self
-            .threads
-            .map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from);
 
-        // Each has its share, and they are put together in as much again where there are several.
-        let share = (self.memory << 20) / (2 * folders.len() as u64).saturating_sub(1).max(1);
-        let rows = folders.iter().map(|f| f.rows_within(share)).min().unwrap_or(1);
-        let mut checkpoint =
-            Checkpoint::open(&self.output, &self.identity(&folders), folder.width, self.resume)?;
+        let identity = format!(
+            "{} {} {} {} {}",
+            env!("CARGO_PKG_VERSION"),
+            self.noise,
+            self.floor,
+            self.no_prior,
+            source.identity()
+        );
+        let mut checkpoint = Checkpoint::open(&self.output, &identity, width, self.resume)?;
         let done = checkpoint.rows();
         if done > 0 && !self.json {
-            eprintln!("going on from row {done} of {}", folder.height);
+            eprintln!("going on from row {done} of {height}");
         }
-        let bar = self.progress_bar((folder.width * folder.height) as u64);
-        bar.set_position((folder.width * done) as u64);
-        // A stack that is read in one go need not be read twice.
-        let whole = (rows >= folder.height && done == 0)
-            .then(|| Sides::open(&folders, rows)?.next())
-            .transpose()?
-            .flatten();
-        bar.set_message("learning the threads");
-        let prior = match (&whole, self.no_prior || done == folder.height) {
-            (_, true) => None,
-            (Some(stack), _) => {
-                let row = stack.width * lights;
-                let sample: Vec<Stack> = sample_rows(folder, lights)
-                    .into_iter()
-                    .map(|(first, rows)| Stack {
-                        first_row: first,
-                        height: rows,
-                        lights: stack.lights.clone(),
-                        eyes: stack.eyes.clone(),
-                        values: stack.values[first * row..(first + rows) * row].to_vec(),
-                        ..*stack
-                    })
-                    .collect();
-                Prior::learn(&sample, &options, threads)
-            }
-            (None, _) => Prior::learn(&sample(&folders, lights)?, &options, threads),
+        let work = Work {
+            options: &options,
+            threads: self
+                .threads
+                .map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from),
+            learns: !self.no_prior,
+            bar: &self.progress_bar((width * height) as u64),
         };
-        bar.set_message("fitting");
-        if let Some(stack) = whole {
-            checkpoint.append(&self.fit_band(&stack, &options, prior.as_ref(), threads, &bar))?;
-        } else if done < folder.height {
-            let mut bands = Sides::open(&folders, rows)?;
-            bands.skip_rows(done)?;
-            while let Some(stack) = bands.next()? {
-                let fitted = self.fit_band(&stack, &options, prior.as_ref(), threads, &bar);
-                drop(stack);
-                checkpoint.append(&fitted)?;
+        work.bar.set_position((width * done) as u64);
+        let learned = match &source {
+            _ if done == height => false,
+            Source::Photographs(folders) => work.photographs(folders, self.memory << 20, &mut checkpoint)?,
+            Source::Table { texels, .. } => {
+                let prior = work.learn(std::slice::from_ref(texels));
+                let fitted = work.fit(texels, 0, prior.as_ref());
+                checkpoint.append(&fitted[width * done..])?;
+                prior.is_some()
             }
-        }
-        bar.finish_and_clear();
+        };
+        work.bar.finish_and_clear();
         let fitted = checkpoint.texels()?;
         let seconds = started.elapsed();
 
         let about = btf::About {
             texel_mm: self.texel_mm,
             lights,
-            source: format!("yugen {} capture fit, {lights} photographs", env!("CARGO_PKG_VERSION")),
+            source: format!("yugen {} capture fit, {}", env!("CARGO_PKG_VERSION"), source.describe()),
             ..btf::About::default()
         };
         let residuals: Vec<f32> = fitted.iter().map(|f| f.residual).collect();
         let masked = fitted.iter().filter(|f| f.readings == 0).count();
-        let (width, height) = (folder.width, folder.height);
         let texels = fitted.into_iter().map(|f| f.texel).collect();
-        let mut maps = Btf { width, height, colour_space: folder.colour_space, texels };
+        let mut maps = Btf { width, height, colour_space: source.colour_space(), texels };
         if !self.no_smoothing {
             smooth_tangents(&mut maps);
         }
@@ -262,7 +266,7 @@ impl Fit {
             residuals: &residuals,
             masked,
             lights,
-            learned: prior.is_some(),
+            learned,
             seconds: seconds.as_secs_f64(),
             truth: truth.as_ref().map(|t| &t.0),
         };
@@ -271,74 +275,6 @@ impl Fit {
         }
         report.print(self.json);
         Ok(())
-    }
-
-    fn fit_band(
-        &self,
-        stack: &Stack,
-        options: &Options,
-        prior: Option<&Prior>,
-        threads: usize,
-        bar: &ProgressBar,
-    ) -> Vec<Fitted> {
-        let before = (stack.first_row * stack.width) as u64;
-        fit(stack, options, prior, threads, &|texels| bar.set_position(before + texels as u64))
-    }
-
-    /// The stacks, all of one size and kind.
-    fn folders(&self) -> Result<Vec<Folder>> {
-        let mut paths = Vec::new();
-        for path in &self.stacks {
-            match sides(path)? {
-                Some(sides) => paths.extend(sides),
-                None => paths.push(path.clone()),
-            }
-        }
-        let folders: Vec<Folder> = paths.iter().map(|p| Folder::open(p)).collect::<Result<_, _>>()?;
-        let Some(first) = folders.first() else { bail!("there is no stack to fit") };
-        for f in &folders {
-            if (f.width, f.height) != (first.width, first.height) {
-                bail!(
-                    "{}: the photographs are {} x {}, those of {} {} x {}; stacks from several sides show the same texels",
-                    f.path.display(),
-                    f.width,
-                    f.height,
-                    first.path.display(),
-                    first.width,
-                    first.height
-                );
-            }
-            if (f.options.near, f.colour_space) != (first.options.near, first.colour_space) {
-                bail!(
-                    "{}: near lamps or the colour space are not those of {}; stacks from several sides have both alike",
-                    f.path.display(),
-                    first.path.display()
-                );
-            }
-        }
-        Ok(folders)
-    }
-
-    /// What a checkpoint must agree in to be gone on from.
-    fn identity(&self, folders: &[Folder]) -> String {
-        let mut text = format!(
-            "{} {} {} {} {} {}",
-            env!("CARGO_PKG_VERSION"),
-            folders[0].width,
-            folders[0].height,
-            self.noise,
-            self.floor,
-            self.no_prior
-        );
-        for folder in folders {
-            text.push_str(&format!("\n{:?}", folder.options));
-            for p in &folder.pictures {
-                let meta = std::fs::metadata(&p.path).ok();
-                let (length, modified) = meta.map_or((0, None), |m| (m.len(), m.modified().ok()));
-                text.push_str(&format!("\n{} {} {length} {modified:?}", p.path.display(), p.light));
-            }
-        }
-        text
     }
 
     fn progress_bar(&self, texels: u64) -> ProgressBar {

@@ -5,7 +5,7 @@ use serde_json::{Map as Json, json};
 use std::path::Path;
 use yugen_archive::formats::btf::maps::{self, Map};
 use yugen_archive::make_folder;
-use yugen_capture::fit::compare::{NAMES, errors, failed, quantile};
+use yugen_capture::fit::compare::{HEADING, NAMES, errors, failed, quantile, row};
 use yugen_optics::Vec3;
 use yugen_reflectance::btf::Btf;
 
@@ -97,7 +97,7 @@ impl Report<'_> {
             return;
         }
         println!(
-            "{}: {} x {} texels from {} lights in {:.1} s ({:.0} texels/s)",
+            "{}: {} x {} texels from up to {} readings each in {:.1} s ({:.0} texels/s)",
             self.output.display(),
             self.maps.width,
             self.maps.height,
@@ -111,20 +111,9 @@ impl Report<'_> {
             self.masked, residual[0], residual[1]
         );
         if errors.is_some() {
-            let row = |name: &str, e: &[f32; 6]| {
-                println!(
-                    "{name:<16}{:8.2} % {:8.2} % {:8.3}° {:8.3}° {:8.2} % {:8.2} %",
-                    100.0 * e[0],
-                    100.0 * e[1],
-                    e[2],
-                    e[3],
-                    100.0 * e[4],
-                    100.0 * e[5]
-                );
-            };
-            println!("against the truth    rho_d      rho_s         n         t    sigma_x    sigma_y");
-            row("median", &median);
-            row("90th percentile", &ninety);
+            println!("against the truth {HEADING}");
+            println!("median            {}", row(&median));
+            println!("90th percentile   {}", row(&ninety));
             println!(
                 "{:.1} % failed (normal off by 3°, tangent by 10° or a width by a quarter); of the {:.1} % with a confidence \
                  above {SURE}, {:.2} %",
