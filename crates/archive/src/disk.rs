@@ -42,6 +42,18 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     File::create_new(&probe).and_then(|_| std::fs::remove_file(&probe)).map_err(|e| Error::io(path, e))
 }
 
+/// Refuses an `output` that is one of the `inputs`, which would be lost.
+pub fn spare(output: &Path, inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Result<(), Error> {
+    let Ok(place) = output.canonicalize() else { return Ok(()) };
+    if inputs.into_iter().any(|i| i.as_ref().canonicalize().is_ok_and(|i| i == place)) {
+        return Err(Error::invalid(
+            Place::file(output),
+            "this is read, and would be lost; name another output",
+        ));
+    }
+    Ok(())
+}
+
 /// Makes a folder and those above it, unless they are there.
 pub fn make_folder(folder: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, e))
@@ -100,6 +112,11 @@ mod tests {
             assert!(error.contains(problem), "{error}");
         }
         assert!(atomic_write(Path::new("/"), b"x").is_err());
+        assert!(
+            spare(&path, [folder.join("b/../a.bin")]).unwrap_err().to_string().contains("another output")
+        );
+        assert!(spare(&path, [&folder, &folder.join("b/inside")]).is_ok());
+        assert!(spare(&folder.join("new"), [&path]).is_ok());
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
         std::fs::remove_dir_all(&folder).unwrap();
     }

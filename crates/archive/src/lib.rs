@@ -7,6 +7,6 @@ mod error;
 pub mod formats;
 pub mod scene;
 
-pub use disk::{atomic_write, check_writable, list_folder, make_folder, read_bounded};
+pub use disk::{atomic_write, check_writable, list_folder, make_folder, read_bounded, spare};
 pub use error::{Error, Place, Position, nearest};
 pub use scene::Scene;

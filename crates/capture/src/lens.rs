@@ -34,6 +34,13 @@ impl Lens {
         self.centre + self.focal * p
     }
 
+    /// Whether a picture of this size can be straightened: its corners come from one place each.
+    pub fn fits(&self, width: usize, height: usize) -> bool {
+        let (w, h) = (width as f32, height as f32);
+        let corners = [Vec2::ZERO, Vec2::new(w, 0.0), Vec2::new(0.0, h), Vec2::new(w, h)];
+        corners.iter().all(|c| self.distort(self.undistort(*c)).distance(*c) < 0.5)
+    }
+
     fn stretch(&self, p: Vec2) -> f32 {
         let [k1, k2, k3] = self.radial;
         let r = p.length_squared();
@@ -117,6 +124,10 @@ mod tests {
             assert!(got.distance(want) < 1e-3, "{got} {want}");
             assert!(LENS.undistort(got).distance(pixel) < 1e-2, "{pixel}");
         }
+        assert!(LENS.fits(640, 480) && Lens { radial: [0.0; 3], tangential: [0.0; 2], ..LENS }.fits(9999, 9));
+        // One with the focal length in millimetres, and a slip of the pen.
+        assert!(!Lens { focal: 35.0, ..LENS }.fits(640, 480));
+        assert!(!Lens { radial: [1e30, 0.0, 0.0], ..LENS }.fits(640, 480));
     }
 
     #[test]

@@ -5,21 +5,30 @@ mod capture;
 mod figure;
 mod render;
 
-use clap::{Parser, Subcommand};
+use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Keeps how a performance looks: reflectance models, measured data and a renderer to trust.
 #[derive(Parser)]
-#[command(version, about, propagate_version = true)]
+#[command(version, about, propagate_version = true, after_help = COMMON)]
 struct Yugen {
     #[command(subcommand)]
     verb: Verb,
 
     /// What to report while working: error, warn, info, debug or trace; or per room, as in
     /// `warn,yugen_archive=debug`.
-    #[arg(long, global = true, default_value = "warn", value_name = "LEVEL")]
+    #[arg(long, global = true, default_value = "warn", value_name = "LEVEL", display_order = 900)]
     log: String,
 }
+
+const COMMON: &str = "\
+Common cases:
+  yugen render scene.xml -o picture.exr               a scene to a picture
+  yugen brdf fit material.binary                      which model meets a measurement best
+  yugen capture hdr PHOTOGRAPHS -o STACK              brackets to linear pictures, one a light
+  yugen capture calibrate STACK                       where the lamps stood, from a chrome ball
+  yugen capture fit STACK -o cloth.btf                what each texel of the cloth reflects
+  yugen capture relight cloth.btf --light 1,1,1 -o lit.png";
 
 #[derive(Subcommand)]
 enum Verb {
@@ -41,9 +50,17 @@ fn end_with_the_reader() {
 #[cfg(not(unix))]
 fn end_with_the_reader() {}
 
+/// Lets every value be a number below zero, so that one that may not be is refused in words that say why.
+fn with_negative_numbers(command: Command) -> Command {
+    command
+        .mut_args(|a| if a.get_action().takes_values() { a.allow_negative_numbers(true) } else { a })
+        .mut_subcommands(with_negative_numbers)
+}
+
 fn main() -> ExitCode {
     end_with_the_reader();
-    let yugen = Yugen::parse();
+    let matches = with_negative_numbers(Yugen::command()).get_matches();
+    let yugen = Yugen::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
     let filter = match tracing_subscriber::EnvFilter::try_new(&yugen.log) {
         Ok(filter) => filter,
         Err(e) => {

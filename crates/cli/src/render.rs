@@ -7,7 +7,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::formats::{self, Moment, image};
-use yugen_archive::scene::{Aov, IntegratorKind};
+use yugen_archive::scene::{Aov, IntegratorKind, Shape};
 use yugen_archive::{Error, Scene, atomic_write};
 use yugen_optics::Image;
 use yugen_optics::tonemap::Curve;
@@ -29,8 +29,7 @@ pub struct Render {
     size: Option<[u32; 2]>,
 
     /// Samples per pixel instead of what the scene says. Powers of two serve best.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), allow_negative_numbers = true,
-          group = "budget")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), group = "budget")]
     spp: Option<u32>,
 
     /// Render for this long: 90, 90s, 5m, 1h; noisy parts get more samples.
@@ -92,7 +91,7 @@ pub struct Render {
     curve: String,
 
     /// Brighter by this many stops, for .png and .jpg.
-    #[arg(long, default_value_t = 0.0, value_name = "STOPS", allow_hyphen_values = true)]
+    #[arg(long, default_value_t = 0.0, value_name = "STOPS", value_parser = parse_stops)]
     exposure: f32,
 
     /// Print what was done as JSON, and no progress.
@@ -112,6 +111,13 @@ impl Render {
             ..formats::Options::default()
         };
         let scene = formats::load_scene(&self.scene, &options)?;
+        let shines = |s: &Shape| s.emission.is_some();
+        if scene.lights.is_empty() && !scene.shapes.iter().chain(scene.groups.iter().flatten()).any(shines) {
+            tracing::warn!(
+                "{}: nothing in the scene shines; the picture will be black",
+                self.scene.display()
+            );
+        }
         let loaded = started.elapsed();
         let job = Job::new(&scene, &self.options(&scene)?)?;
         let prepared = started.elapsed() - loaded;
@@ -307,6 +313,12 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|s: &f64| (0.0..=1e6).contains(s))
         .ok_or_else(|| "expected a number of seconds, 0 or more".to_string())
+}
+
+/// Stops of exposure.
+pub fn parse_stops(text: &str) -> Result<f32, String> {
+    let ok = |v: &f32| (-60.0..=60.0).contains(v);
+    text.parse().ok().filter(ok).ok_or_else(|| "expected stops from -60 to 60, as in 1 or -0.5".into())
 }
 
 fn parse_error(text: &str) -> Result<f32, String> {

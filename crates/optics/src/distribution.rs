@@ -59,7 +59,10 @@ mod tests {
             let p = weights.get(i).map_or(0.0, |w| *w as f32 / 8.0);
             assert!((probability(&cumulative, i) - p).abs() < 1e-6);
             // Four standard deviations of 100 000 choices.
-            assert!((seen[i] - p).abs() < 0.006 && (places[i] - 0.5 * p).abs() < 0.004, "{seen:?} {places:?}");
+            assert!(
+                (seen[i] - p).abs() < 0.006 && (places[i] - 0.5 * p).abs() < 0.004,
+                "{seen:?} {places:?}"
+            );
         }
     }
 

@@ -254,13 +254,13 @@ pub enum ModelError {
         known: String,
     },
     /// A preset called that does not exist.
-    #[error("model '{model}' has no preset '{preset}' (it has {known})")]
+    #[error("model '{model}' has no preset '{preset}' ({known})")]
     UnknownPreset {
         /// The model.
         model: &'static str,
         /// The name asked for.
         preset: String,
-        /// Those there are.
+        /// Which there are, as a clause.
         known: String,
     },
     /// A value outside what the parameter allows.
@@ -476,7 +476,10 @@ macro_rules! models {
                 self.preset_raw(name, space).ok_or_else(|| ModelError::UnknownPreset {
                     model: self.name(),
                     preset: name.to_string(),
-                    known: self.presets().iter().map(|p| p.name).collect::<Vec<_>>().join(", "),
+                    known: match self.presets() {
+                        [] => "it has none".into(),
+                        all => format!("it has {}", all.iter().map(|p| p.name).collect::<Vec<_>>().join(", ")),
+                    },
                 })
             }
         }

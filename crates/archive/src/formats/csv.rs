@@ -59,7 +59,9 @@ impl<'a> Table<'a> {
         let invalid = |e: csv::Error| {
             let line = e.position().map_or(1, |p| p.line() as usize);
             let problem = match e.kind() {
-                csv::ErrorKind::Utf8 { .. } => "this is not text in UTF-8".to_string(),
+                csv::ErrorKind::Utf8 { .. } => {
+                    "this is not text in UTF-8; save the table as CSV in that encoding".to_string()
+                }
                 csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
                     format!("this line has {len} columns, the first one has {expected_len}")
                 }

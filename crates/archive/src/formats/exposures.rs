@@ -16,7 +16,7 @@ use std::path::Path;
 pub struct Exposure {
     /// The name of the picture.
     pub file: String,
-    /// How long it was exposed; above zero, finite.
+    /// How long it was exposed, from a nanosecond to thirty years.
     pub seconds: f32,
     /// The name of the light; may be empty.
     pub light: String,
@@ -39,8 +39,11 @@ pub fn read(bytes: &[u8], file: &Path) -> Result<Vec<Exposure>, Error> {
                 })?,
             None => table.number(row, 1)?,
         };
-        if !seconds.is_finite() || seconds <= 0.0 {
-            return Err(table.invalid(row, format!("the time '{text}' is not above zero")));
+        if !(1e-9..=1e9).contains(&seconds) {
+            return Err(table.invalid(
+                row,
+                format!("the time '{text}' is no exposure; expected seconds above zero, as in 0.25 or 1/60"),
+            ));
         }
         if table.text(row, 0).is_empty() {
             return Err(table.invalid(row, "there is no file name"));
@@ -65,10 +68,11 @@ mod tests {
         for (text, want) in [
             ("", "e.csv:1:1: there is no column 'file'; the first line must name file, seconds"),
             ("file,second\n", "e.csv:1:1: unknown column 'second'; did you mean 'seconds'?"),
-            ("file,seconds\na,0\n", "e.csv:2:1: the time '0' is not above zero"),
+            ("file,seconds\na,0\n", "e.csv:2:1: the time '0' is no exposure; expected seconds above zero"),
             ("file,seconds\na,1\nb,x\n", "e.csv:3:1: 'x' in column 'seconds' is not a finite number"),
             ("file,seconds\na,1/x\n", "e.csv:2:1: '1/x' is not a time"),
-            ("file,seconds\na,1/0\n", "e.csv:2:1: the time '1/0' is not above zero"),
+            ("file,seconds\na,1e30\n", "e.csv:2:1: the time '1e30' is no exposure"),
+            ("file,seconds\na,1/0\n", "e.csv:2:1: the time '1/0' is no exposure"),
             ("file,seconds\na\n", "e.csv:2:1: this line has 1 columns, the first one has 2"),
             ("file,seconds\n,1\n", "e.csv:2:1: there is no file name"),
         ] {

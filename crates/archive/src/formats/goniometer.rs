@@ -26,7 +26,10 @@ const AXES: [&str; 4] = ["theta_o", "phi_o", "theta_i", "phi_d"];
 /// The readings of a file, colours in `space`, angles in radians, NaN where there is none.
 pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Goniometry, Error> {
     let text = std::str::from_utf8(bytes).map_err(|e| {
-        Error::invalid(Place::byte(file, e.valid_up_to() as u64), "this is not text in UTF-8")
+        Error::invalid(
+            Place::byte(file, e.valid_up_to() as u64),
+            "this is not text in UTF-8; expected a goniometer table",
+        )
     })?;
     // Words with their place in the text, comments left out.
     let mut words = text.split_inclusive('\n').scan(0, |at, line| {

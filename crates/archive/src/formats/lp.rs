@@ -81,7 +81,13 @@ impl FromStr for Axes {
 pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> {
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let at = Place::byte(file, e.valid_up_to() as u64);
-        Error::invalid(at, "this is not text in UTF-8; save the list in that encoding")
+        // Nobody's list holds a zero byte.
+        let problem = if bytes.contains(&0) {
+            "this is no list of lights (.lp), which is text; name the folder of the photographs or its list"
+        } else {
+            "this is not text in UTF-8; save the list in that encoding"
+        };
+        Error::invalid(at, problem)
     })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = text.lines().enumerate().map(|(i, l)| (i + 1, l)).filter(|(_, l)| !l.trim().is_empty());
@@ -105,7 +111,10 @@ pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> 
         let at = || Place::line(file, number, 1);
         let light = axes.apply(numbers);
         if light == Vec3::ZERO {
-            return Err(Error::invalid(at(), "the light stands in the origin and so has no direction"));
+            return Err(Error::invalid(
+                at(),
+                "the light stands in the origin and so has no direction; correct or delete the line",
+            ));
         }
         if light.z <= 0.0 {
             let problem = format!(

@@ -24,7 +24,10 @@ pub struct Line {
 /// The lines of a file.
 pub fn read(bytes: &[u8], file: &Path) -> Result<Vec<Line>, Error> {
     let text = std::str::from_utf8(bytes).map_err(|e| {
-        Error::invalid(Place::byte(file, e.valid_up_to() as u64), "this is not text in UTF-8")
+        Error::invalid(
+            Place::byte(file, e.valid_up_to() as u64),
+            "this is not text in UTF-8; expected lines of numbers",
+        )
     })?;
     let mut lines = Vec::new();
     for (i, line) in text.lines().enumerate() {

@@ -6,8 +6,8 @@ use clap::Args;
 use serde_json::json;
 use std::f32::consts::TAU;
 use std::path::PathBuf;
-use yugen_archive::atomic_write;
 use yugen_archive::formats::{goniometer, measured, merl, rgl};
+use yugen_archive::{atomic_write, check_writable, spare};
 use yugen_optics::frame::spherical;
 use yugen_optics::random::Pcg32;
 use yugen_optics::{Mat3, Vec3};
@@ -48,6 +48,11 @@ impl Convert {
             bail!("--step {}: expected 1 to 30 degrees", self.step);
         }
         let target = measured::kind(&self.output)?;
+        if self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+            bail!("{}: a .csv is only read; write a .binary, .gonio or .bsdf", self.output.display());
+        }
+        check_writable(&self.output)?;
+        spare(&self.output, self.subject.data.iter().chain([&PathBuf::from(&self.subject.model)]))?;
         let space = self.subject.space();
         let source = self.subject.build()?;
         let bsdf = source.bsdf();

@@ -27,7 +27,8 @@ pub struct Fit {
     #[arg(required = true, value_name = "DATA")]
     data: Vec<PathBuf>,
 
-    /// A model, as `yugen brdf list` names it, or `all`. May be repeated.
+    /// A model, as `yugen brdf list` names it, or `all` that can be fitted. May be repeated. What cannot be round, as
+    /// the threads of `microcylinder`, is tried on isotropic data only if it is named.
     #[arg(short, long, default_value = "all")]
     model: Vec<String>,
 

@@ -1,11 +1,12 @@
 //! `yugen capture calibrate`.
 
-use super::hdr::{lens, pictures};
+use super::hdr::{BAD_LENS, lens, pictures};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use yugen_archive::check_writable;
 use yugen_archive::formats::image::rows::Rows;
 use yugen_archive::formats::image::{self, ReadOptions, WriteOptions};
 use yugen_archive::formats::lp;
@@ -102,12 +103,21 @@ impl Calibrate {
             "{} is there already; say --force to replace it",
             output.display()
         );
-        ensure!(self.folder.is_dir(), "{}: expected a folder of pictures", self.folder.display());
-        ensure!(self.focal.is_none_or(|f| f > 0.0), "--focal: expected a length above zero");
-        ensure!(self.dome.is_none_or(|r| r > 0.0), "--dome: expected a radius above zero");
+        let all = pictures(&self.folder)?;
+        let above_zero = |v: f32| v > 0.0 && v.is_finite();
+        ensure!(self.focal.is_none_or(above_zero), "--focal: expected a length above zero");
+        ensure!(self.dome.is_none_or(above_zero), "--dome: expected a radius above zero");
+        ensure!(self.balls > 0, "--balls 0: expected one or more");
+        check_writable(&output)?;
+        if let Some(preview) = &self.preview {
+            image::can_write(preview)?;
+        }
         let name = |p: &PathBuf| p.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let mut options = stack::Options::read(&self.folder)?;
-        let files: Vec<PathBuf> = pictures(&self.folder)?
+        if let Some(none) = self.skip.iter().find(|s| !all.iter().any(|p| name(p) == **s)) {
+            bail!("--skip {none}: there is no such picture in {}", self.folder.display());
+        }
+        let files: Vec<PathBuf> = all
             .into_iter()
             .filter(|p| !self.skip.contains(&name(p)) && options.ambient != Some(name(p)))
             .filter(|p| options.mask != Some(name(p)))
@@ -140,6 +150,9 @@ impl Calibrate {
         ensure!(!self.near || balls.len() > 1, "--near takes two balls or more; with one, give the --dome");
 
         bar.reset();
+        if let Some(lens) = &self.lens {
+            ensure!(lens.fits(width, height), BAD_LENS);
+        }
         let straight = |p: Vec2| self.lens.map_or(p, |l| l.undistort(p));
         let straight_balls: Vec<Ball> = balls.iter().map(|b| straighten(*b, straight)).collect();
         let mut found = Vec::new();
@@ -191,7 +204,9 @@ impl Calibrate {
     ) -> Result<(Vec<f32>, usize, usize)> {
         let mut all: Option<Grey> = None;
         for file in files {
-            let picture = Grey::read(file, response)?;
+            let picture = Grey::read(file, response).context(
+                "every picture in the folder is taken for a light's; leave others out with --skip",
+            )?;
             bar.inc(1);
             match &mut all {
                 None => all = Some(picture),

@@ -18,9 +18,9 @@ const PER_THREAD: f32 = 14.0;
 /// How a cloth is woven.
 #[derive(Args)]
 pub struct Weaving {
-    /// Width and height in texels.
-    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = parse_pair)]
-    size: [u32; 2],
+    /// Width and height in texels [default: 512x512].
+    #[arg(long, value_name = "WxH", value_parser = parse_pair)]
+    size: Option<[u32; 2]>,
 
     /// Texels to a millimetre [default: 16; for a draft 14 from thread to thread].
     #[arg(long, value_name = "N", value_parser = parse_scale, conflicts_with = "repeats")]
@@ -110,7 +110,7 @@ impl Weaving {
     /// Weaves it; the usual scale is that of silk, or of the draft's threads.
     pub fn weave(&self, fabric: Fabric, draft: bool) -> Result<Sample> {
         let repeat = fabric.repeat();
-        let [width, height] = self.size.map(|n| n as usize);
+        let [width, height] = self.size.unwrap_or([512; 2]).map(|n| n as usize);
         let (size, extent) = match self.repeats {
             Some(n) => {
                 let extent = repeat * Vec2::new(n[0] as f32, n[1] as f32);
@@ -150,6 +150,16 @@ impl Weaving {
                 bail!("--heights goes with maps (.btf, .exr); '{what}' has heights of its own");
             }
             return self.weave(self.fabric(what)?, is_draft(what));
+        }
+        let woven = [
+            ("--size", self.size.is_some()),
+            ("--scale", self.scale.is_some()),
+            ("--repeats", self.repeats.is_some()),
+            ("--figure", self.figure.is_some()),
+            ("--even", self.even),
+        ];
+        if let Some((option, _)) = woven.iter().find(|(_, given)| *given) {
+            bail!("{option} says how to weave, and the maps of {what} are woven already; leave it out");
         }
         let (btf, about) = btf::load(path, self.space())?;
         let heights = match heights {

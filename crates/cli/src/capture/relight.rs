@@ -3,11 +3,13 @@
 mod holdout;
 
 use super::stack::{self, Source};
+use crate::render::parse_stops;
 use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
 use yugen_archive::formats::{btf, image};
+use yugen_archive::spare;
 use yugen_capture::rti::Encoding;
 use yugen_capture::rti::fit::{Options, choose_ridge, fit};
 use yugen_capture::rti::holdout::Method;
@@ -18,6 +20,8 @@ use yugen_optics::{ColourSpace, Image, Vec3};
 use yugen_reflectance::{Kind, ParamType};
 
 /// A picture under new light: from photographs, an RTI file or a fitted cloth.
+///
+/// `yugen capture relight cloth.btf --light 1,1,1 -o lit.png` is the common case.
 ///
 /// `--light` is a direction (x right, y up, z to the camera); a white diffuser that faces it comes out as 1.
 /// `--environment` is a panorama, equirectangular, whose centre lies where the camera is. With `--hold-out` nothing is
@@ -37,7 +41,7 @@ pub struct Relight {
 
     /// Leave out so many photographs, evenly over the list, or these: numbers from 1 on or file names, with commas; a
     /// comma after a single one.
-    #[arg(long, value_name = "N|LIST", group = "task", required_unless_present_any = ["light", "environment"])]
+    #[arg(long, value_name = "N|LIST", group = "task")]
     hold_out: Option<String>,
 
     /// The picture: .exr, .hdr, .png or .jpg.
@@ -55,6 +59,7 @@ pub struct Relight {
         long,
         value_name = "DEG",
         default_value_t = 0.0,
+        value_parser = parse_turn,
         allow_hyphen_values = true,
         requires = "environment"
     )]
@@ -73,7 +78,8 @@ pub struct Relight {
     #[arg(long)]
     linear: bool,
 
-    /// True normals for --hold-out: channels X, Y, Z (or R, G, B) of an .exr, or a .png with (n + 1)/2.
+    /// True normals for --hold-out: the maps of a cloth, channels X, Y, Z (or R, G, B) of an .exr, or a .png with
+    /// (n + 1)/2.
     #[arg(long, value_name = "FILE", requires = "hold_out")]
     normals: Option<PathBuf>,
 
@@ -86,7 +92,7 @@ pub struct Relight {
     memory: u64,
 
     /// Brighter by this many stops, for .png and .jpg.
-    #[arg(long, default_value_t = 0.0, value_name = "STOPS", allow_hyphen_values = true)]
+    #[arg(long, default_value_t = 0.0, value_name = "STOPS", value_parser = parse_stops)]
     exposure: f32,
 
     /// From scene light to display light, for .png and .jpg.
@@ -110,6 +116,7 @@ impl Relight {
         }
         let Some(output) = &self.output else { bail!("expected --output") };
         image::can_write(output)?;
+        spare(output, [&self.source].into_iter().chain(&self.environment))?;
         let cloth = is_cloth(&self.source);
         // Gold lies outside sRGB; display values lie in it.
         let space = if cloth { ColourSpace::LinearRec2020 } else { ColourSpace::LinearSrgb };
@@ -135,7 +142,11 @@ impl Relight {
         if let Some(toward) = self.light {
             return Ok(vec![Lamp::unit(toward)]);
         }
-        let Some(file) = &self.environment else { bail!("expected --light or --environment") };
+        let Some(file) = &self.environment else {
+            bail!(
+                "say what light falls on it, with --light x,y,z or --environment FILE; or compare with --hold-out N"
+            )
+        };
         let panorama = image::read(file, &image::ReadOptions::to(space))?;
         let Some(panorama) = panorama.select(&["R", "G", "B"]) else {
             bail!("{}: a panorama needs the channels R, G and B", file.display());
@@ -248,6 +259,10 @@ fn parse_direction(text: &str) -> Result<Vec3, String> {
         .ok_or_else(|| {
             "expected a direction with z above zero as three numbers, as in 0.5,0,0.87".to_string()
         })
+}
+
+fn parse_turn(text: &str) -> Result<f32, String> {
+    text.parse().ok().filter(|v: &f32| v.is_finite()).ok_or_else(|| "expected degrees".into())
 }
 
 fn parse_method(text: &str) -> Result<Method, String> {

@@ -7,6 +7,7 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
+use yugen_archive::spare;
 use yugen_capture::rti::fit::{Fitted, Options, choose_ridge, fit_into};
 use yugen_capture::rti::{Encoding, light};
 
@@ -59,6 +60,7 @@ impl Rti {
         }
         let encoding = if self.linear { Encoding::Linear } else { Encoding::Srgb };
         let source = Source::open(&self.stack)?;
+        spare(&self.output, [&source.folder.path])?;
         let (width, height) = (source.folder.width, source.folder.height);
         let rows = source.folder.rows_within(self.memory << 20);
         let bar = stack::bar(height as u64, self.json);

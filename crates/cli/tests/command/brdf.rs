@@ -80,6 +80,7 @@ fn mistakes_are_answered_with_what_would_do() {
     assert!(eval(&["lambert", "-p", "reflectance"]).contains("expected name=value"));
     assert!(eval(&["lambert", "-p", "reflectance=NaN"]).contains("expected r,g,b or one number"));
     assert!(eval(&["microcylinder", "--preset", "linnen"]).contains("linen_plain"));
+    assert!(eval(&["ggx", "--preset", "gold"]).contains("no preset 'gold' (it has none)"));
     assert!(eval(&["microcylinder", "--form", "papier"]).contains("paper"));
     assert!(eval(&["merl"]).contains("give --data FILE, or --preset with one of red_plastic"));
     assert!(eval(&["merl", "--data", "/nowhere/gold.binary"]).contains("/nowhere/gold.binary"));
@@ -213,6 +214,9 @@ fn convert_writes_tables_that_are_near_their_source() {
     }
 
     assert!(bad(&["convert", "lambert", "a.binari"]).contains("binary"));
+    assert!(bad(&["convert", "lambert", "a.csv"]).contains("a .csv is only read"));
+    assert!(bad(&["convert", merl, merl]).contains("would be lost"));
+    assert!(bad(&["convert", "lambert", "gone/a.gonio"]).contains("there is no folder 'gone'"));
     assert!(bad(&["convert", "conductor", merl]).contains("single directions"));
     assert!(bad(&["convert", "microcylinder", merl]).contains("write a .gonio or a .bsdf"));
     assert!(bad(&["convert", "lambert", gonio, "--step", "0"]).contains("1 to 30 degrees"));

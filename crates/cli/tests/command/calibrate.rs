@@ -81,9 +81,16 @@ fn a_ball_is_found_and_its_lights_become_a_list() {
     }
     refused(calibrate(&folder, &["--force", "--near"]), &["--near takes two balls"]);
     refused(calibrate(&folder, &["--force", "--balls", "3"]), &["of 3 balls were found", "--ball"]);
+    put("b maps.exr", &Image::new(160, 160, &["normal.X", "normal.Y"]));
+    refused(calibrate(&folder, &["--force"]), &["b maps.exr", "normal.X", "--skip"]);
+    std::fs::remove_file(folder.join("b maps.exr")).unwrap();
     put("a light 1.png", &Image::new(8, 8, &["Y"]));
     refused(calibrate(&folder, &skip), &["a light 1.png", "8 x 8", "160 x 160"]);
-    refused(calibrate(&folder.join("gone"), &[]), &["gone", "expected a folder"]);
+    refused(calibrate(&folder.join("gone"), &[]), &["gone: there is nothing of this name"]);
+    refused(calibrate(&folder, &["--force", "--skip", "gone.png"]), &["--skip gone.png", "no such picture"]);
+    refused(calibrate(&folder, &["--force", "--dome", "-1"]), &["--dome", "above zero"]);
+    refused(calibrate(&folder, &["--force", "--preview", "a.txt"]), &["a.txt", "expected a name ending in"]);
+    refused(calibrate(&folder, &["--force", "-o", "gone/l.lp"]), &["there is no folder 'gone'"]);
 }
 
 /// A sphere so glossy that it is a polished ball: its mask is the outline.

@@ -189,21 +189,10 @@ fn killed_and_resumed_it_is_the_same_to_the_bit() {
     crate::good(yugen(&["fit", &stack, "-o", &whole, "--json"]));
 
     // Row by row, so that there is something to go on from early.
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_yugen"))
-        .args(["capture", "fit", &stack, "-o", &resumed, "--json", "--memory", "0", "--threads", "1"])
-        .spawn()
-        .unwrap();
     let checkpoint = folder.join("resumed.btf.checkpoint");
-    let length = || std::fs::metadata(&checkpoint).map_or(0, |m| m.len());
-    let started = std::time::Instant::now();
+    let args = ["fit", &stack, "-o", &resumed, "--json", "--memory", "0", "--threads", "1"];
     // The list of 20 pictures is no longer than a hundred rows.
-    while length() < 48 * 72 * 100 && started.elapsed().as_secs() < 60 {
-        std::thread::sleep(std::time::Duration::from_millis(1));
-    }
-    // SIGKILL on Unix: no chance to tidy up.
-    child.kill().unwrap();
-    child.wait().unwrap();
-    assert!(length() > 0, "no checkpoint was written");
+    crate::killed_midway(&["capture"], &args, &checkpoint, 48 * 72 * 100);
     assert!(!Path::new(&resumed).exists(), "it was killed before its end");
     crate::good(yugen(&["fit", &stack, "-o", &resumed, "--json", "--resume"]));
     assert!(!checkpoint.exists(), "the checkpoint has served");

@@ -131,6 +131,14 @@ fn photographs_left_out_are_predicted_and_compared() {
     for name in ["003_truth.png", "003_btf.png", "008_rbf_thin_plate.png", "error_hsh_9.png"] {
         assert!(pictures.join(name).is_file(), "{name}");
     }
+    // Maps know normals too; those of the fit itself are the same.
+    let maps = scratch("held_maps").join("cloth.btf");
+    let maps = maps.to_str().unwrap();
+    good(&["fit", stack, "-o", maps]);
+    let same = ["relight", stack, "--hold-out", "2", "--method", "btf", "--normals", maps, "--json"];
+    let report: Value = serde_json::from_str(&good(&same)).unwrap();
+    let off = report["scores"][0]["normal_angle"].as_f64().unwrap();
+    assert!(off < 1.0, "{off}");
     let table = good(&["relight", stack, "--hold-out", "4", "--method", "ptm,rbf"]);
     assert!(
         table.contains("16 lights to learn from, 4 left out (002.exr, 007.exr, 012.exr, 017.exr)"),
@@ -173,6 +181,9 @@ fn mistakes_get_a_sentence() {
     let ptm = folder.join("a.ptm");
     let ptm = ptm.to_str().unwrap();
     good(&["rti", stack, "-o", ptm]);
+    let list = folder.join("no.lp");
+    std::fs::write(&list, b"\x89PNG\0\xff").unwrap();
+    let list = list.to_str().unwrap();
     for (args, want) in [
         (&["rti", stack, "-o", "a.ptm", "--basis", "hsh9"][..], "cannot hold HSH 9; expected HSH (.rti) or"),
         (&["rti", stack, "-o", "a.rti", "--lrgb"], "write a .ptm or a folder"),
@@ -181,6 +192,11 @@ fn mistakes_get_a_sentence() {
         (&["relight", ptm, "--light", "0,0,1", "-o", "a.png", "--method", "ptm"], "--method is for stacks"),
         (&["relight", ptm, "--light", "0,0,-1", "-o", "a.png"], "z above zero"),
         (&["relight", ptm, "--light", "0,0,1", "-o", "a.xyz"], "expected a name ending in"),
+        (&["relight", ptm, "-o", "a.png"], "--light x,y,z or --environment FILE"),
+        (&["relight", ptm, "--light", "0,0,1", "--exposure", "nan", "-o", "a.png"], "expected stops"),
+        (&["rti", stack, "-o", stack], "this is read, and would be lost; name another output"),
+        (&["rti", "a.png", "-o", "a.ptm"], "a.png"),
+        (&["relight", list, "--light", "0,0,1", "-o", "a.png"], "which is text; name the folder"),
         (&["relight", stack, "--hold-out", "20"], "expected 1 to 19 of the 20 photographs"),
         (&["relight", stack, "--hold-out", "21,"], "'21' is no photograph of the stack"),
         (&["relight", stack, "--light", "0,0,1", "-o", "a.png", "--method", "btf"], "yugen capture fit"),

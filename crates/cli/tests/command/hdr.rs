@@ -1,6 +1,6 @@
 //! `yugen capture hdr` on brackets of a camera that is known.
 
-use crate::{Run, good, refused, report, scratch, yugen};
+use crate::{Run, good, refused, report, scratch, yugen, yugen_in};
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{NonFinite, ReadOptions, WriteOptions, read, write};
 use yugen_archive::formats::stack::Folder;
@@ -8,8 +8,9 @@ use yugen_optics::colour::srgb_to_linear;
 use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Image};
 
-fn hdr(arguments: &[&Path]) -> Run {
-    yugen(&["capture", "hdr"], arguments)
+/// In a folder.
+fn hdr(folder: &Path, line: &str) -> Run {
+    yugen_in(folder, &format!("capture hdr {line}"))
 }
 
 const SIZE: [usize; 2] = [96, 72];
@@ -74,21 +75,10 @@ fn a_folder_of_brackets_becomes_a_stack() {
     std::fs::write(folder.join("lights.lp"), "2\nC:\\lamp 1_0.png 0 0.6 0.8\nlamp 0.jpg 0,0 0,0 2,0\n")
         .unwrap();
     let out = folder.join("out");
-    let response = folder.join("response.csv");
-    let told = report(hdr(&[
+    let told = report(hdr(
         &folder,
-        "-o".as_ref(),
-        &out,
-        "--json".as_ref(),
-        "--response".as_ref(),
-        "recover".as_ref(),
-        "--save-response".as_ref(),
-        &response,
-        "--full-well".as_ref(),
-        "20000".as_ref(),
-        "--read-noise".as_ref(),
-        "4".as_ref(),
-    ]));
+        ". -o out --json --response recover --save-response response.csv --full-well 20000 --read-noise 4",
+    ));
     for row in told["lights"].as_array().unwrap() {
         let fit = row["chi_square_per_degree"].as_f64().unwrap();
         println!("chi-square per degree {fit}, moved {}", row["moved_pixels"]);
@@ -99,7 +89,7 @@ fn a_folder_of_brackets_becomes_a_stack() {
         assert_eq!(row["saturated"], 0);
     }
     // Levels go with the root of light.
-    let text = std::fs::read_to_string(&response).unwrap();
+    let text = std::fs::read_to_string(folder.join("response.csv")).unwrap();
     let half = text.lines().nth(129).unwrap().split(',').nth(2).unwrap().parse::<f32>().unwrap();
     println!("light of level 128/255: {half}");
     assert!((half / (128f32 / 255.0).powi(2) - 1.0).abs() < 0.02, "{half}");
@@ -144,28 +134,15 @@ fn a_folder_of_brackets_becomes_a_stack() {
         }
     }
     put(&folder.join("flat.exr"), &flat, 8);
-    let chart = folder.join("chart.csv");
     std::fs::write(
-        &chart,
+        folder.join("chart.csv"),
         "red,green,blue,known_red,known_green,known_blue\n1,0,0,0,1,0\n0,1,0,2,0,0\n0,0,1,0,0,1\n1,1,1,2,1,1\n",
     )
     .unwrap();
-    let told = report(hdr(&[
+    let told = report(hdr(
         &folder,
-        "-o".as_ref(),
-        &out,
-        "--json".as_ref(),
-        "--response".as_ref(),
-        &response,
-        "--flat".as_ref(),
-        &folder.join("flat.exr"),
-        "--white".as_ref(),
-        "2,2,8,8".as_ref(),
-        "--white-reflectance".as_ref(),
-        "0.9".as_ref(),
-        "--chart".as_ref(),
-        &chart,
-    ]));
+        ". -o out --json --response response.csv --flat flat.exr --white 2,2,8,8 --white-reflectance 0.9 --chart chart.csv",
+    ));
     assert!(told["colour_error"].as_f64().unwrap() < 1e-6);
     let stack = Folder::open(&out).unwrap();
     assert!(stack.options.level_white);
@@ -203,18 +180,16 @@ fn one_bracket_shows_saturation_motion_and_dark() {
         list += &format!("b{i}.png;{}\n", SECONDS[i].to_string().replace('.', ","));
     }
     std::fs::write(folder.join("list.csv"), list).unwrap();
-    let out = folder.join("out.exr");
-    let (list, linear) = (folder.join("list.csv"), "linear".as_ref());
-    let all: Vec<&Path> = names.iter().map(PathBuf::as_path).collect();
-    let options: [&Path; 7] =
-        ["-o".as_ref(), &out, "--list".as_ref(), &list, "--response".as_ref(), linear, "--json".as_ref()];
-    let told = report(hdr(&[all.clone(), options.to_vec()].concat()));
+    let list = folder.join("list.csv");
+    let hdr = |line: &str| hdr(&folder, line);
+    let options = "-o out.exr --list list.csv --json --response linear";
+    let told = report(hdr(&format!("b0.png b1.png b2.png {options}")));
     let row = &told["lights"][0];
     println!("{row}");
     let moved = row["moved_pixels"].as_f64().unwrap();
     assert!((moved - 3.0).abs() < 0.5, "{moved}");
     let saturated = row["saturated"].as_u64().unwrap();
-    let image = hdr_image(&out);
+    let image = hdr_image(&folder.join("out.exr"));
     assert_eq!(
         saturated,
         image.data.chunks_exact(6).filter(|p| p[0].is_nan() && p[3].is_nan()).count() as u64
@@ -222,44 +197,50 @@ fn one_bracket_shows_saturation_motion_and_dark() {
     // Columns 91 to 95, which no exposure holds.
     assert!((300..=400).contains(&saturated), "{saturated}");
 
-    refused(hdr(&[&names[0], "-o".as_ref(), &out]), &["b0.png", "no exposure time", "--list"]);
-    refused(hdr(&[&names[0], "-o".as_ref(), &folder.join("a.png")]), &["a.png", ".exr"]);
-    refused(hdr(&[&list, "-o".as_ref(), &out]), &["list.csv", "a list, not a picture", "folder"]);
-    refused(
-        hdr(&[&names[0], &names[1], "-o".as_ref(), &out, "--list".as_ref(), &list]),
-        &["b2.png' is not there"],
-    );
-    refused(
-        hdr(&[
-            &names[0],
-            "-o".as_ref(),
-            &out,
-            "--response".as_ref(),
-            "gone.csv".as_ref(),
-            "--list".as_ref(),
-            &list,
-        ]),
-        &["is not there"],
-    );
+    refused(hdr("b0.png -o out.exr"), &["b0.png", "no exposure time", "--list"]);
+    refused(hdr("b0.png -o a.png"), &["a.png", ".exr"]);
+    refused(hdr(". -o a.exr"), &["a.exr", "a folder becomes a folder"]);
+    refused(hdr("list.csv -o out.exr"), &["list.csv", "a list, not a picture", "folder"]);
+    refused(hdr("out.exr -o out.exr"), &["out.exr", "this is read", "another output"]);
+    refused(hdr("b0.png b1.png -o out.exr --list list.csv"), &["b2.png' is not there"]);
+    refused(hdr("b0.png -o out.exr --response gone.csv --list list.csv"), &["is not there"]);
+    let lens = "--lens 80,48,36,1e9,0,0,0,0";
+    refused(hdr(&format!("b0.png b1.png b2.png {options} {lens}")), &["--lens", "in pixels"]);
+    for (option, expected) in [
+        ("--full-well -1", "--full-well -1: expected electrons, above 0"),
+        ("--read-noise nan", "--read-noise NaN"),
+        ("--saturated 2", "between 0.1 and 1"),
+        ("--white 1,2,3", "four numbers"),
+        ("--white 1,2,3,x", "four whole numbers"),
+        ("--white 0,0,9,9 --white-reflectance 0", "above 0"),
+        ("--white 90,0,9,9", "does not lie in the pictures"),
+    ] {
+        refused(
+            hdr(&format!("b0.png b1.png b2.png {options} {option}")),
+            &[option.split(' ').next().unwrap(), expected],
+        );
+    }
     std::fs::write(&list, "file,seconds\nb0.png,1\n").unwrap();
-    let recover: [&Path; 2] = ["--response".as_ref(), "recover".as_ref()];
     refused(
-        hdr(&[&[names[0].as_path()][..], &options[..4], &recover].concat()),
+        hdr("b0.png -o out.exr --list list.csv --response recover"),
         &["cannot be recovered", "different times"],
     );
     // One exposure is merged, and said to gain nothing.
-    let output = hdr(&[&[names[0].as_path()][..], &options[..6]].concat());
+    let output = hdr("b0.png -o out.exr --list list.csv --response linear");
     assert!(output.out.contains("one exposure only"));
     std::fs::write(&list, "file,seconds\nb0.png,1\nb1.png,2\n").unwrap();
+    let two = || hdr("b0.png b1.png -o out.exr --list list.csv --response linear");
     put(&names[1], &Image::rgb(8, 8), 16);
-    refused(hdr(&[&all[..2], &options[..6]].concat()), &["b1.png", "8 x 8", "96 x 72"]);
+    refused(two(), &["b1.png", "8 x 8", "96 x 72"]);
+    put(&names[1], &Image::rgb(SIZE[0], SIZE[1]), 8);
+    refused(two(), &["b1.png", "8 bits", "16 bits"]);
     std::fs::write(&names[1], b"broken").unwrap();
-    refused(hdr(&[&all[..2], &options[..6]].concat()), &["b1.png"]);
+    refused(two(), &["b1.png"]);
     let mut white = Image::rgb(SIZE[0], SIZE[1]);
     white.data.fill(1.0);
     put(&names[1], &white, 16);
     put(&names[0], &white, 16);
-    refused(hdr(&[&all[..2], &options[..6]].concat()), &["every pixel is saturated", "shorter"]);
+    refused(two(), &["every pixel is saturated", "shorter"]);
 }
 
 #[test]

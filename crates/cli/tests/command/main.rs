@@ -10,8 +10,9 @@ mod render;
 
 use serde_json::Value;
 use std::ffi::OsStr;
-use std::path::PathBuf;
-use std::process::Command;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// How a call ended.
 struct Run {
@@ -21,7 +22,16 @@ struct Run {
 }
 
 fn yugen(verbs: &[&str], args: &[impl AsRef<OsStr>]) -> Run {
-    let out = Command::new(env!("CARGO_BIN_EXE_yugen")).args(verbs).args(args).output().unwrap();
+    run(Command::new(env!("CARGO_BIN_EXE_yugen")).args(verbs).args(args))
+}
+
+/// The words of a line, typed in a folder.
+fn yugen_in(folder: &Path, line: &str) -> Run {
+    run(Command::new(env!("CARGO_BIN_EXE_yugen")).args(line.split_whitespace()).current_dir(folder))
+}
+
+fn run(command: &mut Command) -> Run {
+    let out = command.output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();
     Run { success: out.status.success(), out: text(out.stdout), err: text(out.stderr) }
 }
@@ -53,6 +63,26 @@ fn refused(run: Run, words: &[&str]) {
     assert!(words.iter().all(|w| said.contains(w)), "{said}");
 }
 
+/// Starts it, and kills it once its checkpoint is longer than so many bytes.
+#[track_caller]
+fn killed_midway(verbs: &[&str], args: &[impl AsRef<OsStr>], checkpoint: &Path, bytes: u64) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_yugen"))
+        .args(verbs)
+        .args(args)
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let length = || std::fs::metadata(checkpoint).map_or(0, |m| m.len());
+    let started = Instant::now();
+    while length() <= bytes && started.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    // SIGKILL on Unix: no chance to tidy up.
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(length() > bytes, "no checkpoint was written");
+}
+
 /// An empty folder of this run of the tests, beside what was built.
 fn scratch(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -64,7 +94,6 @@ fn scratch(name: &str) -> PathBuf {
 #[test]
 #[cfg(unix)]
 fn a_reader_that_has_seen_enough_is_no_failure() {
-    use std::process::Stdio;
     let mut child = Command::new(env!("CARGO_BIN_EXE_yugen"))
         .args(["brdf", "list"])
         .stdout(Stdio::piped())

@@ -1,8 +1,9 @@
 //! `yugen render` as a person would run it: killed, resumed, misused.
 
+use crate::{Run, bad, killed_midway, refused, report, scratch};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use std::time::{Duration, Instant};
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 const SCENE: &str = r##"
 [camera]
@@ -41,140 +42,98 @@ facing = [-1, -2.1, -1]
 emission = { blackbody = 3000, scale = 12 }
 "##;
 
-/// A folder of its own for each test, gone afterwards.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("yugen-render-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a temporary folder");
-        std::fs::write(path.join("ball.toml"), SCENE).expect("the scene");
-        Self(path)
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
+/// A folder with the scene in it, and the scene.
+fn set_up(name: &str) -> (PathBuf, PathBuf) {
+    let folder = scratch(&format!("render_{name}"));
+    let scene = folder.join("ball.toml");
+    std::fs::write(&scene, SCENE).unwrap();
+    (folder, scene)
 }
 
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+fn arguments<'a>(scene: &'a Path, output: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+    [&[scene.to_str().unwrap(), "-o", output.to_str().unwrap()], more].concat()
 }
 
-fn yugen(scene: &Path, output: &Path, more: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_yugen"));
-    command.arg("render").arg(scene).arg("-o").arg(output).args(more);
-    command
-}
-
-fn run(mut command: Command) -> Output {
-    command.output().expect("yugen runs")
-}
-
-fn refused(output: &Output) -> String {
-    assert!(!output.status.success());
-    String::from_utf8_lossy(&output.stderr).into_owned()
+fn render(scene: &Path, output: &Path, more: &[&str]) -> Run {
+    crate::yugen(&["render"], &arguments(scene, output, more))
 }
 
 #[test]
 fn killed_and_resumed_it_is_the_same_to_the_bit_for_any_number_of_threads() {
-    let folder = Folder::new("kill");
-    let scene = folder.file("ball.toml");
-    let (whole, resumed) = (folder.file("whole.exr"), folder.file("resumed.exr"));
+    let (folder, scene) = set_up("kill");
+    let (whole, resumed) = (folder.join("whole.exr"), folder.join("resumed.exr"));
     let budget = ["--spp", "1024", "--aov", "all", "--json"];
-    let done = run(yugen(&scene, &whole, &[&budget[..], &["--threads", "1"]].concat()));
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    report(render(&scene, &whole, &[&budget[..], &["--threads", "1"]].concat()));
 
-    let checkpoint = folder.file("resumed.exr.checkpoint");
-    let mut child =
-        yugen(&scene, &resumed, &[&budget[..], &["--threads", "2", "--checkpoint", "0.05"]].concat())
-            .spawn()
-            .expect("yugen runs");
-    let started = Instant::now();
-    while !checkpoint.exists() && started.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    // SIGKILL on Unix: no chance to tidy up.
-    child.kill().expect("a running child");
-    child.wait().expect("its end");
-    assert!(checkpoint.exists(), "no checkpoint was written");
+    let checkpoint = folder.join("resumed.exr.checkpoint");
+    let often = [&budget[..], &["--threads", "2", "--checkpoint", "0.05"]].concat();
+    killed_midway(&["render"], &arguments(&scene, &resumed, &often), &checkpoint, 0);
     assert!(!resumed.exists(), "nothing may be half-written, and it was killed before its end");
 
-    let done = run(yugen(&scene, &resumed, &[&budget[..], &["--resume"]].concat()));
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    report(render(&scene, &resumed, &[&budget[..], &["--resume"]].concat()));
     assert!(!checkpoint.exists(), "the checkpoint has served");
-    let same = std::fs::read(&whole).expect("whole") == std::fs::read(&resumed).expect("resumed");
+    let same = std::fs::read(&whole).unwrap() == std::fs::read(&resumed).unwrap();
     assert!(same, "the resumed picture differs");
 }
 
 #[test]
 fn a_checkpoint_of_another_render_is_refused() {
-    let folder = Folder::new("other");
-    let output = folder.file("a.exr");
-    std::fs::write(folder.file("a.exr.checkpoint"), b"something else").expect("a file");
-    let text = refused(&run(yugen(&folder.file("ball.toml"), &output, &["--resume", "--spp", "1"])));
-    assert!(text.contains("a.exr.checkpoint") && text.contains("checkpoint"), "{text}");
+    let (folder, scene) = set_up("other");
+    let output = folder.join("a.exr");
+    std::fs::write(folder.join("a.exr.checkpoint"), b"something else").unwrap();
+    refused(render(&scene, &output, &["--resume", "--spp", "1"]), &["a.exr.checkpoint", "checkpoint"]);
     assert!(!output.exists());
 }
 
 /// The scene file stays as it is; a vertex of the mesh it names is moved.
 #[test]
 fn a_checkpoint_is_refused_once_a_mesh_has_changed() {
-    let folder = Folder::new("moved");
-    let (scene, output) = (folder.file("tent.toml"), folder.file("a.exr"));
+    let (folder, _) = set_up("moved");
+    let (scene, output) = (folder.join("tent.toml"), folder.join("a.exr"));
     let tent = "[[shape]]\ntype = \"file\"\nfile = \"tent.obj\"\nmaterial = \"red\"\n";
-    std::fs::write(&scene, format!("{SCENE}\n{tent}")).expect("the scene");
+    std::fs::write(&scene, format!("{SCENE}\n{tent}")).unwrap();
     let write = |top: &str| {
         let obj = format!("v -0.5 0 -1\nv 0.5 0 -1\nv 0 {top} -1\nf 1 2 3\n");
-        std::fs::write(folder.file("tent.obj"), obj).expect("a mesh");
+        std::fs::write(folder.join("tent.obj"), obj).unwrap();
     };
     write("1.5");
-    let checkpoint = folder.file("a.exr.checkpoint");
-    let mut child = yugen(&scene, &output, &["--spp", "16384", "--checkpoint", "0.05", "--json"])
-        .spawn()
-        .expect("yugen runs");
-    let started = Instant::now();
-    while !checkpoint.exists() && started.elapsed() < Duration::from_secs(60) {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    child.kill().expect("a running child");
-    child.wait().expect("its end");
+    let checkpoint = folder.join("a.exr.checkpoint");
+    let often = ["--spp", "16384", "--checkpoint", "0.05", "--json"];
+    killed_midway(&["render"], &arguments(&scene, &output, &often), &checkpoint, 0);
 
     write("1.5001");
     let again = ["--spp", "16384", "--resume", "--json"];
-    let text = refused(&run(yugen(&scene, &output, &again)));
-    assert!(text.contains("a.exr.checkpoint") && text.contains("have changed"), "{text}");
+    refused(render(&scene, &output, &again), &["a.exr.checkpoint", "have changed"]);
     assert!(checkpoint.exists() && !output.exists());
     // Put back, it is the same scene again: the refusal was about the vertex.
     write("1.5");
-    let mut child =
-        yugen(&scene, &output, &again).stderr(std::process::Stdio::piped()).spawn().expect("yugen runs");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_yugen"))
+        .arg("render")
+        .args(arguments(&scene, &output, &again))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
     std::thread::sleep(Duration::from_millis(500));
-    let running = child.try_wait().expect("its state").is_none();
-    child.kill().expect("a child");
-    let text = String::from_utf8_lossy(&child.wait_with_output().expect("its end").stderr).into_owned();
+    let running = child.try_wait().unwrap().is_none();
+    child.kill().unwrap();
+    let text = String::from_utf8_lossy(&child.wait_with_output().unwrap().stderr).into_owned();
     assert!(running && text.is_empty(), "{text}");
 }
 
 #[test]
 fn json_says_what_was_done() {
-    let folder = Folder::new("json");
-    let output = folder.file("a.png");
-    let done = run(yugen(&folder.file("ball.toml"), &output, &["--spp", "4", "--size", "40x30", "--json"]));
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
-    assert_eq!(report["width"], 40);
-    assert_eq!(report["samples"], 4 * 40 * 30);
-    assert!(std::fs::read(&output).expect("a picture").starts_with(b"\x89PNG"));
+    let (folder, scene) = set_up("json");
+    let output = folder.join("a.png");
+    let told = report(render(&scene, &output, &["--spp", "4", "--size", "40x30", "--json"]));
+    assert_eq!(told["width"], 40);
+    assert_eq!(told["samples"], 4 * 40 * 30);
+    assert!(std::fs::read(&output).unwrap().starts_with(b"\x89PNG"));
 }
 
 #[test]
 fn mistakes_are_told_before_anything_is_rendered() {
-    let folder = Folder::new("mistakes");
-    let scene = folder.file("ball.toml");
-    let cases: [(&[&str], &str, &str); 10] = [
+    let (folder, scene) = set_up("mistakes");
+    let cases: [(&[&str], &str, &str); 12] = [
         (&["--at", "1.5"], "a.exr", "does not move"),
         (&[], "missing/a.png", "there is no folder"),
         (&[], ".", "cannot tell a picture format"),
@@ -185,19 +144,66 @@ fn mistakes_are_told_before_anything_is_rendered() {
         (&["--camera", "left"], "a.exr", "no camera called 'left'"),
         (&["--size", "12"], "a.exr", "640x480"),
         (&["--spp", "1", "--time", "3s"], "a.exr", "cannot be used with"),
+        (&["--checkpoint", "-1"], "a.exr", "expected a number of seconds"),
+        (&["--exposure", "nan"], "a.png", "expected stops"),
     ];
     for (arguments, output, expected) in cases {
-        let text = refused(&run(yugen(&scene, &folder.file(output), arguments)));
+        let text = bad(render(&scene, &folder.join(output), arguments));
         assert!(text.contains(expected), "{arguments:?}: {text}");
-        assert!(output == "." || !folder.file(output).exists());
+        assert!(output == "." || !folder.join(output).exists());
     }
-    std::fs::write(&scene, SCENE.replace("reflectance = 0.8", "reflectanse = 0.8")).expect("the scene");
-    let text = refused(&run(yugen(&scene, &folder.file("a.exr"), &[])));
-    assert!(text.contains("ball.toml:12:1") && text.contains("reflectance"), "{text}");
-    let text = refused(&run(yugen(&folder.file("none.toml"), &folder.file("a.exr"), &[])));
-    assert!(text.contains("none.toml: there is nothing of this name; check its name\n"), "{text}");
-    let text = refused(&run(yugen(&folder.file("bal.toml"), &folder.file("a.exr"), &[])));
-    assert!(text.contains("did you mean 'ball.toml'?"), "{text}");
-    let text = refused(&run(yugen(&folder.0, &folder.file("a.exr"), &[])));
-    assert!(text.contains("this is a folder"), "{text}");
+    let output = folder.join("a.exr");
+    std::fs::write(&scene, SCENE.replace("reflectance = 0.8", "reflectanse = 0.8")).unwrap();
+    refused(render(&scene, &output, &[]), &["ball.toml:12:1", "reflectance"]);
+    std::fs::write(&scene, SCENE.replace("fov = 35", "fov = nan")).unwrap();
+    refused(render(&scene, &output, &[]), &["ball.toml:5:7: 'fov' is nan; expected a number"]);
+    refused(
+        render(&folder.join("none.toml"), &output, &[]),
+        &["none.toml: there is nothing of this name; check its name\n"],
+    );
+    refused(render(&folder.join("bal.toml"), &output, &[]), &["did you mean 'ball.toml'?"]);
+    refused(render(&folder, &output, &[]), &["this is a folder"]);
+}
+
+/// A scene is read and rendered, but something in it is not as it was meant.
+#[test]
+fn warnings_name_file_and_cause() {
+    let (folder, scene) = set_up("warnings");
+    let output = folder.join("a.png");
+    let quick = ["--spp", "1", "--size", "4x4", "--json"];
+    let warned = |scene: &Path, words: &[&str]| {
+        let run = render(scene, &output, &quick);
+        assert!(run.success && words.iter().all(|w| run.err.contains(w)), "{}", run.err);
+    };
+    std::fs::write(&scene, SCENE.replace("emission", "# emission")).unwrap();
+    warned(&scene, &["ball.toml: nothing in the scene shines", "black"]);
+
+    // A triangle whose material has two textures, each with its own set of (u, v).
+    let numbers: Vec<u8> =
+        [0f32, 0., 0., 1., 0., 0., 0., 1., 0.].iter().flat_map(|v| v.to_le_bytes()).collect();
+    std::fs::write(folder.join("t.bin"), numbers).unwrap();
+    let picture = yugen_optics::Image::rgb(2, 2);
+    let options = yugen_archive::formats::image::WriteOptions::default();
+    yugen_archive::formats::image::write(&folder.join("t.png"), &picture, &options).unwrap();
+    let gltf = r#"{ "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }, { "camera": 0, "translation": [0, 0, 3] }],
+        "cameras": [{ "type": "perspective", "perspective": { "yfov": 0.8, "znear": 0.1 } }],
+        "meshes": [{ "name": "tent", "primitives": [{ "attributes": { "POSITION": 0, "TEXCOORD_0": 1 }, "material": 0 }] }],
+        "materials": [{ "name": "brocade", "emissiveFactor": [1, 1, 1], "emissiveTexture": { "index": 0 },
+            "normalTexture": { "index": 0, "texCoord": 1 } }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" },
+            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC2" }],
+        "textures": [{ "source": 0 }], "images": [{ "uri": "t.png" }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }], "buffers": [{ "uri": "t.bin", "byteLength": 36 }] }"#;
+    let scene = folder.join("t.gltf");
+    std::fs::write(&scene, gltf).unwrap();
+    warned(
+        &scene,
+        &[
+            "t.gltf",
+            "material 'brocade'",
+            "TEXCOORD_1 is taken",
+            "emissiveTexture (0)",
+            "mesh 'tent' has no TEXCOORD_1",
+        ],
+    );
 }

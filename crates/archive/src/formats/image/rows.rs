@@ -4,7 +4,7 @@
 //! read and hold a few rows. All others are decoded once when they are opened, then kept as 16-bit codes or floats: in
 //! memory while the allowance lasts, beyond it in a temporary file without a name (in the folder `TMPDIR`).
 
-use super::{CODECS, Decoded, ReadOptions, decode, exr, png, tiff};
+use super::{CODECS, Decoded, ReadOptions, damaged, decode, exr, png, tiff};
 use crate::{Error, Place, read_bounded};
 use ::exr::block::UncompressedBlock;
 use ::exr::block::chunk::CompressedBlock;
@@ -123,8 +123,8 @@ impl Rows {
         self.row += 1;
         match &mut self.source {
             Source::Png { reader, stride, wide } => {
-                let ended = || invalid(format!("the picture ends in row {row} of {}", self.height));
-                let line = reader.next_row().map_err(|e| invalid(e.to_string()))?.ok_or_else(ended)?;
+                let ended = || invalid(damaged(format!("it ends in row {row} of {}", self.height)));
+                let line = reader.next_row().map_err(|e| invalid(damaged(e)))?.ok_or_else(ended)?;
                 let bytes = line.data();
                 let code = |i: usize| match wide {
                     true => usize::from(u16::from_be_bytes([bytes[2 * i], bytes[2 * i + 1]])),
@@ -169,7 +169,7 @@ impl Rows {
 }
 
 fn open_png(file: BufReader<File>, options: &ReadOptions, at: &Place) -> Result<Option<Rows>, Error> {
-    let invalid = |e: ::png::DecodingError| Error::invalid(at.clone(), e.to_string());
+    let invalid = |e: ::png::DecodingError| Error::invalid(at.clone(), damaged(e));
     let mut decoder = ::png::Decoder::new_with_limits(file, ::png::Limits { bytes: 1 << 26 });
     decoder.set_transformations(Transformations::EXPAND);
     let reader = decoder.read_info().map_err(invalid)?;
@@ -201,7 +201,7 @@ struct ExrRows {
 }
 
 fn open_exr(file: BufReader<File>, options: &ReadOptions, at: &Place) -> Result<Option<Rows>, Error> {
-    let invalid = |e: ::exr::error::Error| Error::invalid(at.clone(), e.to_string());
+    let invalid = |e: ::exr::error::Error| Error::invalid(at.clone(), damaged(e));
     let bytes = file.get_ref().metadata().map_err(|e| Error::io(&at.file, e))?.len();
     let reader = ::exr::block::read(file, false).map_err(invalid)?;
     let [header] = reader.headers() else { return Ok(None) };
@@ -250,13 +250,13 @@ fn no_colour(names: impl Iterator<Item = String>, at: &Place) -> Error {
 impl ExrRows {
     fn row(&mut self, row: usize, out: &mut [[f32; 3]]) -> Result<(), String> {
         if row >= self.first + self.count {
-            let chunk = self.chunks.next().ok_or_else(|| format!("the picture ends before row {row}"))?;
-            let chunk = chunk.map_err(|e| e.to_string())?;
+            let chunk = self.chunks.next().ok_or_else(|| damaged(format!("it ends before row {row}")))?;
+            let chunk = chunk.map_err(damaged)?;
             if !matches!(chunk.compressed_block, CompressedBlock::ScanLine(_)) {
-                return Err("the blocks are not what the header says".into());
+                return Err(damaged("the blocks are not what the header says"));
             }
             let block = UncompressedBlock::decompress_chunk(chunk, self.chunks.meta_data(), false)
-                .map_err(|e| e.to_string())?;
+                .map_err(damaged)?;
             self.first = block.index.pixel_position.y();
             self.count = block.index.pixel_size.y();
             self.block = block.data;
@@ -303,7 +303,7 @@ struct TiffRows {
 
 fn open_tiff(file: BufReader<File>, options: &ReadOptions, at: &Place) -> Result<Option<Rows>, Error> {
     let (mut decoder, size, names) = tiff::open(file, options, at)?;
-    let bits = decoder.colortype().map_err(|e| Error::invalid(at.clone(), e.to_string()))?.bit_depth();
+    let bits = decoder.colortype().map_err(|e| Error::invalid(at.clone(), damaged(e)))?.bit_depth();
     let stride = names.len();
     let planes = decoder.image_buffer_layout().map_or(2, |layout| layout.planes);
     let (strip_width, rows_per_strip) = decoder.chunk_dimensions();
@@ -331,7 +331,7 @@ fn open_tiff(file: BufReader<File>, options: &ReadOptions, at: &Place) -> Result
 impl TiffRows {
     /// Whether the samples are integers.
     fn load(&mut self, strip: usize) -> Result<bool, String> {
-        let samples = self.decoder.read_chunk(strip as u32).map_err(|e| e.to_string())?;
+        let samples = self.decoder.read_chunk(strip as u32).map_err(damaged)?;
         let (data, integer) = tiff::floats(&samples).ok_or("samples of signed integers are not supported")?;
         self.data = data;
         self.strip = Some(strip);

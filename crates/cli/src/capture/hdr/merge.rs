@@ -105,13 +105,15 @@ impl Hdr {
         for (rows, path) in all.chain(dark_files) {
             ensure!(
                 (rows.width, rows.height, rows.channels) == (width, height, channels) && rows.samples == kind,
-                "{}: the picture is {} x {} of {} channels, but '{}' is {width} x {height} of {channels}, or their bits \
-                 differ; all exposures need one size and format",
+                "{}: the picture is {} x {} of {} channels, {}, but '{}' is {width} x {height} of {channels}, {}; all \
+                 exposures need one size and format",
                 path.display(),
                 rows.width,
                 rows.height,
                 rows.channels,
-                light.photographs[0].path.display()
+                depth(rows.samples),
+                light.photographs[0].path.display(),
+                depth(kind)
             );
         }
         let (step, response) = match kind {
@@ -172,6 +174,13 @@ impl Hdr {
             image.channels = ["Y", "sigma.Y"].map(String::from).to_vec();
         }
         Ok(Merged { image, tally, moved })
+    }
+}
+
+fn depth(samples: Samples) -> String {
+    match samples {
+        Samples::Codes(max) => format!("{} bits", (max + 1).ilog2()),
+        Samples::Floats => "floating-point".into(),
     }
 }
 

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions, WriteOptions};
 use yugen_archive::formats::{response, stack};
-use yugen_archive::{Error, atomic_write, make_folder};
+use yugen_archive::{Error, atomic_write, make_folder, spare};
 use yugen_capture::hdr::{Response, Tally};
 use yugen_capture::lens::{Lens, straighten};
 use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
@@ -40,7 +40,7 @@ pub struct Hdr {
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
 
-    /// Times and lights instead of exposures.csv and Exif.
+    /// Times and lights instead of exposures.csv and Exif: columns file, seconds (0.5 or 1/60), light.
     #[arg(long, value_name = "CSV")]
     list: Option<PathBuf>,
 
@@ -64,7 +64,7 @@ pub struct Hdr {
 
     /// Where the white reference lies in each picture, in pixels from the top left: what it reads becomes its
     /// reflectance, channel by channel and light by light.
-    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_delimiter = ',')]
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_delimiter = ',', value_parser = pixels)]
     white: Vec<usize>,
 
     /// How much of the light that white reflects.
@@ -120,14 +120,30 @@ struct Outcome {
 
 const MAX_TEXT: u64 = 16 << 20;
 
+/// Of a lens and a picture.
+pub const BAD_LENS: &str = "--lens: no lens bends a picture of this size so; check the numbers, the focal length and the \
+                            centre are in pixels";
+
 impl Hdr {
     /// Does it.
     pub fn run(self) -> Result<()> {
         ensure!(
-            self.full_well > 0.0
-                && self.read_noise >= 0.0
-                && (0.1..=1.0).contains(&self.saturated.unwrap_or(1.0)),
-            "expected --full-well above 0, --read-noise of 0 or more and --saturated between 0.1 and 1"
+            self.full_well > 0.0 && self.full_well.is_finite(),
+            "--full-well {}: expected electrons, above 0",
+            self.full_well
+        );
+        ensure!(
+            self.read_noise >= 0.0 && self.read_noise.is_finite(),
+            "--read-noise {}: expected electrons, 0 or more",
+            self.read_noise
+        );
+        if let Some(part) = self.saturated {
+            ensure!((0.1..=1.0).contains(&part), "--saturated {part}: expected a part between 0.1 and 1");
+        }
+        ensure!(
+            self.white_reflectance > 0.0 && self.white_reflectance <= 2.0,
+            "--white-reflectance {}: expected a part of the light, above 0 and rarely above 1",
+            self.white_reflectance
         );
         ensure!(matches!(self.white.len(), 0 | 4), "--white: expected four numbers, as in 40,3010,200,200");
         if let Some(list) =
@@ -144,10 +160,17 @@ impl Hdr {
             return Err(Error::io(missing, std::io::ErrorKind::NotFound.into()).into());
         }
         let folder = self.input.len() == 1 && self.input[0].is_dir();
+        let exr = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
         if !folder {
-            let exr = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
             ensure!(exr, "{}: one bracket becomes an .exr; name one", self.output.display());
+            image::can_write(&self.output)?;
+            spare(&self.output, &self.input)?;
         } else {
+            ensure!(
+                !exr,
+                "{}: a folder becomes a folder, with an .exr for each light; name one",
+                self.output.display()
+            );
             ensure!(
                 !self.output.is_file(),
                 "{} is a file; name a folder for the stack",
@@ -205,7 +228,7 @@ impl Hdr {
             if let Some((matrix, _)) = matrix {
                 turn(&mut merged.image, matrix);
             }
-            self.straighten(&mut merged.image);
+            self.straighten(&mut merged.image)?;
             let options = WriteOptions { non_finite: NonFinite::Keep, ..WriteOptions::from(space) };
             image::write(&file, &merged.image, &options)?;
             outcomes.push(Outcome { file, tally: merged.tally, moved: merged.moved, white });
@@ -227,10 +250,12 @@ impl Hdr {
     }
 
     /// Undoes the lens, if there is one.
-    fn straighten(&self, image: &mut Image) {
+    fn straighten(&self, image: &mut Image) -> Result<()> {
         if let Some(lens) = &self.lens {
+            ensure!(lens.fits(image.width, image.height), BAD_LENS);
             image.data = straighten(&image.data, image.width, image.height, image.channels.len(), lens);
         }
+        Ok(())
     }
 
     /// Writes the lists of the stack: what the folder of the exposures says and the merge has left true.
@@ -238,7 +263,7 @@ impl Hdr {
         let mask = stack::inside(&self.input[0], usual.mask.as_deref().unwrap_or(stack::MASK));
         if usual.mask.is_some() || mask.is_file() {
             let mut mask = image::read(&mask, &ReadOptions::raw())?;
-            self.straighten(&mut mask);
+            self.straighten(&mut mask)?;
             let options = WriteOptions { raw: true, ..WriteOptions::default() };
             image::write(&self.output.join(stack::MASK), &mask, &options)?;
         }
@@ -320,9 +345,11 @@ impl Hdr {
         if let Some(fit) = fit(&all) {
             let verdict = match fit {
                 v if v > 2.0 => {
-                    ": more than the noise explains; check the response, --full-well and --read-noise"
+                    ": the noise alone is not to blame; check the response, --full-well and --read-noise"
                 }
-                v if v < 0.5 => ": less than the noise explains; --full-well is higher or --read-noise lower",
+                v if v < 0.5 => {
+                    ": the camera is better than said; --full-well is higher or --read-noise lower"
+                }
                 _ => "",
             };
             println!("the exposures differ by {fit:.2} times the variance that the noise explains{verdict}");
@@ -334,6 +361,10 @@ impl Hdr {
             println!("there is no list of lights yet: go on with `yugen capture calibrate`");
         }
     }
+}
+
+fn pixels(text: &str) -> Result<usize, String> {
+    text.trim().parse().map_err(|_| "expected four whole numbers, as in 40,3010,200,200".into())
 }
 
 /// A lens as the command line names it.

@@ -160,9 +160,13 @@ fn read_normals(file: &Path, width: usize, height: usize) -> Result<Vec<Vec3>> {
     }
     let layers = [["X", "Y", "Z"], ["R", "G", "B"], ["normal.X", "normal.Y", "normal.Z"]];
     let Some(xyz) = layers.iter().find_map(|names| picture.select(names)) else {
-        bail!("{}: expected the channels X, Y, Z or R, G, B", file.display());
+        bail!(
+            "{}: expected the channels X, Y, Z, or R, G, B, or normal.X, normal.Y, normal.Z",
+            file.display()
+        );
     };
-    let signed = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    // Display formats hold nothing below zero.
+    let signed = super::is_cloth(file);
     let decode = |v: Vec3| if signed { v } else { 2.0 * v - 1.0 };
     let normal = |v: &[f32]| decode(Vec3::from_slice(v));
     // Black in a picture is no normal: its length would be the root of three.
