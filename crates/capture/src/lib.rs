@@ -9,7 +9,7 @@ pub mod fit;
 pub mod hdr;
 mod lanes;
 pub mod lens;
-mod parallel;
+pub mod parallel;
 pub mod pca;
 mod rows;
 pub mod rti;

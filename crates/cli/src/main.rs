@@ -1,8 +1,10 @@
 //! The `yugen` command: one file per verb.
 
+mod argument;
 mod brdf;
 mod capture;
 mod figure;
+mod progress;
 mod render;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};

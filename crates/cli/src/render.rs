@@ -1,8 +1,9 @@
 //! `yugen render`: a scene file to a picture.
 
+use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use indicatif::HumanDuration;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -91,7 +92,7 @@ pub struct Render {
     curve: String,
 
     /// Brighter by this many stops, for .png and .jpg.
-    #[arg(long, default_value_t = 0.0, value_name = "STOPS", value_parser = parse_stops)]
+    #[arg(long, default_value_t = 0.0, value_name = "STOPS", value_parser = argument::stops)]
     exposure: f32,
 
     /// Print what was done as JSON, and no progress.
@@ -133,7 +134,7 @@ impl Render {
             }
         }
 
-        let bar = if self.json { ProgressBar::hidden() } else { progress_bar() };
+        let bar = progress::bar_of_parts(self.json);
         let every = Duration::from_secs_f64(self.checkpoint);
         let mut saved = Instant::now();
         let mut failure = None;
@@ -280,17 +281,9 @@ fn checkpoint_path(output: &Path) -> PathBuf {
     output.with_file_name(name)
 }
 
-fn progress_bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {percent:>3} %  {msg}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(1000).with_style(style)
-}
-
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let number = |s: &str| s.parse::<u32>().ok().filter(|n| (1..=1 << 16).contains(n));
-    text.split_once(['x', 'X'])
-        .and_then(|(w, h)| Some([number(w)?, number(h)?]))
-        .ok_or_else(|| "expected width x height in pixels, each 1 to 65536, as in 640x480".to_string())
+    argument::pair(text, 1 << 16)
+        .ok_or_else(|| "expected width x height in pixels, each 1 to 65536, as in 640x480".into())
 }
 
 fn parse_time(text: &str) -> Result<Duration, String> {
@@ -313,12 +306,6 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|s: &f64| (0.0..=1e6).contains(s))
         .ok_or_else(|| "expected a number of seconds, 0 or more".to_string())
-}
-
-/// Stops of exposure.
-pub fn parse_stops(text: &str) -> Result<f32, String> {
-    let ok = |v: &f32| (-60.0..=60.0).contains(v);
-    text.parse().ok().filter(ok).ok_or_else(|| "expected stops from -60 to 60, as in 1 or -0.5".into())
 }
 
 fn parse_error(text: &str) -> Result<f32, String> {

@@ -1,9 +1,9 @@
 //! `yugen brdf check`.
 
 use super::subject::find;
+use crate::progress;
 use anyhow::{Result, bail};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use yugen_proof::{Effort, Report, report_with};
 use yugen_reflectance::Kind;
@@ -33,11 +33,7 @@ impl Check {
             self.models.iter().map(|m| find(m)).collect::<Result<_>>()?
         };
         let effort = if self.quick { Effort::QUICK } else { Effort::FULL };
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(kinds.len() as u64) };
-        bar.set_style(
-            ProgressStyle::with_template("{pos}/{len} {wide_bar} {msg}")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
+        let bar = progress::bar(kinds.len() as u64, self.json);
         let mut reports: Vec<Report> = Vec::new();
         for kind in kinds {
             bar.set_message(kind.name());

@@ -1,8 +1,8 @@
 //! `yugen brdf decode`.
 
+use crate::progress;
 use anyhow::{Result, bail};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use yugen_archive::formats::{merl, neural_brdf};
 use yugen_archive::{atomic_write, make_folder, nearest, read_bounded};
@@ -39,10 +39,7 @@ impl Decode {
         make_folder(&self.output)?;
         let chosen: Vec<_> =
             names.iter().zip(&all).filter(|(n, _)| self.only.is_empty() || self.only.contains(n)).collect();
-        let bar = ProgressBar::new(chosen.len() as u64).with_style(
-            ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}, {eta} left")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
+        let bar = progress::bar(chosen.len() as u64, false);
         for (name, material) in chosen {
             bar.set_message(name.clone());
             let bytes = merl::write(&material.tabulate(), ColourSpace::LinearSrgb);

@@ -1,6 +1,7 @@
 //! `yugen brdf eval`.
 
 use super::subject::Subject;
+use crate::argument;
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde_json::json;
@@ -17,12 +18,12 @@ pub struct Eval {
     subject: Subject,
 
     /// To the light, in the local frame (normal +z, tangent +x); any length.
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true,
+    #[arg(long, value_name = "X,Y,Z", value_parser = argument::direction, allow_hyphen_values = true,
           required_unless_present = "pairs", requires = "wo")]
     wi: Option<Vec3>,
 
     /// To the eye, likewise.
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_direction, allow_hyphen_values = true, requires = "wi")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = argument::direction, allow_hyphen_values = true, requires = "wi")]
     wo: Option<Vec3>,
 
     /// Many pairs: a line each, wi then wo, separated by blanks or commas; what `brdf fit` reads will do, its values
@@ -64,18 +65,6 @@ impl Eval {
         }
         Ok(())
     }
-}
-
-fn direction(numbers: [f32; 3]) -> Option<Vec3> {
-    Vec3::from_array(numbers).try_normalize()
-}
-
-fn parse_direction(text: &str) -> Result<Vec3, String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|v| v.trim().parse().ok()).collect();
-    <[f32; 3]>::try_from(numbers)
-        .ok()
-        .and_then(direction)
-        .ok_or_else(|| "expected a direction as three numbers, as in 0.5,0,0.87".to_string())
 }
 
 fn read_pairs(file: &Path) -> Result<Vec<(Vec3, Vec3)>> {

@@ -3,9 +3,9 @@
 use super::plot::sphere;
 use super::subject::{Model, find};
 use crate::figure::{Anchor, Figure};
+use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -66,8 +66,8 @@ pub struct Fit {
     space: String,
 
     /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    threads: Option<u32>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
 
     /// A folder for the report: the ranking (report.md, report.json), a material for scene files for each model
     /// (MODEL.toml), data and best fits on a lit sphere (spheres.png).
@@ -134,20 +134,14 @@ impl Fit {
                 bail!("{} cannot be fitted: {why}", kind.name());
             }
         }
-        let threads = self
-            .threads
-            .map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), |n| n as usize);
+        let threads = argument::threads(self.threads);
         let options = Options {
             metric: self.metric.into(),
             lobes: usize::from(self.lobes),
             starts: self.starts as usize,
             threads,
         };
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-        bar.set_style(
-            ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {eta} left")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        );
+        let bar = progress::bar(1000, self.json);
         let tell = |x: f64| bar.set_position((1000.0 * x) as u64);
         // Round and brushed materials are offered different models.
         let mut ready: [Option<Models>; 2] = [None, None];

@@ -1,8 +1,9 @@
 //! `yugen brdf pca`.
 
+use crate::{argument, progress};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Subcommand};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -79,7 +80,7 @@ pub struct Reconstruct {
     photo: Vec<PathBuf>,
 
     /// Towards the lamp of a photograph, far away; x right, y up, z to the camera.
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction)]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = argument::direction)]
     light: Vec<Vec3>,
 
     /// Where the sphere is: centre and radius in pixels from the top left corner [default: fills the picture].
@@ -124,8 +125,8 @@ pub struct Check {
 #[derive(Args)]
 struct How {
     /// Threads [default: all cores]. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    threads: Option<u32>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
 
     /// As JSON.
     #[arg(long)]
@@ -134,16 +135,11 @@ struct How {
 
 impl How {
     fn threads(&self) -> usize {
-        self.threads
-            .map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), |n| n as usize)
+        argument::threads(self.threads)
     }
 
     fn bar(&self, what: &'static str) -> ProgressBar {
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-        bar.with_message(what).with_style(
-            ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {eta} left")
-                .unwrap_or_else(|_| ProgressStyle::default_bar()),
-        )
+        progress::bar(1000, self.json).with_message(what)
     }
 }
 
@@ -258,7 +254,7 @@ impl Directions {
                 basis.components
             );
         }
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(n as u64) };
+        let bar = progress::bar(n as u64, self.json);
         let rows = pca::optimal_rows(&basis, n, &|x| bar.set_position((x * n as f64) as u64));
         bar.finish_and_clear();
         if self.json {
@@ -281,18 +277,9 @@ fn open(file: &Path) -> Result<Basis> {
     Ok(pca_basis::read(&read_bounded(file, 4 << 30)?, file)?)
 }
 
-fn direction(text: &str) -> Result<Vec3, String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|v| v.trim().parse().ok()).collect();
-    let vector = <[f32; 3]>::try_from(numbers).ok().map(Vec3::from_array);
-    vector.and_then(Vec3::try_normalize).ok_or_else(|| "expected a direction as in -0.5,0.3,0.8".to_string())
-}
-
 fn circle(text: &str) -> Result<[f32; 3], String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|v| v.trim().parse().ok()).collect();
-    let circle = <[f32; 3]>::try_from(numbers).ok();
-    circle
-        .filter(|c| c.iter().all(|v| v.is_finite()) && c[2] >= 1.0)
-        .ok_or_else(|| "expected a centre and a radius of at least a pixel, as in 256,256,200".to_string())
+    let circle = argument::numbers(text).filter(|c: &[f32; 3]| c[2] >= 1.0);
+    circle.ok_or_else(|| "expected a centre and a radius of at least a pixel, as in 256,256,200".into())
 }
 
 impl Reconstruct {

@@ -1,9 +1,10 @@
 //! `yugen capture calibrate`.
 
 use super::hdr::{BAD_LENS, lens, pictures};
+use crate::{argument, progress};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use yugen_archive::check_writable;
@@ -124,9 +125,7 @@ impl Calibrate {
             .collect();
         ensure!(!files.is_empty(), "{}: there is no picture in it", self.folder.display());
 
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(files.len() as u64) };
-        let style = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {pos}/{len} {msg}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        let bar = progress::bar(files.len() as u64, self.json);
         let (mut brightest, width, height) = self.brightest(&files, &options.response, &bar)?;
         let view = View { width, height, focal: self.focal.or(self.lens.map(|l| l.focal)) };
         if let Some(path) = &self.outline {
@@ -370,10 +369,8 @@ fn preview(path: &Path, brightest: &[f32], width: usize, balls: &[Ball], found: 
 }
 
 fn ball(text: &str) -> Result<Ball, String> {
-    let numbers: Option<Vec<f32>> =
-        text.split(',').map(|w| w.trim().parse().ok().filter(|v: &f32| v.is_finite())).collect();
-    match numbers.as_deref() {
-        Some(&[x, y, radius]) if radius > 1.0 => Ok(Ball { centre: Vec2::new(x, y), radius }),
-        _ => Err("expected x,y,radius in pixels, as in 1204,880,112.5".into()),
-    }
+    let [x, y, radius] = argument::numbers(text)
+        .filter(|n| n[2] > 1.0)
+        .ok_or("expected x,y,radius in pixels, as in 1204,880,112.5")?;
+    Ok(Ball { centre: Vec2::new(x, y), radius })
 }

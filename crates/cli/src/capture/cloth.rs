@@ -1,5 +1,6 @@
 //! The cloth that a command is about: a preset, a draft or maps.
 
+use crate::argument;
 use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -210,10 +211,7 @@ pub fn folder(path: &Path) -> Result<()> {
 }
 
 fn parse_pair(text: &str) -> Result<[u32; 2], String> {
-    let number = |s: &str| s.parse::<u32>().ok().filter(|n| (1..=16384).contains(n));
-    text.split_once(['x', 'X'])
-        .and_then(|(w, h)| Some([number(w)?, number(h)?]))
-        .ok_or_else(|| "expected two numbers from 1 to 16384, as in 512x512".to_string())
+    argument::pair(text, 16384).ok_or_else(|| "expected two numbers from 1 to 16384, as in 512x512".into())
 }
 
 fn parse_scale(text: &str) -> Result<f32, String> {

@@ -2,8 +2,8 @@
 
 mod holdout;
 
-use super::stack::{self, Source};
-use crate::render::parse_stops;
+use super::stack::Source;
+use crate::{argument, progress};
 use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -92,7 +92,7 @@ pub struct Relight {
     memory: u64,
 
     /// Brighter by this many stops, for .png and .jpg.
-    #[arg(long, default_value_t = 0.0, value_name = "STOPS", value_parser = parse_stops)]
+    #[arg(long, default_value_t = 0.0, value_name = "STOPS", value_parser = argument::stops)]
     exposure: f32,
 
     /// From scene light to display light, for .png and .jpg.
@@ -228,7 +228,7 @@ fn summed(
     part: usize,
     light: impl Fn(&[Lamp]) -> Result<Vec<[f32; 3]>>,
 ) -> Result<Vec<[f32; 3]>> {
-    let bar = stack::bar(lamps.len() as u64, lamps.len() <= part);
+    let bar = progress::bar(lamps.len() as u64, lamps.len() <= part);
     let mut sum = Vec::new();
     for lamps in lamps.chunks(part.max(1)) {
         let values = light(lamps)?;
@@ -251,14 +251,10 @@ fn is_cloth(path: &Path) -> bool {
 }
 
 fn parse_direction(text: &str) -> Result<Vec3, String> {
-    let numbers: Vec<f32> = text.split(',').filter_map(|v| v.trim().parse().ok()).collect();
-    <[f32; 3]>::try_from(numbers)
+    argument::direction(text)
         .ok()
-        .and_then(|n| Vec3::from_array(n).try_normalize())
         .filter(|d| d.z > 0.0)
-        .ok_or_else(|| {
-            "expected a direction with z above zero as three numbers, as in 0.5,0,0.87".to_string()
-        })
+        .ok_or_else(|| "expected a direction with z above zero as three numbers, as in 0.5,0,0.87".into())
 }
 
 fn parse_turn(text: &str) -> Result<f32, String> {

@@ -1,6 +1,7 @@
 //! `yugen capture rti`: a stack of photographs to the files of RTI tools.
 
-use super::stack::{self, Source};
+use super::stack::Source;
+use crate::progress;
 use anyhow::{Result, bail};
 use clap::Args;
 use serde_json::json;
@@ -63,7 +64,7 @@ impl Rti {
         spare(&self.output, [&source.folder.path])?;
         let (width, height) = (source.folder.width, source.folder.height);
         let rows = source.folder.rows_within(self.memory << 20);
-        let bar = stack::bar(height as u64, self.json);
+        let bar = progress::bar(height as u64, self.json);
         let mut picture = Relightable { width, height, basis, colouring, coefficients: Vec::new() };
         picture.coefficients.reserve_exact(width * height * picture.stride());
 

@@ -3,9 +3,9 @@
 use super::cloth::{Sample, Weaving, folder};
 use super::traced::Tracer;
 use super::weave::{heights, picture};
+use crate::{argument, progress};
 use anyhow::{Result, bail};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -156,8 +156,8 @@ impl Simulate {
             Some(n) => Some(Tracer::new(&sample.btf, sample.heights.as_deref(), &self.form, n)?),
             None => None,
         };
-        let pictures = stacks.iter().map(|(_, lights)| lights.len()).sum();
-        let bar = if self.json { ProgressBar::hidden() } else { bar(pictures) };
+        let pictures = stacks.iter().map(|(_, lights)| lights.len() as u64).sum();
+        let bar = progress::bar(pictures, self.json);
         let mut counts = Counts::default();
         let mut index = String::from("folder,polar,azimuth,x,y,z\n");
         for (v, (view, lights)) in stacks.iter().enumerate() {
@@ -371,12 +371,6 @@ fn merged(light: usize) -> String {
     format!("{:04}.exr", light + 1)
 }
 
-fn bar(pictures: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {pos}/{len} pictures")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(pictures as u64).with_style(style)
-}
-
 /// The forms of the model.
 fn forms() -> Vec<&'static str> {
     let form = Kind::Noh.params().iter().find(|p| p.name == "form");
@@ -431,8 +425,7 @@ fn parse_bits(text: &str) -> Result<u32, String> {
 }
 
 fn parse_view(text: &str) -> Result<[f32; 2], String> {
-    let expected = || "expected polar,azimuth in degrees, the polar angle below 90, as in 30,120".to_string();
-    let (polar, azimuth) = text.split_once(',').ok_or_else(expected)?;
-    let polar = number(polar, "", |v| (0.0..90.0).contains(&v)).map_err(|_| expected())?;
-    Ok([polar, number(azimuth, "", |_| true).map_err(|_| expected())?])
+    argument::numbers(text)
+        .filter(|[polar, _]| (0.0..90.0).contains(polar))
+        .ok_or_else(|| "expected polar,azimuth in degrees, the polar angle below 90, as in 30,120".into())
 }

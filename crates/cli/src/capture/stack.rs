@@ -1,7 +1,6 @@
 //! A stack folder as verbs read it: bands of photographs in linear sRGB.
 
 use anyhow::{Result, bail};
-use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
 use yugen_archive::formats::relightable;
 use yugen_archive::formats::stack::{Bands, Folder};
@@ -72,14 +71,4 @@ impl SrgbBands<'_> {
         }
         Ok(Some(stack))
     }
-}
-
-/// For work on `total` of something.
-pub fn bar(total: u64, hidden: bool) -> ProgressBar {
-    if hidden {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {percent:>3} %  {msg}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(total).with_style(style)
 }

@@ -2,6 +2,7 @@
 
 use super::chart;
 use super::cloth::{Sample, Weaving, folder, is_draft};
+use crate::argument;
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
@@ -199,8 +200,7 @@ pub fn heights(path: &Path, sample: &Sample) -> Result<()> {
 }
 
 fn parse_angles(text: &str) -> Result<[f32; 2], String> {
-    let number = |s: &str| s.trim().parse::<f32>().ok().filter(|v| v.is_finite());
-    text.split_once(',')
-        .and_then(|(a, p)| Some([number(a)?, number(p).filter(|p| (0.0..90.0).contains(p))?]))
+    argument::numbers(text)
+        .filter(|[_, polar]| (0.0..90.0).contains(polar))
         .ok_or_else(|| "expected azimuth,polar in degrees, the polar angle below 90, as in 135,40".into())
 }

@@ -1,6 +1,7 @@
 //! The values of properties: numbers, vectors, colours, spectra and transforms, from the text of their attributes.
 
-use super::document::{At, Attributes, Context, ELEMENTS, Reader, Spectrum, Value};
+use super::document::{At, ELEMENTS, Spectrum, Value};
+use super::reader::{Attributes, Context, Reader};
 use crate::formats::{numbers, read_file};
 use crate::{Error, Place};
 use glam::{DMat4, DVec3};

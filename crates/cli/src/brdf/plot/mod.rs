@@ -9,6 +9,7 @@ pub mod sphere;
 
 use super::subject::{Model, Subject};
 use crate::figure::Colour;
+use crate::{argument, progress};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use scale::Scale;
@@ -176,31 +177,10 @@ impl Plot {
 
 /// Calls `work` with 0, 1, … `n − 1` on all cores; results in order. A bar shows where it takes long.
 fn parallel<T: Send>(n: usize, what: &'static str, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let bar = indicatif::ProgressBar::new(n as u64).with_message(what);
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
-    let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads)
-            .map(|_| {
-                scope.spawn(|| {
-                    let mut mine = Vec::new();
-                    loop {
-                        let i = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                        if i >= n {
-                            return mine;
-                        }
-                        mine.push((i, work(i)));
-                        bar.inc(1);
-                    }
-                })
-            })
-            .collect();
-        workers
-            .into_iter()
-            .flat_map(|w| w.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-            .collect()
+    let bar = progress::bar(n as u64, false).with_message(what);
+    let all = yugen_capture::parallel::parallel(argument::threads(None), n, work, &|done| {
+        bar.set_position(done as u64)
     });
     bar.finish_and_clear();
-    all.sort_by_key(|(i, _)| *i);
-    all.into_iter().map(|(_, t)| t).collect()
+    all
 }

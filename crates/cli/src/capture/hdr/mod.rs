@@ -6,11 +6,11 @@ mod merge;
 
 pub use bracket::pictures;
 
+use crate::{argument, progress};
 use anyhow::{Context, Result, bail, ensure};
 use bracket::{Light, Listed};
 use clap::Args;
 use correct::{colours, flatten, turn};
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions, WriteOptions};
@@ -207,9 +207,7 @@ impl Hdr {
         if folder {
             make_folder(&self.output)?;
         }
-        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(lights.len() as u64) };
-        let style = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {pos}/{len} {msg}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        let bar = progress::bar(lights.len() as u64, self.json);
         let mut outcomes = Vec::new();
         for light in &lights {
             bar.set_message(light.name.clone());
@@ -369,12 +367,8 @@ fn pixels(text: &str) -> Result<usize, String> {
 
 /// A lens as the command line names it.
 pub fn lens(text: &str) -> Result<Lens, String> {
-    let numbers: Option<Vec<f32>> =
-        text.split(',').map(|w| w.trim().parse().ok().filter(|v: &f32| v.is_finite())).collect();
-    match numbers.as_deref() {
-        Some(&[focal, x, y, k1, k2, p1, p2, k3]) if focal > 0.0 => {
-            Ok(Lens { focal, centre: Vec2::new(x, y), radial: [k1, k2, k3], tangential: [p1, p2] })
-        }
-        _ => Err("expected eight numbers: focal length and centre in pixels, k1, k2, p1, p2, k3".into()),
-    }
+    let [focal, x, y, k1, k2, p1, p2, k3] = argument::numbers(text)
+        .filter(|n| n[0] > 0.0)
+        .ok_or("expected eight numbers: focal length and centre in pixels, k1, k2, p1, p2, k3")?;
+    Ok(Lens { focal, centre: Vec2::new(x, y), radial: [k1, k2, k3], tangential: [p1, p2] })
 }

@@ -1,7 +1,8 @@
 //! `yugen capture relight --hold-out`: which method predicts photographs it has not seen.
 
-use super::super::stack::{self, Source};
+use super::super::stack::Source;
 use super::Relight;
+use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
 use serde_json::json;
 use std::path::Path;
@@ -27,11 +28,10 @@ impl Relight {
         }
         let normals =
             self.normals.as_deref().map(|f| read_normals(f, stack.width, stack.height)).transpose()?;
-        let threads = self.threads.map(usize::from);
-        let threads = threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+        let threads = argument::threads(self.threads);
         let methods = if self.method.is_empty() { Method::ALL.to_vec() } else { self.method.clone() };
 
-        let bar = stack::bar(methods.len() as u64, self.json);
+        let bar = progress::bar(methods.len() as u64, self.json);
         let (mut scores, mut failures) = (Vec::new(), Vec::new());
         for method in methods {
             bar.set_message(method.name());

@@ -1,0 +1,54 @@
+//! What several verbs read from the command line.
+
+use yugen_optics::Vec3;
+
+/// So many numbers with commas between them.
+pub fn numbers<const N: usize>(text: &str) -> Option<[f32; N]> {
+    let all: Option<Vec<f32>> =
+        text.split(',').map(|w| w.trim().parse().ok().filter(|v: &f32| v.is_finite())).collect();
+    <[f32; N]>::try_from(all?).ok()
+}
+
+/// A direction, made unit.
+pub fn direction(text: &str) -> Result<Vec3, String> {
+    let vector = numbers(text).map(Vec3::from_array).and_then(Vec3::try_normalize);
+    vector.ok_or_else(|| "expected a direction as three numbers, as in 0.5,0,0.87".into())
+}
+
+/// Two whole numbers from 1 to `most` with an x between them.
+pub fn pair(text: &str, most: u32) -> Option<[u32; 2]> {
+    let (a, b) = text.split_once(['x', 'X'])?;
+    let number = |s: &str| s.parse().ok().filter(|n| (1..=most).contains(n));
+    Some([number(a)?, number(b)?])
+}
+
+/// Stops of exposure.
+pub fn stops(text: &str) -> Result<f32, String> {
+    let ok = |v: &f32| (-60.0..=60.0).contains(v);
+    text.parse().ok().filter(ok).ok_or_else(|| "expected stops from -60 to 60, as in 1 or -0.5".into())
+}
+
+/// So many threads as were asked for, else one for each core.
+pub fn threads(asked: Option<u16>) -> usize {
+    asked.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_but_the_right_count_of_numbers_will_do() {
+        assert_eq!(numbers("1, -2.5,3e1"), Some([1.0, -2.5, 30.0]));
+        for bad in ["1,2", "1,2,3,4", "1,,3", "1,x,2,3", "1,nan,3", "inf,1,2", ""] {
+            assert_eq!(numbers::<3>(bad), None, "{bad}");
+            assert!(direction(bad).is_err());
+        }
+        assert!(direction("0,0,0").is_err());
+        assert_eq!(direction("0,-3,4"), Ok(Vec3::new(0.0, -0.6, 0.8)));
+        assert_eq!(pair("640x480", 640), Some([640, 480]));
+        for bad in ["640", "0x480", "641x480", "-1x2", "1x2x3", "x"] {
+            assert_eq!(pair(bad, 640), None, "{bad}");
+        }
+    }
+}
