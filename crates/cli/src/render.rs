@@ -8,7 +8,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::formats::{self, Moment, image};
-use yugen_archive::scene::{Aov, IntegratorKind, Shape};
+use yugen_archive::scene::{Aov, IntegratorKind};
 use yugen_archive::{Error, Scene, atomic_write};
 use yugen_optics::Image;
 use yugen_optics::tonemap::Curve;
@@ -112,15 +112,17 @@ impl Render {
             ..formats::Options::default()
         };
         let scene = formats::load_scene(&self.scene, &options)?;
-        let shines = |s: &Shape| s.emission.is_some();
-        if scene.lights.is_empty() && !scene.shapes.iter().chain(scene.groups.iter().flatten()).any(shines) {
+        let loaded = started.elapsed();
+        let options = self.options(&scene)?;
+        let light = !scene.lights.is_empty() || scene.shapes.iter().any(|s| s.emission.is_some());
+        let looks_for = options.integrator.as_ref().map(|i| &i.kind);
+        if !light && matches!(looks_for, Some(IntegratorKind::Path | IntegratorKind::Direct)) {
             tracing::warn!(
                 "{}: nothing in the scene shines; the picture will be black",
                 self.scene.display()
             );
         }
-        let loaded = started.elapsed();
-        let job = Job::new(&scene, &self.options(&scene)?)?;
+        let job = Job::new(&scene, &options)?;
         let prepared = started.elapsed() - loaded;
 
         let checkpoint = checkpoint_path(&self.output);

@@ -1,7 +1,7 @@
 //! Pictures whose light can be moved: what `.ptm`, `.rti` and RelightLab's folders hold, one line a format.
 
 use super::{ptm, relight, rti};
-use crate::{Error, Place, atomic_write, read_bounded};
+use crate::{Error, Place, atomic_write, check_writable, make_folder, read_bounded};
 use std::path::Path;
 
 /// The functions of the light's direction (x, y, z) that a texel's coefficients multiply, in their order.
@@ -204,9 +204,13 @@ pub fn read(path: &Path, max_texels: u64) -> Result<Relightable, Error> {
     (format.read)(&bytes, path, max_texels)
 }
 
-/// Whether a picture in `basis` can be written to `path`: `.ptm` holds PTM, `.rti` HSH, a folder either.
+/// Whether a picture in `basis` can be written to `path`: `.ptm` holds PTM, `.rti` HSH, a folder either; a folder that
+/// is not there is made.
 pub fn can_write(path: &Path, basis: Basis) -> Result<(), Error> {
-    writer(path, basis).map(|_| ())
+    match writer(path, basis)?.extension {
+        Some(_) => check_writable(path),
+        None => make_folder(path),
+    }
 }
 
 /// Writes a `.ptm`, a `.rti` or, without an extension, a RelightLab folder.

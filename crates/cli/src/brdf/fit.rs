@@ -134,6 +134,10 @@ impl Fit {
                 bail!("{} cannot be fitted: {why}", kind.name());
             }
         }
+        // Before the work rather than after it.
+        if let Some(folder) = &self.output {
+            make_folder(folder)?;
+        }
         let threads = argument::threads(self.threads);
         let options = Options {
             metric: self.metric.into(),

@@ -11,7 +11,7 @@ use std::time::Instant;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions};
 use yugen_archive::formats::pca_basis::{self, Basis};
 use yugen_archive::formats::{merl, readings};
-use yugen_archive::{atomic_write, list_folder, read_bounded};
+use yugen_archive::{atomic_write, check_writable, list_folder, read_bounded};
 use yugen_capture::pca::{self, Observation, RIDGE, Sphere, Tables};
 use yugen_optics::{ColourSpace, Vec3};
 use yugen_reflectance::merl::{PHI_D, THETA_D, bin_centre};
@@ -192,6 +192,7 @@ impl Pca {
 impl Build {
     fn run(self) -> Result<()> {
         let start = Instant::now();
+        check_writable(&self.output)?;
         let tables = Folder::open(&self.folder)?;
         let bar = self.how.bar("basis");
         let tell = |x: f64| bar.set_position((1000.0 * x) as u64);
@@ -300,6 +301,7 @@ impl Reconstruct {
         if self.output.extension().is_none_or(|e| e != "binary") {
             bail!("{}: expected the name of a .binary", self.output.display());
         }
+        check_writable(&self.output)?;
         let basis = open(&self.basis)?;
         let (observations, used) = match &self.values {
             Some(file) => self.readings(&basis, file)?,

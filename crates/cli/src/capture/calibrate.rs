@@ -2,7 +2,7 @@
 
 use super::hdr::{BAD_LENS, lens, pictures};
 use crate::{argument, progress};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::json;
@@ -203,9 +203,10 @@ impl Calibrate {
     ) -> Result<(Vec<f32>, usize, usize)> {
         let mut all: Option<Grey> = None;
         for file in files {
-            let picture = Grey::read(file, response).context(
-                "every picture in the folder is taken for a light's; leave others out with --skip",
-            )?;
+            let picture = Grey::read(file, response).map_err(|e| {
+                let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                anyhow!("{e:#}; if it is no light's picture leave it out with --skip '{name}'")
+            })?;
             bar.inc(1);
             match &mut all {
                 None => all = Some(picture),

@@ -54,7 +54,6 @@ impl Rti {
     pub fn run(self) -> Result<()> {
         let ptm = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("ptm"));
         let basis = self.basis.unwrap_or(if ptm { Basis::Ptm } else { Basis::Hsh { order: 3 } });
-        relightable::can_write(&self.output, basis)?;
         let colouring = if self.lrgb { Colouring::Lrgb } else { Colouring::Rgb };
         if self.lrgb && self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("rti")) {
             bail!("--lrgb: a .rti has a function of light for each colour; write a .ptm or a folder");
@@ -62,6 +61,7 @@ impl Rti {
         let encoding = if self.linear { Encoding::Linear } else { Encoding::Srgb };
         let source = Source::open(&self.stack)?;
         spare(&self.output, [&source.folder.path])?;
+        relightable::can_write(&self.output, basis)?;
         let (width, height) = (source.folder.width, source.folder.height);
         let rows = source.folder.rows_within(self.memory << 20);
         let bar = progress::bar(height as u64, self.json);

@@ -230,18 +230,27 @@ fn psnr(stack: &Path, options: &[&str]) -> Vec<(String, f64)> {
     let report = good(&[&["relight", stack.to_str().unwrap(), "--json"], options].concat());
     let report: Value = serde_json::from_str(&report).unwrap();
     let scores = report["scores"].as_array().unwrap();
-    scores.iter().map(|s| (s["method"].as_str().unwrap().into(), s["psnr"].as_f64().unwrap())).collect()
+    let row = |s: &Value| (s["method"].as_str().unwrap().to_string(), s["psnr"].as_f64().unwrap());
+    let rows: Vec<_> = scores.iter().map(row).collect();
+    rows.iter().for_each(|(method, psnr)| println!("{method}: {psnr:.1} dB"));
+    rows
 }
 
 /// Eight photographs of a relief: too few for maps of a cloth, enough for all else.
 #[test]
 fn the_butterfly_is_predicted() {
     let Some(data) = data() else { return };
-    let scores = psnr(&data.join("butterfly"), &["--hold-out", "2"]);
+    let folder = scratch("butterfly");
+    for entry in std::fs::read_dir(data.join("butterfly")).unwrap() {
+        let entry = entry.unwrap();
+        std::fs::write(folder.join(entry.file_name()), std::fs::read(entry.path()).unwrap()).unwrap();
+    }
+    std::fs::write(folder.join("stack.toml"), "ambient = \"image_ambient.png\"").unwrap();
+    let scores = psnr(&folder, &["--hold-out", "2"]);
     assert_eq!(scores.len(), 7);
     for (method, psnr) in scores {
-        // Measured 28 to 33 dB.
-        assert!(psnr > 26.0, "{method}: {psnr}");
+        // Measured 32.1 to 33.9.
+        assert!(psnr > 31.0, "{method}: {psnr}");
     }
 }
 
@@ -288,14 +297,15 @@ fn the_sphere_is_predicted_better_by_maps_than_by_ptm_and_hsh() {
         let all: Vec<f32> = all.collect();
         all.iter().sum::<f32>() / all.len() as f32
     };
-    let [level, steep] = [45.0, 60.0].map(off);
-    println!("normals off by {level:.2} degrees where they lean less than 45, by {steep:.2} below 60");
+    let [flat, level, steep, rim] = [30.0, 45.0, 60.0, 80.0].map(off);
+    println!(
+        "normals off by {flat:.2} degrees below 30, {level:.2} below 45, {steep:.2} below 60, {rim:.2} below 80"
+    );
     // Measured .68 and 1.20.
     assert!(level < 1.2 && steep < 2.0, "{level} {steep}");
-    let scores = psnr(&folder, &["--hold-out", "8", "--method", "btf,lrgb-ptm,ptm,hsh4,hsh9,hsh16"]);
+    let scores = psnr(&folder, &["--hold-out", "8"]);
     let (btf, rest) = scores.split_first().unwrap();
-    for (method, psnr) in rest {
-        println!("BTF {:.2} dB, {method} {psnr:.2} dB", btf.1);
+    for (method, psnr) in rest.iter().filter(|s| !s.0.starts_with("RBF")) {
         assert!(btf.1 > *psnr, "BTF {:.2} dB, {method} {psnr:.2} dB", btf.1);
     }
 }
