@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 /// Keeps how a performance looks: reflectance models, measured data and a renderer to trust.
 #[derive(Parser)]
-#[command(version, about, propagate_version = true, after_help = COMMON)]
+#[command(version, propagate_version = true, after_help = COMMON)]
 struct Yugen {
     #[command(subcommand)]
     verb: Verb,

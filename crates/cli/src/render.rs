@@ -15,6 +15,9 @@ use yugen_optics::tonemap::Curve;
 use yugen_transport::render::{Action, Budget, Job, MAX_SAMPLES, Options};
 
 /// Renders a scene by path tracing: Mitsuba 3 XML, glTF 2.0 (.gltf, .glb) or Yugen's own TOML.
+///
+/// `yugen render scene.toml -o picture.exr` is the common case; `--spp`, `--time` or `--error` say how good it has to be.
+/// A render that was interrupted goes on with `--resume`, to the same bits.
 #[derive(Args)]
 pub struct Render {
     /// The scene file.

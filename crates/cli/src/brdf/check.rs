@@ -8,8 +8,8 @@ use serde_json::json;
 use yugen_proof::{Effort, Report, report_with};
 use yugen_reflectance::Kind;
 
-/// Proves what models promise: chi-square of the sampler, weights, coverage, reciprocity, energy, rotation, edges;
-/// and compares white models with published albedos.
+/// Proves what models promise: chi-square of the sampler, weights, coverage, reciprocity, energy, rotation, edges; and
+/// compares white models with published albedos.
 #[derive(Args)]
 pub struct Check {
     /// The models; all where absent.

@@ -12,6 +12,8 @@ use yugen_archive::read_bounded;
 use yugen_optics::Vec3;
 
 /// Values of f in 1/sr, without the cosine, linear RGB.
+///
+/// `yugen brdf eval ward -p alpha_x=0.1 --wi 0.5,0,0.87 --wo -0.5,0,0.87`, or with `--pairs` of many directions.
 #[derive(Args)]
 pub struct Eval {
     #[command(flatten)]

@@ -18,6 +18,8 @@ use yugen_reflectance::{Bsdf, Kind, ParamType};
 
 /// Finds the parameters with which models come nearest to a measured BRDF, and ranks the models.
 ///
+/// `yugen brdf fit gold.binary --ground -o report` is the common case.
+///
 /// Every named form of each model is tried from many starts (Levenberg-Marquardt within the parameters' ranges), so
 /// that the table says what a model can do. For isotropic data, models are fitted without a grain.
 #[derive(Args)]

@@ -17,15 +17,12 @@ use yugen_optics::{ColourSpace, Vec3};
 use yugen_reflectance::merl::{PHI_D, THETA_D, bin_centre};
 
 /// A basis of measured BRDFs, in which a few readings make a whole table (Nielsen, Jensen and Ramamoorthi 2015).
+// What a verb is for stands at its arguments.
 #[derive(Subcommand)]
 pub enum Pca {
-    /// Makes a basis of all MERL .binary tables of a folder.
     Build(Build),
-    /// The best directions for a few readings, as lines of wi and wo to be measured.
     Directions(Directions),
-    /// Makes a MERL .binary of a few readings, or of one or two photographs of a sphere.
     Reconstruct(Reconstruct),
-    /// Leaves each table of a folder out, reconstructs it by the others, and says how well.
     Check(Check),
 }
 

@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 use yugen_reflectance::{Data, Kind, Param, ParamType};
 
-/// One model in full.
+/// One model: source, parameters with range and default, presets, what it promises.
 #[derive(Args)]
 pub struct Show {
     /// The model, as `yugen brdf list` names it.

@@ -17,23 +17,16 @@ use anyhow::Result;
 use clap::Subcommand;
 
 /// From photographs under many lights to the maps of a cloth: hdr, calibrate, simulate, weave, fit, export, relight, rti.
+// What a verb is for stands at its arguments.
 #[derive(Subcommand)]
 pub enum Capture {
-    /// Exposure brackets to linear pictures: response, merge, flat field, white, colour.
     Hdr(hdr::Hdr),
-    /// Light directions or positions from polished balls.
     Calibrate(calibrate::Calibrate),
-    /// Photographs of a cloth whose truth is known, as a machine with lights on all sides would take them.
     Simulate(simulate::Simulate),
-    /// Draws a weave and weaves the cloth: draft, chart, maps.
     Weave(weave::Weave),
-    /// What each texel of a cloth reflects, from photographs under many lights.
     Fit(fit::Fit),
-    /// The maps of a cloth as pictures and as a glTF material, for other programs.
     Export(export::Export),
-    /// A picture under new light: from photographs, an RTI file or a fitted cloth; or how well each predicts.
     Relight(relight::Relight),
-    /// Fits PTM or HSH to photographs and writes them for RTI viewers.
     Rti(rti::Rti),
 }
 

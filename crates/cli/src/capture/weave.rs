@@ -17,7 +17,7 @@ use yugen_optics::{ColourSpace, Image, Vec3};
 use yugen_reflectance::Choice;
 use yugen_reflectance::btf::Texel;
 
-/// Draws a weave and weaves the cloth.
+/// Draws a weave and weaves the cloth: draft, chart, maps.
 ///
 /// Writes into a folder: draft.svg and .png as weavers write them (threading, tie-up, treadling), chart.svg and .png
 /// of what lies on top, draft.wif, and the cloth: a lit picture, the maps as pictures, cloth.btf with all maps as

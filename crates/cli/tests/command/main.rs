@@ -92,6 +92,32 @@ fn scratch(name: &str) -> PathBuf {
 }
 
 #[test]
+fn help_teaches() {
+    for (line, taught) in [
+        ("", "yugen capture fit STACK -o cloth.btf"),
+        ("", "Keeps how a performance looks"),
+        ("render", "yugen render scene.toml -o picture.exr"),
+        ("brdf", "ranks the models"),
+        ("brdf fit", "Levenberg-Marquardt"),
+        ("brdf plot", "a Rusinkiewicz slice"),
+        ("capture", "Finds where the lights stood"),
+        ("capture hdr", "columns file, seconds, light"),
+        ("capture calibrate", "with --ball x,y,radius"),
+        ("capture simulate", "Without any option about the sensor"),
+        ("capture weave", "cloth.btf with all maps"),
+        ("capture fit", "Threads repeat"),
+        ("capture export", "EXR keeps every number"),
+        ("capture relight", "whose centre lies where the camera is"),
+        ("capture rti", "hemispherical harmonics"),
+    ] {
+        let help = good(yugen_in(".".as_ref(), &format!("{line} --help")));
+        // Lines are broken to the width of the terminal.
+        let words = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains(taught), "{line}: {help}");
+    }
+}
+
+#[test]
 #[cfg(unix)]
 fn a_reader_that_has_seen_enough_is_no_failure() {
     let mut child = Command::new(env!("CARGO_BIN_EXE_yugen"))

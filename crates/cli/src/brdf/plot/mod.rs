@@ -18,7 +18,7 @@ use yugen_archive::atomic_write;
 use yugen_optics::tonemap::{Curve, Display};
 use yugen_optics::{ColourSpace, Vec3};
 
-/// Pictures of a model, as SVG or PNG.
+/// Pictures of a model, as SVG or PNG: lobes, a lit sphere, a Rusinkiewicz slice, albedo against angle.
 #[derive(Args)]
 pub struct Plot {
     #[command(flatten)]
