@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yugen_archive::formats::image::{self, NonFinite, WriteOptions};
 use yugen_archive::formats::{btf, lp, readings, stack};
-use yugen_archive::{atomic_write, read_bounded};
+use yugen_archive::{atomic_write, read_bounded, spare};
 use yugen_capture::Lights;
 use yugen_capture::simulate::{Camera, Sensor, Subject, fibonacci_dome};
 use yugen_optics::Vec3;
@@ -141,6 +141,7 @@ impl Simulate {
         let camera = self.camera();
 
         folder(&self.output)?;
+        spare(&self.output.join("truth.exr"), [&self.cloth])?;
         let about = btf::About {
             form: self.form.clone(),
             texel_mm: sample.texel_mm,

@@ -245,6 +245,7 @@ fn mistakes_are_named() {
     let truth = text(&maps.join("truth.exr"));
     refused(&["simulate", &truth, "--shadows", "-o", &path], "name them with --heights");
     refused(&["simulate", &truth, "--size", "9x9", "-o", &path], "--size says how to weave");
+    refused(&["simulate", &truth, "-o", &text(&maps)], "truth.exr: this is read, and would be lost");
     let other = scratch("other");
     good(&["simulate", "karaori", "--size", "9x8", "--lights", "1", "-o", &text(&other)]);
     let heights = text(&other.join("height.exr"));

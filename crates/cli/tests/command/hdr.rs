@@ -220,6 +220,14 @@ fn one_bracket_shows_saturation_motion_and_dark() {
             &[option.split(' ').next().unwrap(), expected],
         );
     }
+    let mut grey = Image::new(8, 8, &["Y"]);
+    grey.data.fill(0.2);
+    put(&folder.join("grey.png"), &grey, 16);
+    std::fs::write(&list, "file,seconds\ngrey.png,1\n").unwrap();
+    let patches = "red,green,blue,known_red,known_green,known_blue\n1,0,0,1,0,0\n0,1,0,0,1,0\n0,0,1,0,0,1\n";
+    std::fs::write(folder.join("chart.csv"), patches).unwrap();
+    let charted = "--list list.csv --response linear --chart chart.csv";
+    refused(hdr(&format!("grey.png -o out.exr {charted}")), &["--chart is for colours"]);
     std::fs::write(&list, "file,seconds\nb0.png,1\n").unwrap();
     refused(
         hdr("b0.png -o out.exr --list list.csv --response recover"),

@@ -109,10 +109,8 @@ pub(super) fn colours(path: &Path) -> Result<(Mat3, f32)> {
 }
 
 /// Turns colours, and their uncertainties as if the channels were independent.
-pub(super) fn turn(image: &mut Image, matrix: Mat3) {
-    if image.channels.len() != 6 {
-        return;
-    }
+pub(super) fn turn(image: &mut Image, matrix: Mat3) -> Result<()> {
+    ensure!(image.channels.len() == 6, "--chart is for colours, and the pictures are grey; leave it out");
     let squares = Mat3::from_cols_array(&matrix.to_cols_array().map(|v| v * v));
     for pixel in image.data.chunks_exact_mut(6) {
         let value = matrix * Vec3::from_slice(&pixel[..3]);
@@ -121,4 +119,5 @@ pub(super) fn turn(image: &mut Image, matrix: Mat3) {
         let sigma = (squares * (sigma * sigma)).to_array().map(f32::sqrt);
         pixel[3..].copy_from_slice(&sigma);
     }
+    Ok(())
 }

@@ -224,7 +224,7 @@ impl Hdr {
                 Some(self.balance(&mut merged.image, &light.name)?)
             };
             if let Some((matrix, _)) = matrix {
-                turn(&mut merged.image, matrix);
+                turn(&mut merged.image, matrix)?;
             }
             self.straighten(&mut merged.image)?;
             let options = WriteOptions { non_finite: NonFinite::Keep, ..WriteOptions::from(space) };
