@@ -11,8 +11,9 @@ with a line that says so, where there is none.
 
 Mitsuba renders each scene at several sample counts, Yugen to several error targets (--error, which gives noisy parts
 more samples; Mitsuba has no such budget). The error of a picture is the relative mean square error against a
-converged reference, rendered by Mitsuba with another seed; the time to a given error is read off the straight line
-through (log time, log error). Times are of rendering alone, warm (Mitsuba's kernels compiled, scene loaded); start-up
+converged reference, rendered by Mitsuba with another seed, in two halves: the product of the differences to each has
+no part that is the reference's own noise. The time to a given error is read off the straight line through (log time,
+log error). Times are of rendering alone, warm (Mitsuba's kernels compiled, scene loaded); start-up
 is the wall clock of a whole process that renders one sample a pixel.
 """
 
@@ -145,11 +146,11 @@ out = []
 for spp, seed, file in job["renders"]:
     chunk = job["chunk"]
     if spp > chunk:
-        total = None
-        for k in range(spp // chunk):
-            part = render(chunk, seed * 1000 + k)
-            total = part.astype(np.float64) if total is None else total + part
-        image, seconds = (total / (spp // chunk)).astype(np.float32), None
+        # Two halves that know nothing of each other.
+        n = spp // chunk
+        halves = [sum(render(chunk, seed * 1000 + k).astype(np.float64) for k in range(half, n, 2)) / (n // 2)
+                  for half in (0, 1)]
+        image, seconds = np.stack(halves), None
     else:
         render(spp, seed + 500)
         t = time.perf_counter()
@@ -228,14 +229,17 @@ def load(f):
         return np.load(f)
     return np.array(mi.Bitmap(f).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
 job = json.loads(sys.argv[1])
-ref = load(job["reference"]).astype(np.float64)
+halves = load(job["reference"])
+ref = halves.mean(axis=0)
 out = []
 for f in job["images"]:
     x = load(f).astype(np.float64)
     # Relative to the reference, with a hundredth of its mean as the darkest that counts.
-    error = (x - ref) ** 2 / (ref ** 2 + (0.01 * ref.mean()) ** 2 + 1e-12)
+    scale = ref ** 2 + (0.01 * ref.mean()) ** 2 + 1e-12
+    error = (x - halves[0]) * (x - halves[1]) / scale
     # A thousandth of the values may be outliers (fireflies) in either renderer; they would be all that is seen.
-    keep = np.sort(error.ravel())[: int(error.size * 0.999)]
+    order = np.argsort(np.maximum((x - ref) ** 2, (halves[0] - halves[1]) ** 2 / 4).ravel() / scale.ravel())
+    keep = error.ravel()[order[: int(error.size * 0.999)]]
     out.append({"relmse": float(keep.mean()), "relmse_all": float(error.mean()), "mean_ratio": float(x.mean() / ref.mean())})
 print(json.dumps(out))
 """
@@ -298,10 +302,10 @@ def main():
         variants = ["scalar_rgb"] + (["llvm_ad_rgb"] if llvm_library() else [])
         if len(variants) == 1:
             print("no LLVM library found: llvm_ad_rgb is left out (Debian: apt-get install libllvm19)", file=sys.stderr)
-        reference = folder / f"reference_{reference_spp}.npy"
+        reference = folder / f"halves_{reference_spp}.npy"
         if args.quick:
             reference_spp //= 4
-            reference = folder / f"reference_{reference_spp}.npy"
+            reference = folder / f"halves_{reference_spp}.npy"
         if not reference.exists():
             print(f"{name}: reference, {reference_spp} samples a pixel", file=sys.stderr)
             peer(variants[-1], path, defines, size, [(reference_spp, 77, str(reference))])

@@ -6,7 +6,7 @@
 //! table each over blocks of the picture, and one common table of the cells within a block.
 
 use crate::lights::LightError;
-use glam::{Mat3, Mat4, Vec2, Vec3, Vec3A};
+use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::Arc;
 use yugen_optics::Image;
@@ -30,18 +30,14 @@ const ALWAYS: f32 = 0.05;
 
 /// A latitude-longitude picture at infinity.
 pub(crate) struct Environment {
-    /// Scaled, four floats each, rows one texel longer than the picture: the first again.
-    texels: Vec<Vec3A>,
+    /// Scaled red, green and blue, and the probability in its block of the cell that begins here. Rows are one texel
+    /// longer than the picture: the first again.
+    texels: Vec<Vec4>,
     /// Cells lie between texel centres: W × (H − 1) of them.
     across: usize,
     down: usize,
     to_world: Mat3,
     to_local: Mat3,
-    luminance: Vec3A,
-    /// Added to a cell's luminance, against cells that are dark in the mean but not everywhere.
-    floor: f32,
-    /// Of the cells of a row.
-    solid_angles: Vec<f32>,
     cells: Cells,
     /// One for each orientation, then one for surfaces that take light from all around.
     views: Vec<View>,
@@ -49,13 +45,11 @@ pub(crate) struct Environment {
 
 /// What light samples are for, for one orientation of the surface that asks. They choose a block by its row, then a
 /// cell in it in proportion to the light from there.
+#[repr(align(64))]
 struct View {
-    /// Per row of blocks: the chance that it or one above is chosen.
-    rows: Vec<f32>,
-    /// Per block: the chance in its row that it or one before is chosen.
-    columns: Vec<f32>,
-    /// Per block: probability over light.
-    per_light: Vec<f32>,
+    rows: [Edge; BLOCKS[1]],
+    /// Within their row.
+    columns: [[Edge; BLOCKS[0]]; BLOCKS[1]],
     /// Irradiance, roughly, that light samples have to find.
     irradiance: f32,
 }
@@ -66,99 +60,127 @@ struct Cells {
     size: [usize; 2],
     /// Blocks.
     count: [usize; 2],
-    /// Per row of blocks, block and row in it: the chance that the row or one above is chosen.
-    rows: Vec<f32>,
-    /// Per row of cells and cell: the chance within its block's row that it or one before is chosen.
-    columns: Vec<f32>,
-    /// Of the blocks.
-    light: Vec<f32>,
+    /// Block after block: its rows, then row after row its cells.
+    edges: Vec<Edge>,
 }
 
+/// Where in [0, 1) the part of an entry begins that is chosen by one of several, in units of 1/[`WHOLE`]. Half as much
+/// to fetch as a float, and the probabilities read back are those that are drawn by, exactly.
+type Edge = u16;
+
+/// Edges of entries that are never chosen.
+const WHOLE: Edge = Edge::MAX;
+
 impl Cells {
-    /// From the light of `across` × `down` cells.
-    fn new(light: &[f32], across: usize, down: usize) -> Self {
+    /// Of `across` × `down` cells; without any light yet.
+    fn new(across: usize, down: usize) -> Self {
         let size = [across.div_ceil(BLOCKS[0]), down.div_ceil(BLOCKS[1])];
         let count = [across.div_ceil(size[0]), down.div_ceil(size[1])];
-        let stride = count[0] * size[0];
-        let mut columns = vec![1.0; stride * count[1] * size[1]];
-        let mut rows = vec![1.0; count[0] * count[1] * size[1]];
-        let mut of_block = Vec::with_capacity(count[0] * count[1]);
-        for (block, rows) in rows.chunks_exact_mut(size[1]).enumerate() {
-            let (x0, y0) = (block % count[0] * size[0], block / count[0] * size[1]);
-            let mut sums = vec![0.0; size[1]];
-            for (sum, y) in sums.iter_mut().zip(y0..down) {
-                let row = &light[y * across..][x0..(x0 + size[0]).min(across)];
-                let out = &mut columns[y * stride + x0..][..size[0]];
-                *sum = accumulate(row.iter().map(|w| f64::from(*w)), out);
-            }
-            of_block.push(accumulate(sums.into_iter(), rows) as f32);
+        Self { size, count, edges: vec![WHOLE; count[0] * count[1] * size[1] * (1 + size[0])] }
+    }
+
+    /// Takes the `light` of the cells, rows of `across`; returns that of the blocks.
+    fn fill(&mut self, light: &[f32], across: usize) -> Vec<f32> {
+        let [w, h] = self.size;
+        let mut of_block = Vec::with_capacity(self.count[0] * self.count[1]);
+        for (block, edges) in self.edges.chunks_exact_mut(h * (1 + w)).enumerate() {
+            let (x0, y0) = (block % self.count[0] * w, block / self.count[0] * h);
+            let (rows, columns) = edges.split_at_mut(h);
+            let cells = light.chunks_exact(across).skip(y0).map(|row| &row[x0..(x0 + w).min(across)]);
+            let sums: Vec<f32> = cells
+                .zip(columns.chunks_exact_mut(w))
+                .map(|(cells, columns)| divide(cells, columns))
+                .collect();
+            of_block.push(divide(&sums, rows));
         }
-        Self { size, count, rows, columns, light: of_block }
+        of_block
+    }
+
+    /// Edges of the rows of a block, and of the cells in one of them.
+    fn edges(&self, block: usize, row: usize) -> (&[Edge], &[Edge]) {
+        let [w, h] = self.size;
+        let edges = &self.edges[block * h * (1 + w)..][..h * (1 + w)];
+        (&edges[..h], &edges[h + row * w..][..w])
     }
 
     /// A place in a block, in cells of the picture, and the probability of the cell it is in.
     fn sample(&self, [x, y]: [usize; 2], u: Vec2) -> (Vec2, f32) {
-        let rows = &self.rows[(y * self.count[0] + x) * self.size[1]..][..self.size[1]];
-        let (row, v, p_row) = choose(rows, u.y);
-        let row = y * self.size[1] + row;
-        let columns = &self.columns[(row * self.count[0] + x) * self.size[0]..][..self.size[0]];
-        let (column, w, p_column) = choose(columns, u.x);
-        (Vec2::new((x * self.size[0] + column) as f32 + w, row as f32 + v), p_row * p_column)
+        let block = y * self.count[0] + x;
+        let (row, v) = choose(self.edges(block, 0).0, u.y);
+        let (rows, columns) = self.edges(block, row);
+        let (column, w) = choose(columns, u.x);
+        let at = Vec2::new((x * self.size[0] + column) as f32 + w, (y * self.size[1] + row) as f32 + v);
+        (at, width(rows, row) * width(columns, column))
     }
 
     /// The block that a cell is in.
-    fn block(&self, [x, y]: [usize; 2]) -> usize {
-        y / self.size[1] * self.count[0] + x / self.size[0]
+    fn block(&self, [x, y]: [usize; 2]) -> [usize; 2] {
+        [x / self.size[0], y / self.size[1]]
+    }
+
+    /// Probability of a cell within its block.
+    fn probability(&self, cell: [usize; 2]) -> f32 {
+        let [x, y] = self.block(cell);
+        let (row, column) = (cell[1] % self.size[1], cell[0] % self.size[0]);
+        let (rows, columns) = self.edges(y * self.count[0] + x, row);
+        width(rows, row) * width(columns, column)
     }
 }
 
 impl View {
-    /// From the weights of the blocks, which are irradiances.
-    fn new(weights: &[f32], cells: &Cells) -> Self {
-        let [across, down] = cells.count;
-        let mut columns = vec![0.0; across * down];
-        let sums: Vec<f64> = columns
-            .chunks_exact_mut(across)
-            .zip(weights.chunks_exact(across))
-            .map(|(out, row)| accumulate(row.iter().map(|w| f64::from(*w)), out))
-            .collect();
-        let mut rows = vec![0.0; down];
-        let irradiance = accumulate(sums.into_iter(), &mut rows) as f32;
-        let scale = 1.0 / irradiance.max(f32::MIN_POSITIVE);
-        let per_light = weights.iter().zip(&cells.light).map(|(w, l)| w * scale / l.max(f32::MIN_POSITIVE));
-        Self { rows, columns, per_light: per_light.collect(), irradiance }
+    /// From the weights of the blocks, rows of `across`, which are irradiances.
+    fn new(weights: &[f32], across: usize) -> Self {
+        let mut columns = [[WHOLE; BLOCKS[0]]; BLOCKS[1]];
+        let sums: Vec<f32> =
+            weights.chunks_exact(across).zip(&mut columns).map(|(row, edges)| divide(row, edges)).collect();
+        let mut rows = [WHOLE; BLOCKS[1]];
+        let irradiance = divide(&sums, &mut rows);
+        Self { rows, columns, irradiance }
     }
 
     /// A block, `u` stretched back to the unit square within it, and the probability.
     fn sample(&self, u: Vec2) -> ([usize; 2], Vec2, f32) {
-        let (row, v, p_row) = choose(&self.rows, u.y);
-        let across = self.columns.len() / self.rows.len();
-        let (column, w, p_column) = choose(&self.columns[row * across..][..across], u.x);
-        ([column, row], Vec2::new(w, v), p_row * p_column)
+        let (row, v) = choose(&self.rows, u.y);
+        let (column, w) = choose(&self.columns[row], u.x);
+        ([column, row], Vec2::new(w, v), self.probability([column, row]))
+    }
+
+    /// Of a block.
+    fn probability(&self, [x, y]: [usize; 2]) -> f32 {
+        width(&self.rows, y) * width(&self.columns[y], x)
     }
 }
 
-/// Writes what part of the sum of `weights` each and those before it have; returns the sum. Without any weight the
-/// last has all.
-fn accumulate(weights: impl Iterator<Item = f64> + Clone, out: &mut [f32]) -> f64 {
-    let total: f64 = weights.clone().sum();
-    let mut sum = 0.0;
-    for (out, w) in out.iter_mut().zip(weights) {
-        sum += w;
-        *out = if total > 0.0 { (sum / total) as f32 } else { 0.0 };
+/// Gives each of `weights` its part of the whole, none with weight less than the least there is, and sets the edges
+/// beyond to [`WHOLE`]; returns the sum. Without any weight the first has all.
+fn divide(weights: &[f32], edges: &mut [Edge]) -> f32 {
+    let sum: f64 = weights.iter().map(|w| f64::from(*w)).sum();
+    let spare = f64::from(WHOLE) - weights.len() as f64;
+    let least = |w: &f32| if *w > 0.0 { (f64::from(*w) / sum * spare) as u32 + 1 } else { 0 };
+    // Rounding leaves a few over: to the largest, which notices least.
+    let left = u32::from(WHOLE) - weights.iter().map(least).sum::<u32>();
+    let largest = (0..weights.len()).rev().max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
+    let mut edge = 0;
+    for (i, to) in edges.iter_mut().enumerate() {
+        *to = edge as Edge;
+        edge += weights.get(i).map_or(0, least) + if i == largest { left } else { 0 };
     }
-    if let Some(last) = out.last_mut() {
-        *last = 1.0;
-    }
-    total
+    sum as f32
 }
 
-/// The entry that `u` falls into, `u` stretched back to [0, 1), and the probability.
-fn choose(cumulative: &[f32], u: f32) -> (usize, f32, f32) {
-    let i = cumulative.partition_point(|c| *c <= u).min(cumulative.len() - 1);
-    let below = if i > 0 { cumulative[i - 1] } else { 0.0 };
-    let p = cumulative[i] - below;
-    (i, ((u - below) / p.max(f32::MIN_POSITIVE)).clamp(0.0, ONE_MINUS_EPSILON), p)
+/// The entry that `u` falls into, and `u` stretched back to [0, 1).
+fn choose(edges: &[Edge], u: f32) -> (usize, f32) {
+    let u = u * f32::from(WHOLE);
+    // The last that begins at or below u: one of zero width never is.
+    let i = edges.partition_point(|edge| *edge <= u as Edge).max(1) - 1;
+    let v = (u - f32::from(edges[i])) / (width(edges, i) * f32::from(WHOLE));
+    (i, v.clamp(0.0, ONE_MINUS_EPSILON))
+}
+
+/// Probability of entry `i`.
+fn width(edges: &[Edge], i: usize) -> f32 {
+    let end = edges.get(i + 1).copied().unwrap_or(WHOLE);
+    f32::from(end - edges[i]) / f32::from(WHOLE)
 }
 
 /// Corner of a square of the octahedron's map that the unit vector `n` is nearest to.
@@ -190,53 +212,71 @@ impl Environment {
         }
         let to_world = Mat3::from_mat4(to_world);
         let (across, down) = (w, h - 1);
-        let texels: Vec<Vec3A> = (0..h)
+        let texels = (0..h)
             .flat_map(|y| (0..=w).map(move |x| (x, y)))
-            .map(|(x, y)| Vec3A::from_slice(&image.pixel(x % w, y)[..3]) * scale)
+            .map(|(x, y)| (Vec3::from_slice(&image.pixel(x % w, y)[..3]) * scale).extend(0.0))
             .collect();
-        let luminance = Vec3A::from(luminance);
         // ∫ sin θ over a row of cells, exactly.
         let cos = |y: usize| (std::f64::consts::PI * y as f64 / down as f64).cos();
         let solid_angle = |y: usize| (cos(y) - cos(y + 1)) as f32 * TAU / across as f32;
+        let solid_angles: Vec<f32> = (0..down).map(solid_angle).collect();
         let mut environment = Self {
             texels,
             across,
             down,
             to_world,
             to_local: to_world.inverse(),
-            luminance,
-            floor: 0.0,
-            solid_angles: (0..down).map(solid_angle).collect(),
-            cells: Cells::new(&[0.0], 1, 1),
+            cells: Cells::new(across, down),
             views: Vec::new(),
         };
-        let whole: f64 = environment.solid_angles.iter().map(|s| f64::from(*s) * across as f64).sum();
-        let sum: f64 = environment.light().iter().map(|l| f64::from(*l)).sum();
-        environment.floor = (0.01 * sum / whole) as f32;
-        let light = environment.light();
-        environment.cells = Cells::new(&light, across, down);
-        environment.views = views(&environment.parts(&light), &environment.cells);
+        let mut light = environment.light(luminance, &solid_angles);
+        // Against cells that are dark in the mean but not everywhere.
+        let sum: f64 = light.iter().map(|l| f64::from(*l)).sum();
+        let floor = (0.01 * sum / (4.0 * std::f64::consts::PI)) as f32;
+        for (row, solid_angle) in light.chunks_exact_mut(across).zip(&solid_angles) {
+            row.iter_mut().for_each(|l| *l += floor * solid_angle);
+        }
+        let of_block = environment.cells.fill(&light, across);
+        for y in 0..down {
+            for x in 0..across {
+                environment.texels[y * (across + 1) + x].w = environment.cells.probability([x, y]);
+            }
+        }
+        environment.views =
+            views(&environment.parts(&light, &solid_angles), of_block.len(), environment.cells.count[0]);
         Ok(environment)
     }
 
     /// Of each cell: luminance times solid angle.
-    fn light(&self) -> Vec<f32> {
+    fn light(&self, luminance: Vec3, solid_angles: &[f32]) -> Vec<f32> {
         let cells = (0..self.down).flat_map(|y| (0..self.across).map(move |x| [x, y]));
-        cells.map(|[x, y]| self.light_of(self.corners([x, y]).into_iter().sum(), y)).collect()
-    }
-
-    /// The same from the sum of the cell's corners.
-    fn light_of(&self, corners: Vec3A, y: usize) -> f32 {
-        ((0.25 * self.luminance.dot(corners)).max(0.0) + self.floor) * self.solid_angles[y]
+        let of_cell = |[x, y]: [usize; 2]| {
+            let mean = 0.25 * self.corners([x, y]).into_iter().sum::<Vec4>().truncate();
+            luminance.dot(mean).max(0.0) * solid_angles[y]
+        };
+        cells.map(of_cell).collect()
     }
 
     /// Radiance at the corners of a cell: two above, two below.
-    fn corners(&self, [x, y]: [usize; 2]) -> [Vec3A; 4] {
+    fn corners(&self, [x, y]: [usize; 2]) -> [Vec4; 4] {
         // One column more than the picture has, so that neighbours lie side by side everywhere.
         let row = self.across + 1;
         let at = y * row + x;
         let (above, below) = (&self.texels[at..at + 2], &self.texels[at + row..at + row + 2]);
         [above[0], above[1], below[0], below[1]]
+    }
+
+    /// Asks memory for the corners of a cell ahead of time: they are wanted when a shadow ray has come through.
+    #[allow(unsafe_code)]
+    #[inline(always)]
+    fn fetch(&self, [x, y]: [usize; 2]) {
+        #[cfg(target_arch = "x86_64")]
+        for y in [y, y + 1] {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            let corner = self.texels.as_ptr().wrapping_add(y * (self.across + 1) + x);
+            // SAFETY: a hint; whatever the address, it reads nothing that the program could see.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(corner.cast()) };
+        }
     }
 
     /// How a surface that faces `facing` looks at it; zero: to all sides.
@@ -275,9 +315,8 @@ impl Environment {
         let sin_theta = (1.0 - local.y * local.y).max(0.0).sqrt();
         let mut pdf = 0.0;
         if sin_theta > 0.0 {
-            let light = self.light_of(corners.into_iter().sum(), cell[1]);
-            pdf =
-                self.view(facing).per_light[self.cells.block(cell)] * light * self.per_solid_angle(sin_theta);
+            let block = self.view(facing).probability(self.cells.block(cell));
+            pdf = block * corners[0].w * self.per_solid_angle(sin_theta);
         }
         (between(corners, at, cell), pdf)
     }
@@ -299,18 +338,19 @@ impl Environment {
         let (sin_phi, cos_phi) = ((at.x + 0.5) * (TAU / self.across as f32)).sin_cos();
         let local = Vec3::new(sin_phi * sin_theta, cos_theta, -cos_phi * sin_theta);
         let pdf = p_block * p * self.per_solid_angle(sin_theta);
+        self.fetch(self.cell(at));
         Some(((self.to_world * local).normalize(), pdf, at))
     }
 
     /// The parts of all blocks.
-    fn parts(&self, light: &[f32]) -> Vec<Part> {
+    fn parts(&self, light: &[f32], solid_angles: &[f32]) -> Vec<Part> {
         let size = self.cells.size;
         let parts = size.map(|n| n.min(PARTS));
         let columns = self.cells.count[0] * parts[0];
         let mut sums = vec![(0.0f32, 0.0f32, Vec3::ZERO); columns * self.cells.count[1] * parts[1]];
         let part_of =
             |i: usize, axis: usize| i / size[axis] * parts[axis] + i % size[axis] * parts[axis] / size[axis];
-        for (y, &solid_angle) in self.solid_angles.iter().enumerate() {
+        for (y, &solid_angle) in solid_angles.iter().enumerate() {
             let (sin_theta, cos_theta) = ((y as f32 + 0.5) * (PI / self.down as f32)).sin_cos();
             for x in 0..self.across {
                 let (sin_phi, cos_phi) = ((x as f32 + 1.0) * (TAU / self.across as f32)).sin_cos();
@@ -332,10 +372,10 @@ impl Environment {
 }
 
 /// Radiance at a place in a `cell` with these corners.
-fn between(corners: [Vec3A; 4], at: Vec2, cell: [usize; 2]) -> Vec3 {
+fn between(corners: [Vec4; 4], at: Vec2, cell: [usize; 2]) -> Vec3 {
     let t = at - Vec2::new(cell[0] as f32, cell[1] as f32);
     let (above, below) = (corners[0].lerp(corners[1], t.x), corners[2].lerp(corners[3], t.x));
-    above.lerp(below, t.y).into()
+    above.lerp(below, t.y).truncate()
 }
 
 /// A part of a block: where it is, its size, and the light from it.
@@ -350,17 +390,17 @@ struct Part {
 /// With one sample of a material that draws directions with density q, and one of the light with p, the balance
 /// heuristic has no noise where p + q goes as f cos L; for a matt surface under irradiance E that is
 /// p ∝ cos (L − E / 2π).
-fn views(parts: &[Part], cells: &Cells) -> Vec<View> {
+fn views(parts: &[Part], blocks: usize, across: usize) -> Vec<View> {
     let view = |cosines: &dyn Fn(Vec3) -> f32| {
         let cosines: Vec<f32> = parts.iter().map(|p| cosines(p.direction)).collect();
         let sum = |f: fn(&Part) -> f32| -> f32 { parts.iter().zip(&cosines).map(|(p, c)| c * f(p)).sum() };
         let even = 0.5 * sum(|p| p.light) / sum(|p| p.solid_angle);
-        let mut blocks = vec![0.0; cells.light.len()];
+        let mut blocks = vec![0.0; blocks];
         for (part, cos) in parts.iter().zip(&cosines) {
             let bright = (part.light - even * part.solid_angle).max(0.0);
             blocks[part.block] += cos * (bright + ALWAYS * part.light);
         }
-        View::new(&blocks, cells)
+        View::new(&blocks, across)
     };
     let mut views: Vec<View> = (0..(SQUARES + 1) * (SQUARES + 1))
         .map(|i| {
