@@ -23,6 +23,7 @@ pub struct World {
     /// Lights.
     pub lights: Lights,
     see_through: bool,
+    luminance: Vec3,
 }
 
 /// A scene could not be prepared for rendering.
@@ -157,7 +158,7 @@ impl Walk {
             depth: 0,
             eta: 1.0,
             cone: Cone { width: follow.width, spread: follow.spread },
-            draw: Draw { from: Receiver { position: ray.origin, facing: Vec3::ZERO }, pdf: 0.0, delta: true },
+            draw: Draw { from: Receiver::eye(ray.origin), pdf: 0.0, delta: true },
         }
     }
 }
@@ -169,21 +170,8 @@ pub(crate) struct Vertex<'a> {
     /// Along the ray that came here.
     pub(crate) t: f32,
     pub(crate) wo: Vec3,
-}
-
-impl Vertex<'_> {
     /// As lights see it.
-    fn receiver(&self) -> Receiver {
-        let n = self.surface.frame.n;
-        let facing = if !self.shading.one_sided() {
-            Vec3::ZERO
-        } else if n.dot(self.wo) < 0.0 {
-            -n
-        } else {
-            n
-        };
-        Receiver { position: self.surface.position, facing }
-    }
+    receiver: Receiver,
 }
 
 /// Light that comes to a vertex from one direction.
@@ -208,7 +196,8 @@ impl World {
         let materials = Materials::new(scene)?;
         let lights = Lights::new(scene, &geometry, &textures)?;
         let see_through = materials.any_see_through();
-        Ok(Self { geometry, textures, materials, lights, see_through })
+        let luminance = scene.working_space.luminance_weights();
+        Ok(Self { geometry, textures, materials, lights, see_through, luminance })
     }
 
     /// Whether any surface lets light straight through.
@@ -315,8 +304,28 @@ impl World {
                     uv: surface.uv,
                 };
             }
-            return (walk.depth + 1 < max_depth).then_some(Vertex { surface, shading, t: hit.t, wo });
+            if walk.depth + 1 >= max_depth {
+                return None;
+            }
+            let receiver = self.receiver(&surface, &shading, wo);
+            return Some(Vertex { surface, shading, t: hit.t, wo, receiver });
         }
+    }
+
+    /// A surface as lights see it.
+    #[inline(always)]
+    fn receiver(&self, surface: &Surface, shading: &Shading, wo: Vec3) -> Receiver {
+        let n = surface.frame.n;
+        let facing = if !shading.one_sided() {
+            Vec3::ZERO
+        } else if n.dot(wo) < 0.0 {
+            -n
+        } else {
+            n
+        };
+        let reflected = |wi: Vec3| self.luminance.dot(shading.eval_pdf(wi).0);
+        let gleams = shading.smooth() && !self.materials.matt(surface.material);
+        self.lights.receiver(surface.position, facing, if gleams { Some(&reflected) } else { None })
     }
 
     /// Light that comes to `vertex` straight from a light chosen by `u`, over the density of that choice and
@@ -333,7 +342,7 @@ impl World {
         if !vertex.shading.smooth() {
             return None;
         }
-        let light = self.lights.sample(&self.textures, &vertex.receiver(), u)?;
+        let light = self.lights.sample(&self.textures, &vertex.receiver, u)?;
         let (f, pdf) = vertex.shading.eval_pdf(light.wi);
         if f == Vec3::ZERO {
             return None;
@@ -366,7 +375,7 @@ impl World {
         walk.eta *= s.eta;
         walk.cone.width += walk.cone.spread * vertex.t;
         if !s.null {
-            walk.draw = Draw { from: vertex.receiver(), pdf: s.pdf, delta: s.delta };
+            walk.draw = Draw { from: vertex.receiver, pdf: s.pdf, delta: s.delta };
             if !s.delta {
                 // A rough bounce spreads the footprint like a lobe of that density.
                 walk.cone.spread = walk.cone.spread.max((1.0 / (4.0 * s.pdf.max(0.05))).sqrt().min(0.5));

@@ -1,8 +1,8 @@
 //! All lights of a scene: which to ask, where on it, and how likely that was.
 //!
-//! A light is chosen in proportion to the irradiance it could send to the point that asks (all of them are
-//! looked at while they are few, a fixed distribution is used when they are many), then a direction towards it
-//! by its own best density: the cone of a sphere, the spherical rectangle of a quad, what is bright in an environment.
+//! A light is chosen in proportion to the irradiance it could send to the point that asks, and to what a gleaming
+//! surface makes of it (all of them are looked at while they are few, a fixed distribution is used when they are many),
+//! then a direction towards it by its own best density: the cone of a sphere, the spherical rectangle of a quad, what is bright in an environment.
 
 use crate::accel::NO_INSTANCE;
 use crate::environment::Environment;
@@ -11,10 +11,10 @@ use crate::texture::{Lookup, Textures};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::f32::consts::PI;
 use yugen_archive::scene::{Light, Scene, Value};
-use yugen_optics::distribution::{self, ONE_MINUS_EPSILON};
+use yugen_optics::distribution;
 
 /// Above this many lights a fixed distribution replaces the look at each.
-const FEW: usize = 24;
+const FEW: usize = 16;
 
 /// A direction towards a light.
 pub struct LightSample {
@@ -62,6 +62,25 @@ pub struct Receiver {
     pub position: Vec3,
     /// Unit normal on the side that light has to come to; zero: light from all around counts.
     pub facing: Vec3,
+    /// The chance of each light and those before it to be asked, while they are few.
+    chances: [f32; FEW],
+}
+
+impl Receiver {
+    /// The eye, which no light is asked for.
+    pub fn eye(position: Vec3) -> Self {
+        Self { position, facing: Vec3::ZERO, chances: [0.0; FEW] }
+    }
+}
+
+/// What a light could send to a point.
+struct Asked {
+    /// On a surface that faces it.
+    irradiance: f32,
+    /// What part of that the side that the point faces gets.
+    turned: f32,
+    /// Towards its middle; none for light from all around.
+    direction: Option<Vec3>,
 }
 
 /// The lights of a scene.
@@ -184,10 +203,11 @@ impl Lights {
         let mut lights = Self { emitters, of_shape, environments, background, fixed: None, luminance };
         if lights.emitters.len() > FEW {
             let bounds = geometry.bounds();
-            let middle = Receiver { position: (bounds.lo + bounds.hi) * 0.5, facing: Vec3::ZERO };
+            let position = (bounds.lo + bounds.hi) * 0.5;
+            let middle = Receiver::eye(position);
             let reach = (bounds.hi - bounds.lo).length() * 0.25;
             let power: Vec<f32> =
-                (0..lights.emitters.len()).map(|i| lights.importance(i, &middle, reach)).collect();
+                (0..lights.emitters.len()).map(|i| lights.asked(i, &middle, reach).irradiance).collect();
             // A tenth to all alike, so that a light that matters locally is never starved.
             let floor = 0.1 * power.iter().sum::<f32>() / power.len() as f32;
             let mut fixed = vec![0.0; power.len()];
@@ -197,94 +217,102 @@ impl Lights {
         Ok(lights)
     }
 
-    /// Irradiance that emitter `i` could send to `to` and that light samples have to find, roughly; distances are
-    /// not taken smaller than `reach`.
-    fn importance(&self, i: usize, to: &Receiver, reach: f32) -> f32 {
+    /// A point that asks for light. `reflected`: luminance of f |cos θ| of its surface towards a direction, where
+    /// that says more than the side it faces.
+    pub fn receiver(
+        &self,
+        position: Vec3,
+        facing: Vec3,
+        reflected: Option<&dyn Fn(Vec3) -> f32>,
+    ) -> Receiver {
+        let mut to = Receiver { position, facing, chances: [0.0; FEW] };
+        let n = self.emitters.len();
+        if n < 2 || n > FEW {
+            return to;
+        }
+        let (mut bright, mut seen) = ([0.0; FEW], [0.0; FEW]);
+        for i in 0..n {
+            let asked = self.asked(i, &to, 0.0);
+            bright[i] = asked.irradiance * asked.turned;
+            seen[i] = match (reflected, asked.direction) {
+                (Some(f), Some(direction)) => asked.irradiance * f(direction),
+                // As if matt.
+                _ => bright[i] * (1.0 / PI),
+            };
+        }
+        // A twentieth to all alike, another to what is bright whatever the surface makes of its middle: the rest is a
+        // guess.
+        let sum = |w: &[f32; FEW]| w[..n].iter().sum::<f32>().max(1e-30);
+        let (of_bright, of_seen) = (0.05 / sum(&bright), 0.9 / sum(&seen));
+        let even = 0.05 / n as f32;
+        let chances = (0..n).map(|i| f64::from(even + of_bright * bright[i] + of_seen * seen[i]));
+        distribution::accumulate(chances, &mut to.chances[..n]);
+        to
+    }
+
+    /// What emitter `i` could send to `to` and light samples have to find, roughly; distances are not taken smaller
+    /// than `reach`.
+    fn asked(&self, i: usize, to: &Receiver, reach: f32) -> Asked {
         let near2 = (reach * reach).max(1e-12);
-        // Of a source at `p` with that radius, what a surface that is turned away gets less.
-        let turned = |p: Vec3, distance2: f32, radius: f32| {
-            if to.facing == Vec3::ZERO {
-                return 1.0;
-            }
-            let distance = distance2.sqrt();
-            let sine = (radius / distance).min(1.0);
-            ((to.facing.dot(p - to.position) / distance + sine) / (1.0 + sine)).clamp(0.0, 1.0)
+        // A source of that irradiance head on towards `way`, and the sine of its half angle.
+        let from = |irradiance: f32, way: Vec3, sine: f32| {
+            let direction = way.normalize_or_zero();
+            let turned = if to.facing == Vec3::ZERO {
+                1.0
+            } else {
+                ((to.facing.dot(direction) + sine) / (1.0 + sine)).clamp(0.0, 1.0)
+            };
+            Asked { irradiance, turned, direction: Some(direction) }
         };
+        let distance2 = |p: Vec3| to.position.distance_squared(p).max(near2);
         match &self.emitters[i] {
             Emitter::Area { sampler, mean, centre, .. } => {
                 let area = sampler.area();
+                let distance2 = distance2(*centre);
                 // Half of what a small source of this area would give head on, never more than the hemisphere.
-                let distance2 = to.position.distance_squared(*centre);
-                mean * (area / (distance2 + area * 0.25).max(near2)).min(PI)
-                    * turned(*centre, distance2.max(near2), area.sqrt())
+                let irradiance = mean * (area / (distance2 + area * 0.25)).min(PI);
+                from(irradiance, *centre - to.position, (area / distance2).sqrt().min(1.0))
             }
             Emitter::Point { position, intensity } | Emitter::Spot { position, intensity, .. } => {
-                let distance2 = to.position.distance_squared(*position).max(near2);
-                self.luminance.dot(*intensity) / distance2 * turned(*position, distance2, 0.0)
+                from(self.luminance.dot(*intensity) / distance2(*position), *position - to.position, 0.0)
             }
-            Emitter::Directional { irradiance, .. } => self.luminance.dot(*irradiance),
-            Emitter::Environment(e) => e.irradiance(to.facing),
+            Emitter::Directional { irradiance, direction } => {
+                from(self.luminance.dot(*irradiance), -*direction, 0.0)
+            }
+            Emitter::Environment(e) => {
+                Asked { irradiance: e.irradiance(to.facing), turned: 1.0, direction: None }
+            }
             Emitter::Projector { position, scale, .. } => {
-                PI * scale / to.position.distance_squared(*position).max(near2)
+                from(PI * scale / distance2(*position), *position - to.position, 0.0)
             }
         }
     }
 
-    /// Chooses an emitter for `to`: its index and probability, and `u` stretched back to [0, 1).
-    fn choose(&self, to: &Receiver, u: f32) -> Option<(usize, f32, f32)> {
+    /// The chance of each light and those before it to be asked by `to`.
+    fn chances<'a>(&'a self, to: &'a Receiver) -> &'a [f32] {
+        self.fixed.as_deref().unwrap_or(&to.chances[..self.emitters.len()])
+    }
+
+    /// Chooses an emitter for `to`: its index and probability.
+    fn choose(&self, to: &Receiver, u: f32) -> Option<(usize, f32)> {
         match self.emitters.len() {
             0 => None,
-            1 => Some((0, 1.0, u)),
-            n => {
-                if let Some(fixed) = &self.fixed {
-                    let (i, rest, p) = distribution::choose(fixed, u);
-                    return Some((i, p, rest));
-                }
-                let mut weights = [0.0f32; FEW];
-                let total = self.weights(to, &mut weights);
-                let mut rest = u * total;
-                for (i, &w) in weights[..n].iter().enumerate() {
-                    if rest < w || i + 1 == n {
-                        return Some((i, w / total, (rest / w).clamp(0.0, ONE_MINUS_EPSILON)));
-                    }
-                    rest -= w;
-                }
-                None
+            1 => Some((0, 1.0)),
+            _ => {
+                let (i, _, probability) = distribution::choose(self.chances(to), u);
+                Some((i, probability))
             }
         }
-    }
-
-    fn weights(&self, to: &Receiver, weights: &mut [f32; FEW]) -> f32 {
-        let n = self.emitters.len();
-        let mut total = 0.0;
-        for (i, w) in weights[..n].iter_mut().enumerate() {
-            *w = self.importance(i, to, 0.0);
-            total += *w;
-        }
-        // A twentieth to all alike: importance is a guess.
-        let floor = (0.05 * total / n as f32).max(1e-30);
-        for w in &mut weights[..n] {
-            *w += floor;
-        }
-        total + floor * n as f32
     }
 
     fn probability(&self, to: &Receiver, i: usize) -> f32 {
-        match (self.emitters.len(), &self.fixed) {
-            (1, _) => 1.0,
-            (_, Some(fixed)) => distribution::probability(fixed, i),
-            _ => {
-                let mut weights = [0.0f32; FEW];
-                let total = self.weights(to, &mut weights);
-                weights[i] / total
-            }
-        }
+        if self.emitters.len() == 1 { 1.0 } else { distribution::probability(self.chances(to), i) }
     }
 
     /// A direction from `to` to some light; `u` chooses the light with `u[2]` and the place with the others.
     #[inline]
     pub fn sample(&self, textures: &Textures, to: &Receiver, u: [f32; 4]) -> Option<LightSample> {
-        let (i, probability, _) = self.choose(to, u[2])?;
+        let (i, probability) = self.choose(to, u[2])?;
         let p = to.position;
         let uv = Vec2::new(u[0], u[1]);
         let dirac = |position: Vec3, intensity: Vec3| {
