@@ -241,17 +241,18 @@ impl Job {
                     finished.1.notify_all();
                 });
             }
+            let mut looking = Duration::ZERO;
             let mut done = lock(&finished.0);
             while *done < self.threads {
-                done = finished
-                    .1
-                    .wait_timeout(done, Duration::from_millis(200))
-                    .unwrap_or_else(PoisonError::into_inner)
-                    .0;
+                // A look at a large picture takes its time; it shall take little of that of the work.
+                let pause = (20 * looking).max(Duration::from_millis(200));
+                done = finished.1.wait_timeout(done, pause).unwrap_or_else(PoisonError::into_inner).0;
                 if *done < self.threads {
                     drop(done);
                     self.elapsed.store(clock.elapsed().as_millis() as u64, Ordering::Relaxed);
+                    let begun = Instant::now();
                     action = observe(self, &self.progress(clock));
+                    looking = begun.elapsed();
                     if action == Action::Stop {
                         stop.store(true, Ordering::Relaxed);
                     }

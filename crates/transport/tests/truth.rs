@@ -154,6 +154,52 @@ fn dirac_lights_obey_the_inverse_square() {
     }
 }
 
+/// A gleaming plate shows each pixel little but one of the lights. Choosing among them by what the plate shows must
+/// leave the sum what it is, and cost little against looking at each of them.
+#[test]
+fn lights_over_a_gleaming_plate_add_up() {
+    let plate =
+        shape(Geometry::Rectangle, Mat4::from_rotation_x(-0.5 * PI) * Mat4::from_scale(Vec3::splat(3.0)), 0);
+    let light = |i: usize| {
+        let radius = [0.05, 0.1, 0.2, 0.4][i];
+        let place = Mat4::from_translation(Vec3::new(i as f32 - 1.5, 1.0, 0.5))
+            * Mat4::from_scale(Vec3::splat(radius));
+        let mut light = shape(Geometry::Sphere, place, 1);
+        light.emission = Some(Value::Number(1.0 / (radius * radius)));
+        light
+    };
+    let look = |lights: &[usize], spp| {
+        let scene = Scene {
+            cameras: vec![camera(12, 8, Vec3::new(0.0, 1.5, -3.0), Vec3::ZERO)],
+            materials: vec![model("ggx", &[("alpha_x", 0.15), ("alpha_y", 0.1)]), lambert(0.0)],
+            shapes: std::iter::once(plate.clone()).chain(lights.iter().map(|i| light(*i))).collect(),
+            integrator: Integrator { max_depth: Some(2), ..Integrator::default() },
+            ..Scene::default()
+        };
+        let job = Job::new(&scene, &Options { aovs: vec![Aov::Variance], ..options(2, spp) }).expect("a job");
+        assert!(job.run(|_, _| Action::Continue));
+        job.image()
+    };
+    let together = look(&[0, 1, 2, 3], 4096);
+    let alone: Vec<_> = (0..4).map(|i| look(&[i], 1024)).collect();
+    let n = together.channels.len();
+    let variance = together.channel("variance.R").expect("a variance");
+    let (mut worst, mut of_choice, mut of_each) = (0.0f64, 0.0, 0.0);
+    for (i, pixel) in together.data.chunks_exact(n).enumerate() {
+        let each = |c: usize| alone.iter().map(|a| f64::from(a.data[i * n + c])).sum::<f64>();
+        let expected = f64::from(pixel[variance]) + each(variance);
+        // Below this is rounding.
+        worst = worst.max((f64::from(pixel[0]) - each(0)).abs() / (expected.sqrt() + 1e-5));
+        of_choice += f64::from(pixel[variance]);
+        of_each += each(variance);
+    }
+    // 1.0 with low-discrepancy points.
+    assert!(worst < 2.5, "{worst} standard errors");
+    // A third of that of as many samples shared out evenly; twice that where lights are chosen by what they would send
+    // to a matt plate.
+    assert!(of_choice < 0.5 * of_each, "{of_choice} {of_each}");
+}
+
 /// Form factor of a disc seen from a point on its axis: E = π L r²/(r² + d²). Every shape of light agrees.
 #[test]
 fn area_lights_of_every_shape() {
