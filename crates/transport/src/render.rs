@@ -193,7 +193,7 @@ impl Job {
         [self.layout.window[2], self.layout.window[3]]
     }
 
-    /// Renders until the budget is spent or `observe`, called a few times a second, says stop. Returns whether
+    /// Renders until the budget is spent or `observe`, called a few times a second (less often for very large pictures), says stop. Returns whether
     /// the budget was spent.
     pub fn run(&self, mut observe: impl FnMut(&Self, &Progress) -> Action) -> bool {
         let clock = Clock {
@@ -245,7 +245,7 @@ impl Job {
             let mut done = lock(&finished.0);
             while *done < self.threads {
                 // A look at a large picture takes its time; it shall take little of that of the work.
-                let pause = (20 * looking).max(Duration::from_millis(200));
+                let pause = (20 * looking).clamp(Duration::from_millis(200), Duration::from_secs(2));
                 done = finished.1.wait_timeout(done, pause).unwrap_or_else(PoisonError::into_inner).0;
                 if *done < self.threads {
                     drop(done);
