@@ -156,7 +156,10 @@ fn mistakes_are_told_before_anything_is_rendered() {
     std::fs::write(&scene, SCENE.replace("reflectance = 0.8", "reflectanse = 0.8")).unwrap();
     refused(render(&scene, &output, &[]), &["ball.toml:12:1", "reflectance"]);
     std::fs::write(&scene, SCENE.replace("fov = 35", "fov = nan")).unwrap();
-    refused(render(&scene, &output, &[]), &["ball.toml:5:7: 'fov' is nan; expected a number"]);
+    refused(
+        render(&scene, &output, &[]),
+        &["ball.toml:5:7: 'fov' is nan, which is not finite; expected a number"],
+    );
     refused(
         render(&folder.join("none.toml"), &output, &[]),
         &["none.toml: there is nothing of this name; check its name\n"],

@@ -39,7 +39,9 @@ impl<'a> Item<'a> {
     pub fn wrong(&self, expected: &str) -> Error {
         let found = match self.value.get_ref() {
             DeValue::String(s) if s.len() < 40 => format!("'{s}'"),
-            DeValue::Float(f) if !f.as_str().parse().is_ok_and(f64::is_finite) => f.as_str().to_string(),
+            DeValue::Float(f) if !f.as_str().parse().is_ok_and(f64::is_finite) => {
+                format!("{}, which is not finite", f.as_str())
+            }
             other => format!("of type {}", other.type_str()),
         };
         self.invalid(format!("'{}' is {found}; expected {expected}", self.key))
