@@ -204,6 +204,10 @@ fn one_bracket_shows_saturation_motion_and_dark() {
     refused(hdr("out.exr -o out.exr"), &["out.exr", "this is read", "another output"]);
     refused(hdr("b0.png b1.png -o out.exr --list list.csv"), &["b2.png' is not there"]);
     refused(hdr("b0.png -o out.exr --response gone.csv --list list.csv"), &["is not there"]);
+    refused(
+        hdr(&format!("b0.png b1.png b2.png {options} --save-response gone/r.csv")),
+        &["no folder 'gone'"],
+    );
     let lens = "--lens 80,48,36,1e9,0,0,0,0";
     refused(hdr(&format!("b0.png b1.png b2.png {options} {lens}")), &["--lens", "in pixels"]);
     for (option, expected) in [

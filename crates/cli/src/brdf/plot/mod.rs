@@ -14,7 +14,7 @@ use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use scale::Scale;
 use std::path::PathBuf;
-use yugen_archive::atomic_write;
+use yugen_archive::{atomic_write, check_writable};
 use yugen_optics::tonemap::{Curve, Display};
 use yugen_optics::{ColourSpace, Vec3};
 
@@ -144,6 +144,7 @@ impl Plot {
         if self.kind == Kind::Lobe && theta_i.len() > 1 {
             bail!("a lobe in three dimensions has one angle of incidence; --kind polar shows several");
         }
+        check_writable(&self.output)?;
         let model = self.subject.build()?;
         if model.bsdf().laws().delta && matches!(self.kind, Kind::Polar | Kind::Lobe | Kind::Slice) {
             bail!(

@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use std::path::PathBuf;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions, WriteOptions};
 use yugen_archive::formats::{response, stack};
-use yugen_archive::{Error, atomic_write, make_folder, spare};
+use yugen_archive::{Error, atomic_write, check_writable, make_folder, spare};
 use yugen_capture::hdr::{Response, Tally};
 use yugen_capture::lens::{Lens, straighten};
 use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
@@ -206,6 +206,9 @@ impl Hdr {
 
         if folder {
             make_folder(&self.output)?;
+        }
+        if let Some(path) = &self.save_response {
+            check_writable(path)?;
         }
         let bar = progress::bar(lights.len() as u64, self.json);
         let mut outcomes = Vec::new();

@@ -28,6 +28,10 @@ impl Relight {
         }
         let normals =
             self.normals.as_deref().map(|f| read_normals(f, stack.width, stack.height)).transpose()?;
+        // Before the work rather than after it.
+        if let Some(folder) = &self.report {
+            make_folder(folder)?;
+        }
         let threads = argument::threads(self.threads);
         let methods = if self.method.is_empty() { Method::ALL.to_vec() } else { self.method.clone() };
 
@@ -182,7 +186,6 @@ fn draw(
     scores: &[Score],
     width: usize,
 ) -> Result<()> {
-    make_folder(folder)?;
     let options = image::WriteOptions::from(ColourSpace::LinearSrgb);
     let save = |name: String, values: &mut dyn Iterator<Item = [f32; 3]>| -> Result<()> {
         let data: Vec<f32> = values.flat_map(|v| v.map(srgb_to_linear)).collect();
