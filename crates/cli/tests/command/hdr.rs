@@ -308,7 +308,8 @@ fn what_the_folder_says_is_used_and_passed_on() {
         "lights = \"lamps.lp\"\naxes = \"x -y z\"\nresponse = 2.0\nintensities = [2, 4]\nwhite = 0.5\n";
     std::fs::write(other.join("stack.toml"), told).unwrap();
     let other = other.to_str().unwrap();
-    good(yugen(&["capture", "hdr"], &[other, "-o", &stack, "--json"]));
+    let run = yugen(&["capture", "hdr"], &[other, "-o", &stack, "--json"]);
+    assert!(run.success && run.err.contains("mask.png: this mask was here before and stays"), "{}", run.err);
     std::fs::remove_file(Path::new(&stack).join("mask.png")).unwrap();
     let merged = Folder::open(stack.as_ref()).unwrap();
     assert_eq!((merged.options.near, &merged.options.intensities[..]), (false, &[[4.0; 3], [2.0; 3]][..]));

@@ -267,6 +267,11 @@ impl Hdr {
             self.straighten(&mut mask)?;
             let options = WriteOptions { raw: true, ..WriteOptions::default() };
             image::write(&self.output.join(stack::MASK), &mask, &options)?;
+        } else if self.output.join(stack::MASK).is_file() {
+            tracing::warn!(
+                "{}: this mask was here before and stays; delete it if it is not of these pictures",
+                self.output.join(stack::MASK).display()
+            );
         }
         let mut options = stack::Options { view: usual.view, ..stack::Options::default() };
         match &self.white[..] {
