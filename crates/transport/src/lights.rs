@@ -227,7 +227,7 @@ impl Lights {
     ) -> Receiver {
         let mut to = Receiver { position, facing, chances: [0.0; FEW] };
         let n = self.emitters.len();
-        if n < 2 || n > FEW {
+        if !(2..=FEW).contains(&n) {
             return to;
         }
         let (mut bright, mut seen) = ([0.0; FEW], [0.0; FEW]);
