@@ -61,6 +61,11 @@ pub struct Render {
     #[arg(long, value_name = "N")]
     max_depth: Option<u32>,
 
+    /// Most radiance that a path may bring after more than one bounce, instead of what the scene says. Bright specks
+    /// go, and some light with them: how much is stated. The picture is then no reference.
+    #[arg(long, value_name = "L", value_parser = parse_clamp)]
+    clamp: Option<f32>,
+
     /// Layers to record besides the picture, for .exr: albedo, normal, shading_normal, depth, position, uv, id,
     /// variance; or all.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse_aov)]
@@ -195,6 +200,9 @@ impl Render {
         if self.max_depth.is_some() {
             integrator.max_depth = self.max_depth;
         }
+        if self.clamp.is_some() {
+            integrator.clamp = self.clamp;
+        }
         let mut aovs = Vec::new();
         for aov in self.aov.iter().flatten() {
             if !aovs.contains(aov) {
@@ -223,6 +231,7 @@ impl Render {
             ("yugen:seed".into(), self.seed.to_string()),
             ("yugen:samples".into(), status.samples.to_string()),
             ("yugen:rejected".into(), status.rejected.to_string()),
+            ("yugen:clamped_light".into(), status.clamped.to_string()),
         ]
     }
 
@@ -246,6 +255,7 @@ impl Render {
                 "prepare_seconds": prepared.as_secs_f64(),
                 "relative_error": job.error(),
                 "rejected_samples": status.rejected,
+                "clamped_light": status.clamped,
                 "triangles": stats.triangles,
                 "hierarchy_bytes": stats.tree_bytes,
                 "mesh_bytes": stats.mesh_bytes,
@@ -260,6 +270,9 @@ impl Render {
             // Nothing can be said of a moment.
             if seconds > 0.05 { format!(" ({:.2} M samples/s)", rate / 1e6) } else { String::new() },
         );
+        if status.clamped > 0.0 {
+            println!("{:.2} % of the light was clamped away", 100.0 * status.clamped);
+        }
         if status.rejected > 0 {
             println!("{} samples were not finite and were left out", status.rejected);
         }
@@ -318,6 +331,13 @@ fn parse_error(text: &str) -> Result<f32, String> {
         .ok()
         .filter(|e: &f32| (1e-5..=1.0).contains(e))
         .ok_or_else(|| "expected a relative error between 0.00001 and 1, as in 0.01".to_string())
+}
+
+fn parse_clamp(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|l: &f32| *l > 0.0 && l.is_finite())
+        .ok_or_else(|| "expected a radiance above 0, as in 10".to_string())
 }
 
 fn parse_aov(text: &str) -> Result<Vec<Aov>, String> {

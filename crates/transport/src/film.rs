@@ -102,6 +102,8 @@ pub struct Tile {
     pub goal: u32,
     /// Light that came by ends of paths that neighbouring pixels have shared: the sum over samples and colours.
     pub shared: f64,
+    /// Light that was clamped away: the sum over samples and colours.
+    pub clamped: f64,
     /// Samples thrown away because they were not finite or negative beyond rounding.
     pub rejected: u64,
     /// (size + 2·border)² pixels of `channels` sums, then the sum of weights.
@@ -222,6 +224,7 @@ impl FilmLayout {
                     samples: 0,
                     goal: 0,
                     shared: 0.0,
+                    clamped: 0.0,
                     rejected: 0,
                     sums: vec![0.0; padded * (self.channels.len() + 1)],
                     moments: vec![[0.0; 7]; (size[0] * size[1]) as usize],

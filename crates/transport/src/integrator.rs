@@ -85,8 +85,26 @@ pub struct Radiance {
     pub rgb: Vec3,
     /// 1 where the ray met a surface, 0 where it escaped.
     pub alpha: f32,
+    /// What of it was clamped away, all colours together.
+    pub clamped: f32,
     /// The first surface.
     pub first: FirstHit,
+}
+
+impl Radiance {
+    /// Adds light that came by so many bounces.
+    #[inline(always)]
+    fn bring(&mut self, follow: &Follow, bounces: u32, light: Vec3) {
+        let light = match follow.settings.clamp {
+            Some(most) if bounces > 1 && light.max_element() > most => {
+                let kept = light * (most / light.max_element());
+                self.clamped += (light - kept).element_sum();
+                kept
+            }
+            _ => light,
+        };
+        self.rgb += light;
+    }
 }
 
 /// How camera rays are followed.
@@ -271,7 +289,7 @@ impl World {
             let Some(hit) = self.geometry.intersect(&walk.ray) else {
                 if walk.depth < max_depth && !(hide_emitters && walk.draw.delta && out.alpha == 0.0) {
                     for (radiance, pdf) in self.lights.escaped(&walk.draw.from, walk.ray.dir) {
-                        out.rgb += walk.throughput * radiance * walk.draw.weight(pdf);
+                        out.bring(follow, walk.depth, walk.throughput * radiance * walk.draw.weight(pdf));
                     }
                 }
                 return None;
@@ -289,7 +307,7 @@ impl World {
             {
                 let pdf =
                     if walk.draw.delta { 0.0 } else { self.lights.pdf_hit(i, &walk.draw.from, &surface) };
-                out.rgb += walk.throughput * radiance * walk.draw.weight(pdf);
+                out.bring(follow, walk.depth, walk.throughput * radiance * walk.draw.weight(pdf));
             }
             let point = point(&surface, lookup);
             let shading = self.materials.shade(&self.textures, surface.material, &point, wo, room);
@@ -443,7 +461,7 @@ impl World {
         sampler.at_vertex(walk.depth);
         let (u_light, u_bsdf) = (sampler.next_4d(), sampler.next_4d());
         if let Some(arriving) = self.light(follow, walk, vertex, u_light, between) {
-            out.rgb += walk.throughput * arriving.f * arriving.radiance;
+            out.bring(follow, walk.depth + 1, walk.throughput * arriving.f * arriving.radiance);
         }
         let s = vertex.shading.sample(u_bsdf, vertex.wo)?;
         let boost = self.scatter(follow, walk, vertex, &s, u_bsdf[3])?;

@@ -100,6 +100,8 @@ pub struct Progress {
     pub remaining: Option<Duration>,
     /// Samples dropped because they were not finite.
     pub rejected: u64,
+    /// Part of all light that was clamped away.
+    pub clamped: f64,
 }
 
 /// What an observer wants done.
@@ -304,12 +306,17 @@ impl Job {
 
     fn progress_at(&self, elapsed: Duration, this_run: Duration, samples_before: u64) -> Progress {
         let (mut samples, mut pixels, mut rejected) = (0u64, 0u64, 0u64);
+        let (mut light, mut clamped) = (0.0, 0.0);
         for tile in &self.tiles {
             let tile = lock(tile);
             let n = u64::from(tile.size[0] * tile.size[1]);
             samples += u64::from(tile.samples) * n;
             pixels += n;
             rejected += tile.rejected;
+            if self.integrator.clamp.is_some() {
+                light += brought(&tile);
+                clamped += tile.clamped;
+            }
         }
         let fraction = match self.budget {
             Budget::Samples(n) => samples as f64 / (pixels * u64::from(n)) as f64,
@@ -327,7 +334,8 @@ impl Job {
             }
             Budget::Error(_) => (fraction > 0.01).then(|| elapsed.mul_f64((1.0 - fraction) / fraction)),
         };
-        Progress { fraction, samples, elapsed, remaining, rejected }
+        let clamped = if clamped > 0.0 { clamped / (light + clamped) } else { 0.0 };
+        Progress { fraction, samples, elapsed, remaining, rejected, clamped }
     }
 
     /// Root mean square over the picture of standard error over value, as the samples so far tell; infinite before
@@ -386,6 +394,7 @@ impl Job {
                     self.world.radiance(&follow, walk, sampler, rooms.of_one(), &mut radiances[0]);
                 }
                 for ((pixel, position), r) in pixels.iter().zip(&positions).zip(&radiances) {
+                    tile.clamped += f64::from(r.clamped);
                     let rgb = match self.integrator.kind {
                         IntegratorKind::Depth => Vec3::splat(r.first.depth),
                         _ => r.rgb,
@@ -451,6 +460,7 @@ impl Job {
             out.extend_from_slice(&tile.samples.to_le_bytes());
             out.extend_from_slice(&tile.goal.to_le_bytes());
             out.extend_from_slice(&tile.shared.to_le_bytes());
+            out.extend_from_slice(&tile.clamped.to_le_bytes());
             out.extend_from_slice(&tile.rejected.to_le_bytes());
             for s in &tile.sums {
                 out.extend_from_slice(&s.to_le_bytes());
@@ -484,6 +494,7 @@ impl Job {
             tile.samples = u32::from_le_bytes(from.take()?);
             tile.goal = u32::from_le_bytes(from.take()?);
             tile.shared = f64::from_le_bytes(from.take()?);
+            tile.clamped = f64::from_le_bytes(from.take()?);
             tile.rejected = u64::from_le_bytes(from.take()?);
             for s in &mut tile.sums {
                 *s = f64::from_le_bytes(from.take()?);
@@ -497,7 +508,7 @@ impl Job {
     }
 }
 
-const MAGIC: &[u8] = b"yugen checkpoint 3\n";
+const MAGIC: &[u8] = b"yugen checkpoint 4\n";
 
 struct Reader<'a>(&'a [u8]);
 
@@ -530,8 +541,13 @@ impl Clock {
 /// Whether light by shared ends of paths is a good part of all light in a tile: else it is not where the noise comes
 /// from, and the rays for it are better spent on more samples.
 fn worth_sharing(tile: &Tile) -> bool {
+    tile.shared > SHARED * brought(tile)
+}
+
+/// All light that samples have brought to a tile: the sum over them and colours.
+fn brought(tile: &Tile) -> f64 {
     let of_pixel = |m: &[f32; 7]| f64::from(m[0] + m[1] + m[2]) * f64::from(m[6]);
-    tile.shared > SHARED * tile.moments.iter().map(of_pixel).sum::<f64>()
+    tile.moments.iter().map(of_pixel).sum()
 }
 
 /// How noisy each tile is.
@@ -644,6 +660,7 @@ mod tests {
             samples: 16,
             goal: 16,
             shared: 0.0,
+            clamped: 0.0,
             rejected: 16,
             sums: Vec::new(),
             moments,

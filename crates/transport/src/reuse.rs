@@ -72,8 +72,12 @@ struct Link {
 impl World {
     /// Whether neighbouring pixels could share anything.
     pub fn can_share(&self, follow: &Follow) -> bool {
-        // Nothing is shared through surfaces that let light pass: the way between two points has no one length.
-        follow.max_depth() > 2 && !self.see_through() && self.materials.any_matt()
+        // Nothing is shared through surfaces that let light pass: the way between two points has no one length. Nor is
+        // it clear what a path brings that many share, and so what of it to clamp.
+        follow.max_depth() > 2
+            && follow.settings.clamp.is_none()
+            && !self.see_through()
+            && self.materials.any_matt()
     }
 
     /// Radiance along the `rays` of a group of pixels, one ray and sampler each. Returns how much of it, summed over

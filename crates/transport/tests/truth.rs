@@ -200,6 +200,27 @@ fn lights_over_a_gleaming_plate_add_up() {
     assert!(of_choice < 0.5 * of_each, "{of_choice} {of_each}");
 }
 
+/// Clamped light is gone after more than one bounce, straight light never, and what is gone is stated.
+#[test]
+fn clamped_light_is_accounted_for() {
+    let look = |clamp: Option<f32>, depth| {
+        let mut scene = corner();
+        scene.integrator = Integrator { clamp, max_depth: Some(depth), ..scene.integrator };
+        let job = Job::new(&scene, &Options { aovs: Vec::new(), ..options(2, 64) }).expect("a job");
+        assert!(job.run(|_, _| Action::Continue));
+        (mean(&job.image(), 0) + mean(&job.image(), 1) + mean(&job.image(), 2), job.status().clamped)
+    };
+    let (all, none) = look(Some(1e30), 6);
+    assert_eq!(none, 0.0);
+    let (straight, _) = look(None, 2);
+    let (some, clamped) = look(Some(0.02), 6);
+    assert!(clamped > 0.05 && straight < some && some < all, "{straight} {some} {all}, {clamped} clamped");
+    // Box filter, so that every sample counts alike: the rest is rounding.
+    assert!((some / (1.0 - clamped) / all - 1.0).abs() < 1e-4, "{some} {all} {clamped}");
+    let (barely, _) = look(Some(1e-6), 6);
+    assert!((barely / straight - 1.0).abs() < 1e-3, "{barely} {straight}");
+}
+
 /// Form factor of a disc seen from a point on its axis: E = π L r²/(r² + d²). Every shape of light agrees.
 #[test]
 fn area_lights_of_every_shape() {

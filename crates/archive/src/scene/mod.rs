@@ -500,6 +500,9 @@ pub struct Integrator {
     pub max_depth: Option<u32>,
     /// Edges before Russian roulette may end a path.
     pub rr_depth: u32,
+    /// Most radiance that a path may bring after more than one bounce; what is above is lost, and bright specks with
+    /// it. `None`: nothing is.
+    pub clamp: Option<f32>,
     /// The camera does not see lights.
     pub hide_emitters: bool,
     /// What to record besides radiance.
@@ -512,6 +515,7 @@ impl Default for Integrator {
             kind: IntegratorKind::Path,
             max_depth: None,
             rr_depth: 5,
+            clamp: None,
             hide_emitters: false,
             aovs: Vec::new(),
         }

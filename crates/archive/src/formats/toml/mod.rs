@@ -214,6 +214,7 @@ impl<'a> Reader<'a> {
         }
         integrator.max_depth = keys.or("max_depth", None, |i| i.count(1 << 20).map(Some))?;
         integrator.rr_depth = keys.or("roulette_depth", integrator.rr_depth, |i| i.count(1 << 20))?;
+        integrator.clamp = keys.or("clamp", None, |i| i.number_in(1e-6, 1e30).map(Some))?;
         integrator.hide_emitters = keys.or("hide_lights", false, Item::boolean)?;
         if let Some(aovs) = keys.get("aovs") {
             for aov in aovs.array()? {
