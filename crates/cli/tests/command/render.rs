@@ -128,12 +128,16 @@ fn json_says_what_was_done() {
     assert_eq!(told["width"], 40);
     assert_eq!(told["samples"], 4 * 40 * 30);
     assert!(std::fs::read(&output).unwrap().starts_with(b"\x89PNG"));
+    assert_eq!(told["clamped_light"], 0.0);
+    let told =
+        report(render(&scene, &output, &["--spp", "4", "--size", "40x30", "--json", "--clamp", "1e-4"]));
+    assert!(told["clamped_light"].as_f64().unwrap() > 0.01, "{told}");
 }
 
 #[test]
 fn mistakes_are_told_before_anything_is_rendered() {
     let (folder, scene) = set_up("mistakes");
-    let cases: [(&[&str], &str, &str); 12] = [
+    let cases: [(&[&str], &str, &str); 13] = [
         (&["--at", "1.5"], "a.exr", "does not move"),
         (&[], "missing/a.png", "there is no folder"),
         (&[], ".", "cannot tell a picture format"),
@@ -146,6 +150,7 @@ fn mistakes_are_told_before_anything_is_rendered() {
         (&["--spp", "1", "--time", "3s"], "a.exr", "cannot be used with"),
         (&["--checkpoint", "-1"], "a.exr", "expected a number of seconds"),
         (&["--exposure", "nan"], "a.png", "expected stops"),
+        (&["--clamp", "0"], "a.png", "expected a radiance above 0"),
     ];
     for (arguments, output, expected) in cases {
         let text = bad(render(&scene, &folder.join(output), arguments));

@@ -10,7 +10,7 @@ use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3, Vec4};
 use std::f32::consts;
 use std::f64::consts::{PI, TAU};
 use yugen_archive::scene::{self, Shape};
-use yugen_optics::{Frame, distribution::ONE_MINUS_EPSILON, warp};
+use yugen_optics::{Frame, distribution, warp};
 
 /// A point on an emitting shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -244,19 +244,16 @@ impl ShapeSampler {
     }
 
     fn mesh(mesh: MeshShape, flip: bool, two_sided: bool) -> Option<Self> {
-        let mut sum = 0.0f64;
-        let running: Vec<f64> = (0..mesh.mesh.triangles.len() as u32)
-            .map(|i| {
-                sum += 0.5 * double_area_normal(mesh.corners(i)).length();
-                sum
-            })
-            .collect();
+        let count = mesh.mesh.triangles.len();
+        let areas = (0..count as u32).map(|i| 0.5 * double_area_normal(mesh.corners(i)).length());
+        let mut cumulative = vec![0.0; count];
+        let sum = distribution::accumulate(areas, &mut cumulative);
         if !(sum > 0.0 && sum.is_finite()) {
             return None;
         }
         let kind = match rectangle_of(&mesh) {
             Some((quad, corners)) => Kind::Rectangle { quad, shape: Flat::Mesh { mesh, corners } },
-            None => Kind::Mesh { mesh, cumulative: running.iter().map(|a| (a / sum) as f32).collect() },
+            None => Kind::Mesh { mesh, cumulative },
         };
         Some(Self { kind, area: sum as f32, flip, two_sided, want_uv: true })
     }
@@ -342,11 +339,7 @@ impl ShapeSampler {
                 LightPoint { pdf: 1.0 / self.area, ..self.flat_point(quad, shape, u) }
             }
             Kind::Mesh { mesh, cumulative } => {
-                let last = cumulative.len() - 1;
-                let i = cumulative.partition_point(|&c| c <= u.x).min(last);
-                let below = if i == 0 { 0.0 } else { cumulative[i - 1] };
-                let width = cumulative[i] - below;
-                let x = if width > 0.0 { ((u.x - below) / width).clamp(0.0, ONE_MINUS_EPSILON) } else { 0.5 };
+                let (i, x, _) = distribution::choose(cumulative, u.x);
                 let b = warp::triangle(Vec2::new(x, u.y));
                 LightPoint { pdf: 1.0 / self.area, ..self.mesh_point(mesh, i as u32, b) }
             }
