@@ -99,9 +99,10 @@ pub(super) fn k_means(outcomes: &[Member], k: usize) -> Vec<Features> {
     centres
 }
 
-/// Standard deviations within a thread that are never undercut: 5 % of ground and highlight, a degree of the normal, some
-/// percent of widths.
-const SPREAD: [f64; N] = [0.01, 0.05, 0.02, 0.02, 0.05, 0.05, 0.05];
+/// Standard deviations within a thread that are never undercut: a thousandth of white for the ground and [`GROUND`] of it,
+/// 5 % of the highlight, a degree of the normal, some percent of widths.
+const SPREAD: [f64; N] = [0.001, 0.05, 0.02, 0.02, 0.05, 0.05, 0.05];
+const GROUND: f64 = 0.05;
 
 impl Cluster {
     /// The same with any normal.
@@ -209,6 +210,7 @@ impl Cluster {
                 }
             }
             for (i, least) in SPREAD.into_iter().enumerate() {
+                let least = if i == 0 { least + GROUND * mean[0].max(0.0) } else { least };
                 spread[i][i] += least * least;
             }
             match inverse(&spread) {

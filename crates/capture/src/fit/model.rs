@@ -28,8 +28,8 @@ pub(super) type Theta = [f32; N];
 /// The widths σ that a fit may give.
 pub(super) const SIGMA: [f32; 2] = [0.02, 1.2];
 
-/// The steepest slope of a normal, each way: 76°.
-pub(super) const STEEPEST: f32 = 4.0;
+/// The steepest slope of a normal, each way: 83°.
+pub(super) const STEEPEST: f32 = 8.0;
 
 /// P of m, p, q: [P11, P12, P22].
 pub(super) fn precision(m: f32, p: f32, q: f32) -> [f32; 3] {

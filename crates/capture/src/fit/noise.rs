@@ -49,7 +49,7 @@ pub(super) fn quantum(bands: &[impl Readings]) -> f32 {
 }
 
 /// The noise, as a part of the reading and of black, that makes the residuals what they are.
-pub(super) fn of_texels(outcomes: &[Member], options: &Options, quantum: f32) -> [f32; 2] {
+pub(super) fn of_texels(outcomes: &[Member], options: &Options, quantum: f32, tails: bool) -> [f32; 2] {
     let mut h = [[0.0; 2]; 2];
     let mut g = [0.0; 2];
     for bin in 0..BINS {
@@ -80,9 +80,10 @@ pub(super) fn of_texels(outcomes: &[Member], options: &Options, quantum: f32) ->
         return [options.noise, options.floor];
     }
     // What the readings are rounded to is noise as well, which does not show where all of them are black: a step over
-    // √12, for the mean of three channels over √36.
-    let least = f64::from(LEAST_NOISE[1].max(quantum / 6.0));
+    // √12, the same in all channels of what is grey.
+    let least = f64::from(LEAST_NOISE[1].max(quantum / 12f32.sqrt()));
     let black = solve(h, g).map_or(0.0, |s| s[1]).max(least);
     let part = (g[0] - h[0][1] * black) / h[0][0];
-    [(part as f32).max(LEAST_NOISE[0]), black as f32]
+    // What many readings of tails agree in is still the model's and not the material's.
+    [(part as f32).max(if tails { options.noise } else { LEAST_NOISE[0] }), black as f32]
 }

@@ -108,40 +108,37 @@ impl Prior {
                 members[nearest(&centres, &o.features)].push(o);
             }
             let of_some = centres.iter().zip(&members).filter(|(_, m)| m.len() >= FEWEST);
-            let clusters = of_some.clone().map(|(c, m)| Cluster::of(*c, m)).collect();
-            let mut found = Self { clusters, profile, noise: noise::of_texels(&outcomes, options, quantum) };
-            if left == 0 {
+            let clusters: Vec<Cluster> = of_some.clone().map(|(c, m)| Cluster::of(*c, m)).collect();
+            let mut found =
+                Self { clusters, profile, noise: noise::of_texels(&outcomes, options, quantum, tails) };
+            if left == 0 || tails {
                 let members: Vec<&[&Member]> = of_some.map(|(_, m)| m.as_slice()).collect();
-                found.adopt(&members, bands, options, threads);
+                found.share(&members, bands, options, threads);
             }
             prior = Some(found);
         }
         prior.filter(|p| !p.clusters.is_empty())
     }
 
-    /// What leans so far that no lamp meets its highlight cannot say what it is made of. Where its readings are as well
-    /// described by what another cluster is made of, that is what it is made of as well.
-    fn adopt(&mut self, members: &[&[&Member]], bands: &[impl Readings], options: &Options, threads: usize) {
+    /// What leans so far that no lamp meets its highlight cannot say what it is made of. Where the readings of a cluster are
+    /// as well described by what another is made of, of which its texels are surer, that is what it is made of as well.
+    /// Width and height of a highlight with tails are known only together, and of its flank alone not at all: then this
+    /// goes for all clusters, each time before the profile is learned anew.
+    fn share(&mut self, members: &[&[&Member]], bands: &[impl Readings], options: &Options, threads: usize) {
         let sure = |c: usize| members[c].iter().filter(|m| m.fitted.texel.confidence > 0.5).count();
-        let decided = |c: usize| 2 * sure(c) > members[c].len();
-        // Of clusters that are made of the same, the one that most are sure of.
-        let mut order: Vec<usize> = (0..members.len()).filter(|c| decided(*c)).collect();
+        let mut order: Vec<usize> = (0..members.len()).collect();
         order.sort_by_key(|c| std::cmp::Reverse(sure(*c)));
         let mut materials: Vec<Cluster> = Vec::new();
         for c in order {
-            let material = self.clusters[c].material();
-            if materials.iter().all(|m| m.differs(&material)) {
-                materials.push(material);
-            }
-        }
-        for c in (0..members.len()).filter(|c| !decided(*c)) {
             let step = members[c].len().div_ceil(TRIED);
             let tried: Vec<&Member> = members[c].iter().step_by(step).copied().collect();
             let of_band = |b: usize| tried.iter().filter(|m| m.band == b).map(|m| m.texel).collect();
             let texels: Vec<(usize, Vec<usize>)> = (0..bands.len()).map(|b| (b, of_band(b))).collect();
             let mut least = MOST_DEBT;
             let mut kin = None;
-            for material in &materials {
+            let decided = 2 * sure(c) > members[c].len();
+            let open = !decided || !self.profile.is_gaussian();
+            for material in materials.iter().filter(|_| open) {
                 let alone =
                     Self { clusters: vec![material.clone()], profile: self.profile, noise: self.noise };
                 let task = Task { options, prior: Some(&alone), learning: false, twice: true };
@@ -166,6 +163,12 @@ impl Prior {
             }
             if let Some((material, again)) = kin {
                 self.clusters[c] = material.leaning(self.clusters[c].centre, &again);
+            } else if decided || (materials.is_empty() && sure(c) >= FEWEST) {
+                // Of clusters that are made of the same, the one that most are sure of.
+                let material = self.clusters[c].material();
+                if materials.iter().all(|m| m.differs(&material)) {
+                    materials.push(material);
+                }
             }
         }
     }

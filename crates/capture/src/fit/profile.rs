@@ -69,8 +69,12 @@ fn gaussians(u: F) -> [F; TERMS] {
     [fourth(sixteen), sixteen, four, one, fourth(wider), wider, wide]
 }
 
-/// What a profile is learned from: the ground as it was found and the Gaussians under the amplitude that was found.
-pub(super) const COLUMNS: usize = TERMS + 1;
+/// What a profile is learned from: the ground as it was found, the Gaussians under the amplitude that was found, and what
+/// all readings lack alike.
+pub(super) const COLUMNS: usize = TERMS + 2;
+
+/// Of numbers that were cut instead of rounded, or an ambient picture that was too bright: else tails would answer for it.
+const LACK: usize = TERMS + 1;
 
 /// Products of these columns and the value with each other, the lower half row by row.
 pub(super) type Products = [f32; (COLUMNS + 1) * (COLUMNS + 2) / 2];
@@ -89,6 +93,7 @@ pub(super) fn products<R: Rays>(
         let cos = seen.cos * *weight;
         let shine = cos * n.amplitude * seen.jacobian;
         let mut row = [cos * n.d; COLUMNS + 1];
+        row[LACK] = -*weight;
         for (to, e) in row[1..].iter_mut().zip(gaussians(seen.u)) {
             *to = shine * e;
         }
@@ -127,9 +132,9 @@ pub(super) fn of_texels(outcomes: &[Member]) -> Profile {
             }
         }
     }
-    let (_, at_ward) = non_negative(&h, |c| c == 0 || c == OWN + 1);
+    let (_, at_ward) = non_negative(&h, |c| [0, OWN + 1, LACK].contains(&c));
     let (found, at_found) = non_negative(&h, |_| true);
-    let total: f64 = found[1..].iter().sum();
+    let total: f64 = found[1..LACK].iter().sum();
     if total <= 0.0 || at_found > TAILS * at_ward || at_ward < EXACT * readings {
         return Profile::GAUSSIAN;
     }

@@ -7,9 +7,13 @@ use yugen_reflectance::btf::{Btf, Texel};
 /// How far neighbours reach.
 const REACH: isize = 3;
 
+/// Below this confidence a texel does better by its neighbours than by itself.
+const UNSURE: f32 = 0.1;
+
 /// Turns tangents of little confidence toward those of the neighbours that look alike. A line has no front: what is
 /// averaged is the vector of the doubled angle in the picture, weighted by confidence and by how much the highlight
-/// depends on the direction. A texel that is sure of itself keeps its own.
+/// depends on the direction. A texel that is not quite unsure of itself keeps its own. So should all that were fitted
+/// with a [`Prior`](super::Prior), which knows the direction of their thread better than the neighbours do.
 pub fn smooth_tangents(btf: &mut Btf) {
     let doubled = |t: &Texel| {
         let d = t.tangent.truncate().normalize_or(Vec2::X);
@@ -21,7 +25,7 @@ pub fn smooth_tangents(btf: &mut Btf) {
     let lines: Vec<(Vec2, f32)> = btf.texels.iter().map(|t| (doubled(t), weight(t))).collect();
     let old = btf.texels.clone();
     for (i, texel) in btf.texels.iter_mut().enumerate() {
-        if texel.confidence > 0.95 || texel.confidence <= 0.0 {
+        if texel.confidence > UNSURE || texel.confidence <= 0.0 {
             continue;
         }
         let (x, y) = (i as isize % width, i as isize / width);
@@ -32,7 +36,9 @@ pub fn smooth_tangents(btf: &mut Btf) {
             for nx in (x - REACH).max(0)..(x + REACH + 1).min(width) {
                 let j = (ny * width + nx) as usize;
                 if j != i {
-                    sum += lines[j].0 * (lines[j].1 * likeness(texel, &old[j]));
+                    // Nothing of a thread that lies across: from 60° on.
+                    let along = ((lines[j].0.dot(line) + 0.5) / 1.5).max(0.0);
+                    sum += lines[j].0 * (along * lines[j].1 * likeness(texel, &old[j]));
                 }
             }
         }

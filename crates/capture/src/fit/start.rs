@@ -258,7 +258,7 @@ pub(super) fn elsewhere<R: Rays>(
     let usual: [F; 3] = std::array::from_fn(|j| F(usual.map(|u| u.unwrap_or([3.0, 0.0, 0.0])[j])));
     let mut best = [*found; SECOND_CHANCES];
     let mut least = [F::splat(f32::INFINITY); SECOND_CHANCES];
-    for (ring, tilt) in [0.0f32, 20.0, 37.0, 53.0, 67.0].into_iter().enumerate() {
+    for (ring, tilt) in [0.0f32, 20.0, 37.0, 53.0, 67.0, 78.0].into_iter().enumerate() {
         for i in 0..(6 * ring).max(1) {
             let turn = (i as f32 + 0.5 * (ring % 2) as f32) / (6 * ring).max(1) as f32;
             let at = glam::Vec2::from_angle(std::f32::consts::TAU * turn) * tilt.to_radians().tan();

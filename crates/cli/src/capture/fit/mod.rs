@@ -56,7 +56,8 @@ pub struct Fit {
     #[arg(long)]
     no_prior: bool,
 
-    /// Leave tangents as each texel has them, however unsure.
+    /// With --no-prior: leave tangents as each texel has them, however unsure, instead of turning those toward what
+    /// neighbours have.
     #[arg(long)]
     no_smoothing: bool,
 
@@ -254,7 +255,7 @@ impl Fit {
         let masked = fitted.iter().filter(|f| f.readings == 0).count();
         let texels = fitted.into_iter().map(|f| f.texel).collect();
         let mut maps = Btf { width, height, colour_space: source.colour_space(), texels };
-        if !self.no_smoothing {
+        if self.no_prior && !self.no_smoothing {
             smooth_tangents(&mut maps);
         }
         btf::save(&self.output, &maps, &about)?;
