@@ -85,9 +85,12 @@ impl FilterTable {
     }
 }
 
-/// Pixels across and down of a tile: what gets samples as one under an error target, so not much larger than what
-/// is equally noisy.
-pub const TILE: u32 = 8;
+/// Pixels across and down of a tile of a picture of so many pixels. A tile gets samples as one under an error target,
+/// so it should not be much larger than what is equally noisy; but its border takes memory, and what a picture shows
+/// grows with it.
+fn tile_size(pixels: u64) -> u32 {
+    if pixels <= 1 << 20 { 4 } else { 8 }
+}
 
 /// One tile's sums.
 #[derive(Clone, Debug, PartialEq)]
@@ -214,9 +217,10 @@ impl FilmLayout {
         let [x0, y0, w, h] = self.window;
         let border = self.filter.border();
         let mut tiles = Vec::new();
-        for y in (0..h).step_by(TILE as usize) {
-            for x in (0..w).step_by(TILE as usize) {
-                let size = [TILE.min(w - x), TILE.min(h - y)];
+        let side = tile_size(u64::from(w) * u64::from(h));
+        for y in (0..h).step_by(side as usize) {
+            for x in (0..w).step_by(side as usize) {
+                let size = [side.min(w - x), side.min(h - y)];
                 let padded = ((size[0] + 2 * border) * (size[1] + 2 * border)) as usize;
                 tiles.push(Tile {
                     origin: [x0 + x, y0 + y],
@@ -398,7 +402,7 @@ mod tests {
             let film = Film { width: 70, height: 40, crop: Some([3, 5, 45, 33]), filter };
             let layout = FilmLayout::new(&film, vec!["R".into(), "G".into(), "B".into()]);
             let mut tiles = layout.tiles();
-            assert_eq!(tiles.len(), 30);
+            assert_eq!(tiles.len(), 12 * 9);
             for tile in &mut tiles {
                 let mut visit = layout.visit(tile);
                 for y in 0..tile.size[1] {
