@@ -15,6 +15,9 @@ type Matrix = [[f64; N]; N];
 /// The numbers of θ that belong to the material, and those that belong to the normal.
 const MATERIAL: [usize; 5] = [0, 1, 4, 5, 6];
 const NORMAL: [usize; 2] = [2, 3];
+/// A ground as dark as this is black, whatever hue its noise has: else one metal would look like many.
+const BLACK: f32 = 0.002;
+
 /// The look of a texel: how bright its ground is, the hues of its darker and brighter readings, and which way half
 /// vectors shine.
 pub(super) fn features(
@@ -48,6 +51,7 @@ pub(super) fn features(
         second = [second[0] + l * x * x, second[1] + l * x * y, second[2] + l * y * y];
     }
     let hue = |c: [f32; 3]| [c[0], c[1]].map(|v| v / (c[0] + c[1] + c[2]) / 0.05);
+    let dark = dark.map(|c| c + BLACK * darks);
     let ground = (dark.iter().sum::<f32>() / f32::max(darks, 1e-3)).max(1e-3).ln() / 0.5;
     let [mx, my] = first.map(|v| v / weight);
     let [xx, xy, yy] = second.map(|v| v / weight);
