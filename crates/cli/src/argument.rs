@@ -22,6 +22,12 @@ pub fn pair(text: &str, most: u32) -> Option<[u32; 2]> {
     Some([number(a)?, number(b)?])
 }
 
+/// A number above zero.
+pub fn positive(text: &str) -> Result<f32, String> {
+    let ok = |v: &f32| *v > 0.0 && v.is_finite();
+    text.parse().ok().filter(ok).ok_or_else(|| "expected a number above zero, as in 10".into())
+}
+
 /// Stops of exposure.
 pub fn stops(text: &str) -> Result<f32, String> {
     let ok = |v: &f32| (-60.0..=60.0).contains(v);

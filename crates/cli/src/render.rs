@@ -63,7 +63,7 @@ pub struct Render {
 
     /// Most radiance that a path may bring after more than one bounce, instead of what the scene says. Bright specks
     /// go, and some light with them: how much is stated. The picture is then no reference.
-    #[arg(long, value_name = "L", value_parser = parse_clamp)]
+    #[arg(long, value_name = "L", value_parser = argument::positive)]
     clamp: Option<f32>,
 
     /// Layers to record besides the picture, for .exr: albedo, normal, shading_normal, depth, position, uv, id,
@@ -331,13 +331,6 @@ fn parse_error(text: &str) -> Result<f32, String> {
         .ok()
         .filter(|e: &f32| (1e-5..=1.0).contains(e))
         .ok_or_else(|| "expected a relative error between 0.00001 and 1, as in 0.01".to_string())
-}
-
-fn parse_clamp(text: &str) -> Result<f32, String> {
-    text.parse()
-        .ok()
-        .filter(|l: &f32| *l > 0.0 && l.is_finite())
-        .ok_or_else(|| "expected a radiance above 0, as in 10".to_string())
 }
 
 fn parse_aov(text: &str) -> Result<Vec<Aov>, String> {

@@ -90,7 +90,7 @@ pub struct Simulate {
     stops: f32,
 
     /// The reflectance factor that fills the sensor in the longest exposure [default: 64 for one, 2 for several].
-    #[arg(long, value_name = "FACTOR", value_parser = parse_positive)]
+    #[arg(long, value_name = "FACTOR", value_parser = argument::positive)]
     white: Option<f32>,
 
     /// Electrons that a pixel holds: photons come at random; 0 for a sensor without noise [default: 50000].
@@ -403,10 +403,6 @@ fn parse_distance(text: &str) -> Result<f32, String> {
 
 fn parse_stops(text: &str) -> Result<f32, String> {
     number(text, "stops from 0.1 to 10", |v| (0.1..=10.0).contains(&v))
-}
-
-fn parse_positive(text: &str) -> Result<f32, String> {
-    number(text, "a number above zero", |v| v > 0.0)
 }
 
 fn parse_at_least_zero(text: &str) -> Result<f32, String> {

@@ -216,6 +216,20 @@ fn bad_stacks_get_a_sentence() {
     let Run { success, err, .. } =
         yugen(&["fit", &path("stack"), "-o", &path("a.btf"), "--truth", &path("small.btf")]);
     assert!(!success && err.contains("24 x 1") && err.contains("24 x 40"), "{err}");
+    // What the result cannot be is told before the work.
+    let taken = path("taken.btf");
+    std::fs::create_dir(folder.join("taken.btf")).unwrap();
+    for (output, more, problem) in [
+        (path("a.png"), ["--texel-mm", "1"], ".btf or, the same, .exr"),
+        (path("missing/a.btf"), ["--texel-mm", "1"], "there is no folder"),
+        (taken, ["--texel-mm", "1"], "this is a folder"),
+        (path("small.btf"), ["--truth", &path("small.btf")], "would be lost"),
+        (path("a.btf"), ["--texel-mm", "inf"], "above zero"),
+        (path("a.btf"), ["--report", &path("small.btf")], "small.btf"),
+    ] {
+        let Run { success, err, .. } = yugen(&[&["fit", &path("stack"), "-o", &output], &more[..]].concat());
+        assert!(!success && err.contains(problem), "{problem}: {err}");
+    }
     std::fs::write(folder.join("a.btf.checkpoint"), b"yugen capture fit 1\nof something else").unwrap();
     let Run { success, err, .. } = yugen(&["fit", &path("stack"), "-o", &path("a.btf"), "--resume"]);
     assert!(!success && err.contains("leave out --resume"), "{err}");

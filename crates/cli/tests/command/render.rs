@@ -150,7 +150,7 @@ fn mistakes_are_told_before_anything_is_rendered() {
         (&["--spp", "1", "--time", "3s"], "a.exr", "cannot be used with"),
         (&["--checkpoint", "-1"], "a.exr", "expected a number of seconds"),
         (&["--exposure", "nan"], "a.png", "expected stops"),
-        (&["--clamp", "0"], "a.png", "expected a radiance above 0"),
+        (&["--clamp", "0"], "a.png", "expected a number above zero"),
     ];
     for (arguments, output, expected) in cases {
         let text = bad(render(&scene, &folder.join(output), arguments));

@@ -4,6 +4,7 @@ mod checkpoint;
 mod report;
 mod source;
 
+use crate::argument;
 use anyhow::{Result, bail};
 use checkpoint::Checkpoint;
 use clap::Args;
@@ -14,6 +15,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use yugen_archive::formats::btf;
 use yugen_archive::formats::stack::Folder;
+use yugen_archive::{check_writable, make_folder, spare};
 use yugen_capture::Stack;
 use yugen_capture::fit::{Fitted, Options, Prior, Readings, fit, smooth_tangents};
 use yugen_reflectance::btf::Btf;
@@ -62,10 +64,11 @@ pub struct Fit {
     no_smoothing: bool,
 
     /// Width of a texel on the cloth in millimetres, to be kept with the maps.
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = argument::positive)]
     texel_mm: Option<f32>,
 
-    /// Mebibytes that the photographs in work may take; a table is read as a whole. The maps themselves take up to 190 bytes a texel besides, at the end.
+    /// Mebibytes that the photographs in work may take; a table is read as a whole. The maps themselves take up to 190
+    /// bytes a texel besides, at the end.
     #[arg(long, value_name = "MIB", default_value_t = 1024)]
     memory: u64,
 
@@ -185,6 +188,18 @@ impl Fit {
         if !(self.noise > 0.0 && self.noise < 1.0 && self.floor > 0.0 && self.floor < 1.0) {
             bail!("--noise {} --floor {}: expected both between 0 and 1", self.noise, self.floor);
         }
+        let format = self.output.extension().and_then(|e| e.to_str()).map(str::to_lowercase);
+        if !matches!(format.as_deref(), Some("btf" | "exr")) {
+            bail!(
+                "{}: maps are written as .btf or, the same, .exr; give the file one of these names",
+                self.output.display()
+            );
+        }
+        check_writable(&self.output)?;
+        spare(&self.output, self.stacks.iter().chain(&self.truth))?;
+        if let Some(folder) = &self.report {
+            make_folder(folder)?;
+        }
         let started = Instant::now();
         let options = Options { noise: self.noise, floor: self.floor, ..Options::default() };
         let source = Source::open(&self.stacks)?;
@@ -224,9 +239,7 @@ impl Fit {
         }
         let work = Work {
             options: &options,
-            threads: self
-                .threads
-                .map_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()), usize::from),
+            threads: argument::threads(self.threads),
             learns: !self.no_prior,
             bar: &self.progress_bar((width * height) as u64),
         };
