@@ -29,6 +29,7 @@ pub mod rgl;
 pub mod rti;
 pub mod serialized;
 pub mod stack;
+pub mod support;
 pub mod toml;
 pub mod wif;
 
