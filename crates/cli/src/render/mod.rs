@@ -1,10 +1,12 @@
 //! `yugen render`: a scene file to a picture.
 
+mod parse;
+mod report;
+
 use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use indicatif::HumanDuration;
-use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::formats::{self, Moment, image};
@@ -12,7 +14,7 @@ use yugen_archive::scene::{Aov, IntegratorKind};
 use yugen_archive::{Error, Scene, atomic_write};
 use yugen_optics::Image;
 use yugen_optics::tonemap::Curve;
-use yugen_transport::render::{Action, Budget, Job, MAX_SAMPLES, Options};
+use yugen_transport::render::{Action, Budget, Job, Options};
 
 /// Renders a scene by path tracing: Mitsuba 3 XML, glTF 2.0 (.gltf, .glb) or Yugen's own TOML.
 ///
@@ -29,7 +31,7 @@ pub struct Render {
 
     /// Width and height in pixels instead of the camera's. Where the aspect changes, the field of view stays
     /// along the axis that the scene gave it for.
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = parse::size)]
     size: Option<[u32; 2]>,
 
     /// Samples per pixel instead of what the scene says. Powers of two serve best.
@@ -37,12 +39,12 @@ pub struct Render {
     spp: Option<u32>,
 
     /// Render for this long: 90, 90s, 5m, 1h; noisy parts get more samples.
-    #[arg(long, value_name = "TIME", value_parser = parse_time, group = "budget")]
+    #[arg(long, value_name = "TIME", value_parser = parse::time, group = "budget")]
     time: Option<Duration>,
 
     /// Render until the relative standard error is below this in the mean (root mean square) over the picture, for
     /// example 0.01; noisy parts get more samples.
-    #[arg(long, value_name = "E", value_parser = parse_error, group = "budget")]
+    #[arg(long, value_name = "E", value_parser = parse::error, group = "budget")]
     error: Option<f32>,
 
     /// Same seed, same picture, bit for bit, for any number of threads.
@@ -68,7 +70,7 @@ pub struct Render {
 
     /// Layers to record besides the picture, for .exr: albedo, normal, shading_normal, depth, position, uv, id,
     /// variance; or all.
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse_aov)]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse::aov)]
     aov: Vec<Vec<Aov>>,
 
     /// Name of the camera; the first where absent.
@@ -80,15 +82,15 @@ pub struct Render {
     resume: bool,
 
     /// Seconds between checkpoints; 0 writes none.
-    #[arg(long, default_value_t = 30.0, value_name = "S", value_parser = parse_seconds)]
+    #[arg(long, default_value_t = 30.0, value_name = "S", value_parser = parse::seconds)]
     checkpoint: f64,
 
     /// Gives a parameter of the scene file a value, as in `-D spp=64`.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse_define)]
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::define)]
     define: Vec<(String, String)>,
 
     /// The pose of a glTF scene this many seconds into its animation; as the file stands where absent.
-    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    #[arg(long, value_name = "S", value_parser = parse::seconds)]
     at: Option<f64>,
 
     /// Which animation, by its name; the first where absent.
@@ -222,67 +224,6 @@ impl Render {
             aovs,
         })
     }
-
-    fn metadata(&self, job: &Job) -> Vec<(String, String)> {
-        let status = job.status();
-        vec![
-            ("yugen:version".into(), env!("CARGO_PKG_VERSION").into()),
-            ("yugen:scene".into(), self.scene.display().to_string()),
-            ("yugen:seed".into(), self.seed.to_string()),
-            ("yugen:samples".into(), status.samples.to_string()),
-            ("yugen:rejected".into(), status.rejected.to_string()),
-            ("yugen:clamped_light".into(), status.clamped.to_string()),
-        ]
-    }
-
-    fn report(&self, job: &Job, loaded: Duration, prepared: Duration) {
-        let status = job.status();
-        let [w, h] = job.size();
-        let pixels = u64::from(w) * u64::from(h);
-        let seconds = status.elapsed.as_secs_f64();
-        let rate = status.samples as f64 / seconds.max(1e-9);
-        let stats = job.world().geometry.stats();
-        if self.json {
-            let report = json!({
-                "output": self.output.display().to_string(),
-                "width": w,
-                "height": h,
-                "samples": status.samples,
-                "samples_per_pixel": status.samples as f64 / pixels as f64,
-                "render_seconds": seconds,
-                "samples_per_second": rate,
-                "load_seconds": loaded.as_secs_f64(),
-                "prepare_seconds": prepared.as_secs_f64(),
-                "relative_error": job.error(),
-                "rejected_samples": status.rejected,
-                "clamped_light": status.clamped,
-                "triangles": stats.triangles,
-                "hierarchy_bytes": stats.tree_bytes,
-                "mesh_bytes": stats.mesh_bytes,
-            });
-            println!("{report}");
-            return;
-        }
-        println!(
-            "{}: {w}x{h}, {:.1} samples a pixel in {seconds:.1} s{}",
-            self.output.display(),
-            status.samples as f64 / pixels as f64,
-            // Nothing can be said of a moment.
-            if seconds > 0.05 { format!(" ({:.2} M samples/s)", rate / 1e6) } else { String::new() },
-        );
-        if status.clamped > 0.0 {
-            println!("{:.2} % of the light was clamped away", 100.0 * status.clamped);
-        }
-        if status.rejected > 0 {
-            println!("{} samples were not finite and were left out", status.rejected);
-        }
-        if let Some(target) = self.error.filter(|target| job.error() > *target) {
-            println!(
-                "the relative error is {:.4}: {target} was not reached within {MAX_SAMPLES} samples a pixel",
-                job.error()
-            );
-        }
-    }
 }
 
 /// Display formats get the picture only.
@@ -297,53 +238,4 @@ fn checkpoint_path(output: &Path) -> PathBuf {
     let mut name = output.file_name().unwrap_or_default().to_os_string();
     name.push(".checkpoint");
     output.with_file_name(name)
-}
-
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    argument::pair(text, 1 << 16)
-        .ok_or_else(|| "expected width x height in pixels, each 1 to 65536, as in 640x480".into())
-}
-
-fn parse_time(text: &str) -> Result<Duration, String> {
-    let (number, factor) = match text.char_indices().last() {
-        Some((i, 's')) => (&text[..i], 1.0),
-        Some((i, 'm')) => (&text[..i], 60.0),
-        Some((i, 'h')) => (&text[..i], 3600.0),
-        _ => (text, 1.0),
-    };
-    number
-        .parse::<f64>()
-        .ok()
-        .filter(|s| s.is_finite() && *s > 0.0)
-        .and_then(|s| Duration::try_from_secs_f64(s * factor).ok())
-        .ok_or_else(|| "expected a time, as in 90, 90s, 5m or 1h".to_string())
-}
-
-fn parse_seconds(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|s: &f64| (0.0..=1e6).contains(s))
-        .ok_or_else(|| "expected a number of seconds, 0 or more".to_string())
-}
-
-fn parse_error(text: &str) -> Result<f32, String> {
-    text.parse()
-        .ok()
-        .filter(|e: &f32| (1e-5..=1.0).contains(e))
-        .ok_or_else(|| "expected a relative error between 0.00001 and 1, as in 0.01".to_string())
-}
-
-fn parse_aov(text: &str) -> Result<Vec<Aov>, String> {
-    if text == "all" {
-        return Ok(Aov::ALL.to_vec());
-    }
-    Aov::from_name(text).map(|a| vec![a]).ok_or_else(|| {
-        format!("there is no layer '{text}'; there are all, {}", Aov::ALL.map(Aov::name).join(", "))
-    })
-}
-
-fn parse_define(text: &str) -> Result<(String, String), String> {
-    text.split_once('=')
-        .map(|(n, v)| (n.to_string(), v.to_string()))
-        .ok_or_else(|| "expected name=value".to_string())
 }

@@ -1,0 +1,60 @@
+//! What stands behind the options of `yugen render`.
+
+use crate::argument;
+use std::time::Duration;
+use yugen_archive::scene::Aov;
+
+/// Width and height in pixels.
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    argument::pair(text, 1 << 16)
+        .ok_or_else(|| "expected width x height in pixels, each 1 to 65536, as in 640x480".into())
+}
+
+/// A span of time: seconds where no unit is given.
+pub fn time(text: &str) -> Result<Duration, String> {
+    let (number, factor) = match text.char_indices().last() {
+        Some((i, 's')) => (&text[..i], 1.0),
+        Some((i, 'm')) => (&text[..i], 60.0),
+        Some((i, 'h')) => (&text[..i], 3600.0),
+        _ => (text, 1.0),
+    };
+    number
+        .parse::<f64>()
+        .ok()
+        .filter(|s| s.is_finite() && *s > 0.0)
+        .and_then(|s| Duration::try_from_secs_f64(s * factor).ok())
+        .ok_or_else(|| "expected a time, as in 90, 90s, 5m or 1h".to_string())
+}
+
+/// Seconds, none or more.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|s: &f64| (0.0..=1e6).contains(s))
+        .ok_or_else(|| "expected a number of seconds, 0 or more".to_string())
+}
+
+/// A relative error.
+pub fn error(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|e: &f32| (1e-5..=1.0).contains(e))
+        .ok_or_else(|| "expected a relative error between 0.00001 and 1, as in 0.01".to_string())
+}
+
+/// One layer, or all of them.
+pub fn aov(text: &str) -> Result<Vec<Aov>, String> {
+    if text == "all" {
+        return Ok(Aov::ALL.to_vec());
+    }
+    Aov::from_name(text).map(|a| vec![a]).ok_or_else(|| {
+        format!("there is no layer '{text}'; there are all, {}", Aov::ALL.map(Aov::name).join(", "))
+    })
+}
+
+/// A parameter and its value.
+pub fn define(text: &str) -> Result<(String, String), String> {
+    text.split_once('=')
+        .map(|(n, v)| (n.to_string(), v.to_string()))
+        .ok_or_else(|| "expected name=value".to_string())
+}

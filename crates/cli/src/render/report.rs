@@ -1,0 +1,71 @@
+//! What `yugen render` says of its work: on the terminal, as JSON and in the picture.
+
+use super::Render;
+use serde_json::json;
+use std::time::Duration;
+use yugen_transport::render::{Job, MAX_SAMPLES};
+
+impl Render {
+    /// What goes into the picture's own header.
+    pub(super) fn metadata(&self, job: &Job) -> Vec<(String, String)> {
+        let status = job.status();
+        vec![
+            ("yugen:version".into(), env!("CARGO_PKG_VERSION").into()),
+            ("yugen:scene".into(), self.scene.display().to_string()),
+            ("yugen:seed".into(), self.seed.to_string()),
+            ("yugen:samples".into(), status.samples.to_string()),
+            ("yugen:rejected".into(), status.rejected.to_string()),
+            ("yugen:clamped_light".into(), status.clamped.to_string()),
+        ]
+    }
+
+    /// Prints what was done.
+    pub(super) fn report(&self, job: &Job, loaded: Duration, prepared: Duration) {
+        let status = job.status();
+        let [w, h] = job.size();
+        let pixels = u64::from(w) * u64::from(h);
+        let seconds = status.elapsed.as_secs_f64();
+        let rate = status.samples as f64 / seconds.max(1e-9);
+        let stats = job.world().geometry.stats();
+        if self.json {
+            let report = json!({
+                "output": self.output.display().to_string(),
+                "width": w,
+                "height": h,
+                "samples": status.samples,
+                "samples_per_pixel": status.samples as f64 / pixels as f64,
+                "render_seconds": seconds,
+                "samples_per_second": rate,
+                "load_seconds": loaded.as_secs_f64(),
+                "prepare_seconds": prepared.as_secs_f64(),
+                "relative_error": job.error(),
+                "rejected_samples": status.rejected,
+                "clamped_light": status.clamped,
+                "triangles": stats.triangles,
+                "hierarchy_bytes": stats.tree_bytes,
+                "mesh_bytes": stats.mesh_bytes,
+            });
+            println!("{report}");
+            return;
+        }
+        println!(
+            "{}: {w}x{h}, {:.1} samples a pixel in {seconds:.1} s{}",
+            self.output.display(),
+            status.samples as f64 / pixels as f64,
+            // Nothing can be said of a moment.
+            if seconds > 0.05 { format!(" ({:.2} M samples/s)", rate / 1e6) } else { String::new() },
+        );
+        if status.clamped > 0.0 {
+            println!("{:.2} % of the light was clamped away", 100.0 * status.clamped);
+        }
+        if status.rejected > 0 {
+            println!("{} samples were not finite and were left out", status.rejected);
+        }
+        if let Some(target) = self.error.filter(|target| job.error() > *target) {
+            println!(
+                "the relative error is {:.4}: {target} was not reached within {MAX_SAMPLES} samples a pixel",
+                job.error()
+            );
+        }
+    }
+}
