@@ -1,6 +1,7 @@
 //! How fast a mesh of a million triangles is read from each format, on one core.
 //!
 //! `cargo run --release -p yugen-archive --example mesh_load`
+#![allow(clippy::disallowed_methods)]
 
 use std::io::Write;
 use std::path::Path;

@@ -1,14 +1,32 @@
-//! Files on the disk: written whole or not at all, read up to a limit.
+//! Files on the disk: written whole or not at all, read up to a limit, and what is read is noted in the ledger.
+// The one file of this crate that may open files.
+#![allow(clippy::disallowed_methods)]
 
-use crate::{Error, Place};
+use crate::{Error, Place, ledger};
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
+/// Opens a file for reading, and notes that it is read.
+pub fn open(path: &Path) -> Result<File, Error> {
+    let file = File::open(path).map_err(|e| Error::io(path, e))?;
+    ledger::will_read(path);
+    Ok(file)
+}
+
 /// Writes `path` so that at every moment it holds either what it held before or everything new: to a
-/// temporary name in the same folder first, which is renamed when it is complete and on the disk.
+/// temporary name in the same folder first, which is renamed when it is complete and on the disk. An input
+/// ([`protect_inputs`](crate::protect_inputs)) is not replaced.
 pub fn atomic_write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    if ledger::is_input(path) {
+        return Err(ledger::refusal(path));
+    }
+    update(path, bytes)
+}
+
+/// As [`atomic_write`], for a file that a command reads in order to change it.
+pub fn update(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     static COUNTER: AtomicU32 = AtomicU32::new(0);
     let name = path.file_name().ok_or_else(|| {
         Error::io(
@@ -33,6 +51,7 @@ pub fn atomic_write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 
 /// Whether [`atomic_write`] could write `path` now: asked before an hour of work, not after it.
 pub fn check_writable(path: &Path) -> Result<(), Error> {
+    ledger::check_outputs([path])?;
     if path.is_dir() {
         return Err(Error::io(path, std::io::ErrorKind::IsADirectory.into()));
     }
@@ -40,18 +59,6 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     probe.push(format!(".{}.probe", std::process::id()));
     let probe = path.with_file_name(probe);
     File::create_new(&probe).and_then(|_| std::fs::remove_file(&probe)).map_err(|e| Error::io(path, e))
-}
-
-/// Refuses an `output` that is one of the `inputs`, which would be lost.
-pub fn spare(output: &Path, inputs: impl IntoIterator<Item = impl AsRef<Path>>) -> Result<(), Error> {
-    let Ok(place) = output.canonicalize() else { return Ok(()) };
-    if inputs.into_iter().any(|i| i.as_ref().canonicalize().is_ok_and(|i| i == place)) {
-        return Err(Error::invalid(
-            Place::file(output),
-            "this is read, and would be lost; name another output",
-        ));
-    }
-    Ok(())
 }
 
 /// Makes a folder and those above it, unless they are there.
@@ -70,10 +77,19 @@ pub fn list_folder(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 
 /// All of `path`, or an error where it holds more than `limit` bytes.
 pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
-    let file = File::open(path).map_err(|e| Error::io(path, e))?;
+    read_up_to(open(path)?, path, limit)
+}
+
+/// As [`read_bounded`], for what this program wrote for itself and will replace, as checkpoints: it is no input.
+pub fn read_own(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
+    read_up_to(File::open(path).map_err(|e| Error::io(path, e))?, path, limit)
+}
+
+fn read_up_to(file: File, path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     // One byte more than allowed tells a file of just the limit from a longer one, pipes included.
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
+    tracing::debug!("{}: {} bytes", path.display(), bytes.len());
     if bytes.len() as u64 > limit {
         let asked = std::fs::metadata(path).map_or(0, |m| m.len()).max(limit.saturating_add(1));
         return Err(Error::TooLarge {
@@ -112,11 +128,6 @@ mod tests {
             assert!(error.contains(problem), "{error}");
         }
         assert!(atomic_write(Path::new("/"), b"x").is_err());
-        assert!(
-            spare(&path, [folder.join("b/../a.bin")]).unwrap_err().to_string().contains("another output")
-        );
-        assert!(spare(&path, [&folder, &folder.join("b/inside")]).is_ok());
-        assert!(spare(&folder.join("new"), [&path]).is_ok());
         assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
         std::fs::remove_dir_all(&folder).unwrap();
     }

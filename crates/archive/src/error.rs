@@ -153,14 +153,7 @@ impl Error {
         name: &str,
         known: impl IntoIterator<Item = &'a str>,
     ) -> Self {
-        let known: Vec<&str> = known.into_iter().collect();
-        let hint = match nearest(name, known.iter().copied()) {
-            Some(word) => format!("; did you mean '{word}'?"),
-            // A list longer than this helps nobody.
-            None if known.is_empty() || known.len() > 24 => String::new(),
-            None => format!("; expected one of {}", known.join(", ")),
-        };
-        Self::Unknown { at, what, name: name.to_string(), hint }
+        Self::Unknown { at, what, name: name.to_string(), hint: suggest(name, known) }
     }
 
     /// A reflectance model refuses.
@@ -182,6 +175,18 @@ fn not_found(path: &Path) -> String {
     match nearest(&name, names.iter().map(String::as_str)) {
         Some(near) => format!("there is nothing of this name; did you mean '{near}'?"),
         None => "there is nothing of this name; check its name".into(),
+    }
+}
+
+/// The end of a sentence about a word that is none of `known`: what was probably meant, or what there is where that is
+/// a short list.
+pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    match nearest(name, known.iter().copied()) {
+        Some(word) => format!("; did you mean '{word}'?"),
+        // A list longer than this helps nobody.
+        None if known.is_empty() || known.len() > 24 => String::new(),
+        None => format!("; expected one of {}", known.join(", ")),
     }
 }
 

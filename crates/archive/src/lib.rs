@@ -2,11 +2,18 @@
 //!
 //! Colours are converted to the scene's working space here, at the border, and nowhere else.
 
+// Tests look at files as they like.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 mod disk;
 mod error;
 pub mod formats;
+mod ledger;
 pub mod scene;
 
-pub use disk::{atomic_write, check_writable, list_folder, make_folder, read_bounded, spare};
-pub use error::{Error, Place, Position, nearest};
+pub use disk::{
+    atomic_write, check_writable, list_folder, make_folder, open, read_bounded, read_own, update,
+};
+pub use error::{Error, Place, Position, nearest, suggest};
+pub use ledger::{check_new, check_outputs, protect_inputs, will_read};
 pub use scene::Scene;

@@ -102,6 +102,7 @@ const MARGIN: f64 = 5.0 / 255.0;
 ///
 /// `None` where no pixel was seen unsaturated at two different times.
 pub fn recover_response<'a>(pixels: impl Iterator<Item = &'a [Shot]> + Clone) -> Option<Response> {
+    let _span = tracing::info_span!("recover_response").entered();
     let mut table = vec![[0.0f32; 3]; NODES];
     for c in 0..3 {
         let mut a = vec![0.0f64; NODES * NODES];

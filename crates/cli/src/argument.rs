@@ -1,6 +1,39 @@
 //! What several verbs read from the command line.
 
-use yugen_optics::Vec3;
+use anyhow::{Result as Outcome, bail};
+use clap::Args;
+use std::path::Path;
+use yugen_archive::formats::image::{WriteOptions, is_for_display};
+use yugen_optics::tonemap::Curve;
+use yugen_optics::{ColourSpace, Vec3};
+
+/// How a picture for a display comes from light.
+#[derive(Args)]
+pub struct Display {
+    /// From scene light to display light, for .png and .jpg [default: clip].
+    #[arg(long, value_parser = Curve::ALL.map(Curve::name), value_name = "CURVE")]
+    curve: Option<String>,
+
+    /// Brighter by this many stops, for .png and .jpg.
+    #[arg(long, value_name = "STOPS", value_parser = stops)]
+    exposure: Option<f32>,
+}
+
+impl Display {
+    /// How `output` is written, of colours in `space`; an error where it holds the light itself, as .exr does, and a
+    /// display was asked for.
+    pub fn of(&self, output: &Path, space: ColourSpace) -> Outcome<WriteOptions> {
+        let asked = [("--curve", self.curve.is_some()), ("--exposure", self.exposure.is_some())];
+        if let Some((option, _)) = asked.iter().find(|(_, given)| *given && !is_for_display(output)) {
+            bail!(
+                "{option} is for .png and .jpg; {} keeps the light as it is, so leave {option} out",
+                output.display()
+            );
+        }
+        let curve = self.curve.as_deref().and_then(Curve::from_name).unwrap_or_default();
+        Ok(WriteOptions { curve, exposure: self.exposure.unwrap_or(0.0), ..WriteOptions::from(space) })
+    }
+}
 
 /// So many numbers with commas between them.
 pub fn numbers<const N: usize>(text: &str) -> Option<[f32; N]> {

@@ -1,13 +1,19 @@
 //! The `yugen` command: one file per verb.
+// Tests look at files as they like.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
 
+#[macro_use]
+mod output;
 mod argument;
 mod brdf;
 mod capture;
 mod figure;
+mod log;
 mod progress;
 mod render;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::io::Write;
 use std::process::ExitCode;
 
 /// Keeps how a performance looks: reflectance models, measured data and a renderer to trust.
@@ -17,9 +23,16 @@ struct Yugen {
     #[command(subcommand)]
     verb: Verb,
 
-    /// What to report while working: error, warn, info, debug or trace; or per room, as in
-    /// `warn,yugen_archive=debug`.
-    #[arg(long, global = true, default_value = "warn", value_name = "LEVEL", display_order = 900)]
+    /// What to report while working: off, error, warn, info (what is read and done, and how long it took), debug or
+    /// trace; or for a room (archive, capture, transport, …), as in `warn,archive=debug`.
+    #[arg(
+        long,
+        global = true,
+        default_value = "warn",
+        value_name = "LEVEL",
+        value_parser = log::parse,
+        display_order = 900
+    )]
     log: String,
 }
 
@@ -52,35 +65,44 @@ fn end_with_the_reader() {
 #[cfg(not(unix))]
 fn end_with_the_reader() {}
 
-/// Lets every value be a number below zero, so that one that may not be is refused in words that say why.
-fn with_negative_numbers(command: Command) -> Command {
+/// Every verb is a part of `yugen`: its version is that of the whole. And lets every value be a number below zero, so
+/// that one that may not be is refused in words that say why.
+fn adjusted(command: Command) -> Command {
     command
+        .display_name("yugen")
         .mut_args(|a| if a.get_action().takes_values() { a.allow_negative_numbers(true) } else { a })
-        .mut_subcommands(with_negative_numbers)
+        .mut_subcommands(adjusted)
+}
+
+/// Help and version go to standard output, mistakes to standard error.
+fn answer(e: &clap::Error) -> ExitCode {
+    match e.print().and_then(|()| std::io::stdout().flush()) {
+        Err(problem) if !e.use_stderr() => fail(&output::failed(problem).into()),
+        _ => ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(1)),
+    }
+}
+
+fn fail(e: &anyhow::Error) -> ExitCode {
+    eprintln!("yugen: {e:#}");
+    ExitCode::FAILURE
 }
 
 fn main() -> ExitCode {
     end_with_the_reader();
-    let matches = with_negative_numbers(Yugen::command()).get_matches();
-    let yugen = Yugen::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
-    let filter = match tracing_subscriber::EnvFilter::try_new(&yugen.log) {
-        Ok(filter) => filter,
-        Err(e) => {
-            eprintln!("yugen: --log {}: {e}", yugen.log);
-            return ExitCode::FAILURE;
-        }
+    let parsed = adjusted(Yugen::command()).try_get_matches();
+    let yugen = match parsed.and_then(|matches| Yugen::from_arg_matches(&matches)) {
+        Ok(yugen) => yugen,
+        Err(e) => return answer(&e),
     };
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
+    log::start(&yugen.log);
+    yugen_archive::protect_inputs();
     let outcome = match yugen.verb {
         Verb::Render(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
         Verb::Capture(verb) => verb.run(),
     };
-    match outcome {
+    match outcome.and_then(|()| Ok(output::flush()?)) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(e) => {
-            eprintln!("yugen: {e:#}");
-            ExitCode::FAILURE
-        }
+        Err(e) => fail(&e),
     }
 }

@@ -52,12 +52,12 @@ pub enum PrepareError {
         limit: u64,
     },
     /// A camera called that does not exist.
-    #[error("there is no camera called '{name}' (the scene has {known})")]
+    #[error("there is no camera called '{name}'{hint}")]
     UnknownCamera {
         /// The name asked for.
         name: String,
-        /// Those there are.
-        known: String,
+        /// What was probably meant or what would do, as the end of the sentence.
+        hint: String,
     },
 }
 
@@ -206,13 +206,16 @@ impl World {
     /// Prepares `scene`: hierarchy, textures, materials, lights. `want_uv`: texture coordinates are asked for even
     /// if there are no textures.
     pub fn new(scene: &Scene, want_uv: bool) -> Result<Self, PrepareError> {
-        let mut geometry = Geometry::build(scene)?;
+        let _span = tracing::info_span!("prepare").entered();
+        let mut geometry = tracing::debug_span!("hierarchy").in_scope(|| Geometry::build(scene))?;
+        let stats = geometry.stats();
+        tracing::debug!("{} triangles, {} bytes of hierarchy", stats.triangles, stats.tree_bytes);
         if !want_uv && scene.textures.is_empty() {
             geometry = geometry.without_uv();
         }
-        let textures = Textures::new(scene);
-        let materials = Materials::new(scene)?;
-        let lights = Lights::new(scene, &geometry, &textures)?;
+        let textures = tracing::debug_span!("textures").in_scope(|| Textures::new(scene));
+        let materials = tracing::debug_span!("materials").in_scope(|| Materials::new(scene))?;
+        let lights = tracing::debug_span!("lights").in_scope(|| Lights::new(scene, &geometry, &textures))?;
         let see_through = materials.any_see_through();
         let luminance = scene.working_space.luminance_weights();
         Ok(Self { geometry, textures, materials, lights, see_through, luminance })

@@ -198,6 +198,7 @@ impl Job {
     /// Renders until the budget is spent or `observe`, called a few times a second (less often for very large pictures), says stop. Returns whether
     /// the budget was spent.
     pub fn run(&self, mut observe: impl FnMut(&Self, &Progress) -> Action) -> bool {
+        let _span = tracing::info_span!("render").entered();
         let clock = Clock {
             started: Instant::now(),
             before: Duration::from_millis(self.elapsed.load(Ordering::Relaxed)),
@@ -205,6 +206,7 @@ impl Job {
         };
         let mut go_on = Action::Continue;
         while go_on == Action::Continue && self.plan(&clock) {
+            let _span = tracing::debug_span!("round", samples_before = self.samples()).entered();
             go_on = self.round(&clock, &mut observe);
         }
         self.elapsed.store(clock.elapsed().as_millis() as u64, Ordering::Relaxed);
@@ -640,8 +642,12 @@ fn choose_camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a Camera,
     };
     found.ok_or_else(|| {
         let known: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-        let known = if known.is_empty() { "none".to_string() } else { known.join(", ") };
-        PrepareError::UnknownCamera { name: name.unwrap_or("").to_string(), known }
+        let name = name.unwrap_or("").to_string();
+        let hint = match known.is_empty() {
+            true => "; the scene has none".into(),
+            false => yugen_archive::suggest(&name, known),
+        };
+        PrepareError::UnknownCamera { name, hint }
     })
 }
 

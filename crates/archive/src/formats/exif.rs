@@ -1,8 +1,7 @@
 //! What a camera writes beside a picture: how long it was exposed, and what else changes its brightness.
 
-use crate::Error;
+use crate::{Error, open};
 use ::exif::{In, Reader, Tag, Value};
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
@@ -22,9 +21,8 @@ const MAX_FILE: u64 = 1 << 30;
 
 /// The settings of a JPEG, TIFF, PNG or WebP; nothing is known where a file has no Exif data or damaged ones.
 pub fn read(path: &Path) -> Result<Settings, Error> {
-    let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let mut bytes = Vec::new();
-    BufReader::new(file).take(MAX_FILE).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
+    BufReader::new(open(path)?).take(MAX_FILE).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
     Ok(read_bytes(&bytes))
 }
 

@@ -1,23 +1,30 @@
 //! Which files a scene may open.
 //!
-//! A scene file comes from someone else. It may name files in its own folder and below, in the folders its
-//! `<path>` elements add, and in those the caller allows ([`Options::folders`](crate::formats::Options)).
-//! A `<path>` is relative to the file it stands in and may climb with `..`, as the format intends; it may not
-//! be absolute, nor end at the root of the file system. Every other name (meshes, pictures, includes,
-//! spectra) must end, with `..` and symbolic links followed, inside one of these folders.
+//! A scene file comes from someone else. It may name files in its own folder and below, in the folders that it
+//! names for this (`<path>` in Mitsuba's format, `path` under `[scene]` in TOML), and in those the caller allows
+//! ([`Options::folders`](crate::formats::Options), `--allow`). A folder that a scene names is relative to the file it
+//! stands in and may climb with `..`, as Mitsuba's format intends; it may not be absolute, nor end at the root of the
+//! file system. Every other name (meshes, pictures, includes, spectra) must end, with `..` and symbolic links
+//! followed, inside one of these folders.
 
 use crate::{Error, Place};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// The folders in force, in the order they are searched.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Folders {
     roots: Vec<PathBuf>,
+    /// How files of this format name a folder, before it and behind it; nothing where they cannot.
+    statement: Option<[&'static str; 2]>,
 }
 
 impl Folders {
     /// The folder of the scene file, then those the caller allows.
-    pub(crate) fn new(scene: &Path, allowed: &[PathBuf]) -> Result<Self, Error> {
+    pub(crate) fn new(
+        scene: &Path,
+        allowed: &[PathBuf],
+        statement: Option<[&'static str; 2]>,
+    ) -> Result<Self, Error> {
         let mut roots = Vec::new();
         // A scene that is only bytes has no folder, and then none of its files can be found.
         if let Some(parent) = scene.parent() {
@@ -27,20 +34,31 @@ impl Folders {
         for folder in allowed {
             roots.push(folder.canonicalize().map_err(|e| Error::io(folder, e))?);
         }
-        Ok(Self { roots })
+        Ok(Self { roots, statement })
     }
 
-    /// A `<path>` in `file`: searched first from now on.
-    pub(crate) fn add(&mut self, value: &str, file: &Path, at: Place) -> Result<(), Error> {
+    /// A folder that `file` names: searched first from now on.
+    pub(crate) fn add_first(&mut self, value: &str, file: &Path, at: Place) -> Result<(), Error> {
+        let folder = self.named(value, file, at)?;
+        self.roots.insert(0, folder);
+        Ok(())
+    }
+
+    /// A folder that `file` names: searched last.
+    pub(crate) fn add_last(&mut self, value: &str, file: &Path, at: Place) -> Result<(), Error> {
+        let folder = self.named(value, file, at)?;
+        self.roots.push(folder);
+        Ok(())
+    }
+
+    fn named(&self, value: &str, file: &Path, at: Place) -> Result<PathBuf, Error> {
         let value = Path::new(value);
         if value.is_absolute() {
-            return Err(Error::invalid(
-                at,
-                format!(
-                    "the folder '{}' is absolute; give it relative to the file, or allow it when calling",
-                    value.display()
-                ),
-            ));
+            let folder = value.display();
+            let problem = format!(
+                "the folder '{folder}' is absolute; give it relative to the file, or allow it with --allow '{folder}'"
+            );
+            return Err(Error::invalid(at, problem));
         }
         let beside = file.parent().unwrap_or(Path::new("")).join(value);
         let folder = std::iter::once(beside)
@@ -59,8 +77,7 @@ impl Folders {
                 "the folder is the root of the file system; name the one that holds the scene's files",
             ));
         }
-        self.roots.insert(0, folder);
-        Ok(())
+        Ok(folder)
     }
 
     /// For an included file: its own folder first.
@@ -69,14 +86,14 @@ impl Folders {
         if let Some(folder) = file.parent().and_then(|p| p.canonicalize().ok()) {
             roots.insert(0, folder);
         }
-        Self { roots }
+        Self { roots, ..*self }
     }
 
     /// The folders of `other` after these.
     pub(crate) fn then(&self, other: &Self) -> Self {
         let mut roots = self.roots.clone();
         roots.extend(other.roots.iter().filter(|r| !self.roots.contains(r)).cloned());
-        Self { roots }
+        Self { roots, ..*self }
     }
 
     /// The file called `name`, where it may be opened.
@@ -87,19 +104,40 @@ impl Folders {
             return Ok(file.clone());
         }
         // Whether a file outside exists is nobody's business: the answer is the same for both.
-        let climbs = name.is_absolute() || name.components().any(|c| c == std::path::Component::ParentDir);
+        let climbs = name.is_absolute() || name.components().any(|c| c == Component::ParentDir);
         if climbs || !found.is_empty() {
-            return Err(Error::invalid(
-                at,
-                format!(
-                    "the file '{}' lies outside the folders of this scene; put it there, or name its folder with <path> \
-                     or when calling",
-                    name.display()
-                ),
-            ));
+            let (what, folder) = match found.first() {
+                Some(target) if !climbs => ("is a link that leads", target.parent().map(Path::to_path_buf)),
+                _ => ("lies", name.parent().map(|folder| self.beside(folder))),
+            };
+            let folder = folder.unwrap_or_default();
+            let name = name.display();
+            let statement = match self.statement {
+                Some([before, behind]) => format!("name its folder in the scene ({before}FOLDER{behind}), "),
+                None => String::new(),
+            };
+            let problem = format!(
+                "the file '{name}' {what} outside the folders of this scene; put it there, {statement}or allow it with \
+                 --allow '{}'",
+                folder.display()
+            );
+            return Err(Error::invalid(at, problem));
         }
         let roots: Vec<_> = self.roots.iter().map(|r| r.display().to_string()).collect();
         let roots = if roots.is_empty() { "no folder".to_string() } else { roots.join(", ") };
         Err(Error::invalid(at, format!("there is no file '{}' (looked in {roots})", name.display())))
+    }
+
+    /// Where a folder lies that is named from the first of these, as far as its name tells.
+    fn beside(&self, folder: &Path) -> PathBuf {
+        let mut place = PathBuf::new();
+        for part in self.roots.first().map(|r| r.join(folder)).unwrap_or_default().components() {
+            match part {
+                Component::ParentDir => _ = place.pop(),
+                Component::CurDir => {}
+                part => place.push(part),
+            }
+        }
+        place
     }
 }

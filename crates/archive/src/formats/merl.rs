@@ -5,7 +5,6 @@
 
 use crate::{Error, Place};
 use glam::Vec3;
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use yugen_optics::ColourSpace;
@@ -82,7 +81,7 @@ pub fn read_bins(file: &Path, first: usize, rgb: &mut [f32]) -> Result<(), Error
     let count = rgb.len() / 3;
     assert!(first + count <= BINS);
     let io = |e| Error::io(file, e);
-    let mut open = File::open(file).map_err(io)?;
+    let mut open = crate::open(file)?;
     let size = open.metadata().map_err(io)?.len();
     let mut header = [0; HEADER];
     if size == BYTES as u64 {

@@ -10,6 +10,7 @@ pub mod gltf;
 pub mod goniometer;
 pub mod goniometer_csv;
 pub mod image;
+mod json;
 pub mod lp;
 pub mod measured;
 pub mod merl;
@@ -114,7 +115,24 @@ pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
         let problem = format!("a {} scene does not move; a glTF file may", format.name);
         return Err(Error::invalid(Place::file(path), problem));
     }
-    (format.read)(&read_file(path)?, path, options)
+    let _span = tracing::info_span!("read_scene", file = %path.display()).entered();
+    let scene = (format.read)(&read_file(path)?, path, options)?;
+    if scene.is_empty() {
+        let problem =
+            "there is nothing to be seen in this scene: it has no shape, and no light from all sides";
+        return Err(Error::invalid(Place::file(path), problem));
+    }
+    tracing::info!(
+        "{}: {} shapes, {} groups, {} materials, {} textures, {} lights, {} cameras",
+        path.display(),
+        scene.shapes.len(),
+        scene.groups.len(),
+        scene.materials.len(),
+        scene.textures.len(),
+        scene.lights.len(),
+        scene.cameras.len()
+    );
+    Ok(scene)
 }
 
 /// The largest file that is read as a whole: a mesh of some fifty million triangles.

@@ -10,7 +10,7 @@ use super::relightable::{Basis, Colouring, Relightable, admit};
 use crate::{Error, Place, atomic_write, make_folder, read_bounded};
 use serde::Deserialize;
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The file that makes a folder one of these.
 pub const INFO: &str = "info.json";
@@ -57,10 +57,8 @@ fn jpg() -> String {
 /// Reads `info.json`; more than `max_texels` are refused.
 pub fn read_info(bytes: &[u8], file: &Path, max_texels: u64) -> Result<Info, Error> {
     let json: Json = serde_json::from_slice(bytes).map_err(|e| {
-        // Its words end with the place, which stands before them here.
-        let problem = e.to_string();
-        let problem = problem.split(" at line ").next().unwrap_or_default();
-        Error::invalid(Place::line(file, e.line(), e.column()), format!("no RelightLab info: {problem}"))
+        let problem = format!("no RelightLab info: {}", super::json::problem(&e));
+        Error::invalid(Place::line(file, e.line(), e.column()), problem)
     })?;
     let at = || Place::file(file);
     let invalid = |problem: String| Err(Error::invalid(at(), problem));
@@ -158,6 +156,12 @@ pub fn read(folder: &Path, max_texels: u64) -> Result<Relightable, Error> {
         }
     }
     Ok(r)
+}
+
+/// The files of a folder with so many planes.
+pub(super) fn files(folder: &Path, planes: usize) -> Vec<PathBuf> {
+    let pictures = (0..planes.div_ceil(3)).map(|i| folder.join(format!("plane_{i}.jpg")));
+    pictures.chain([folder.join(INFO)]).collect()
 }
 
 /// Writes a folder, which is made where it is missing; `info.json` comes last, so that a folder with one is whole.
@@ -264,8 +268,8 @@ mod tests {
         for (from, to, want) in [
             ("4,", "0,", "info.json: the picture is empty (0 x 2)"),
             ("4,", "4000000000,", "the number of texels (4000000000 x 2)"),
-            ("4,", "-4,", "info.json:1:12: no RelightLab info: invalid value"),
-            ("\"width\": 4, ", "", "missing field `width`"),
+            ("4,", "-4,", "info.json:1:12: no RelightLab info: found -4, expected a whole number, 0 or more"),
+            ("\"width\": 4, ", "", "missing field 'width'"),
             ("ptm", "ptn", "unknown basis 'ptn'; did you mean 'ptm'?"),
             ("ptm", "rbf", "the basis 'rbf' is not read"),
             ("ptm", "hsh", "expected HSH of 4, 9 or 16 terms; 9 planes are 6"),

@@ -1,8 +1,8 @@
 //! Pictures whose light can be moved: what `.ptm`, `.rti` and RelightLab's folders hold, one line a format.
 
 use super::{ptm, relight, rti};
-use crate::{Error, Place, atomic_write, check_writable, make_folder, read_bounded};
-use std::path::Path;
+use crate::{Error, Place, atomic_write, check_writable, make_folder, open, read_bounded};
+use std::path::{Path, PathBuf};
 
 /// The functions of the light's direction (x, y, z) that a texel's coefficients multiply, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -51,6 +51,15 @@ pub enum Colouring {
     Lrgb,
 }
 
+impl Colouring {
+    fn stride(self, basis: Basis) -> usize {
+        match self {
+            Self::Rgb => 3 * basis.terms(),
+            Self::Lrgb => 3 + basis.terms(),
+        }
+    }
+}
+
 /// A picture whose light can be moved. Its values are what a display shows at 0 (black) to 1 (255 of 255), in
 /// practice with the sRGB curve in them; a file does not say.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,10 +81,7 @@ pub struct Relightable {
 impl Relightable {
     /// Numbers a texel.
     pub fn stride(&self) -> usize {
-        match self.colouring {
-            Colouring::Rgb => 3 * self.basis.terms(),
-            Colouring::Lrgb => 3 + self.basis.terms(),
-        }
+        self.colouring.stride(self.basis)
     }
 
     /// The part of each texel that multiplies functions of the light.
@@ -185,7 +191,7 @@ pub fn recognises(path: &Path) -> bool {
         return path.join(relight::INFO).is_file();
     }
     let mut start = [0; 4];
-    std::fs::File::open(path).is_ok_and(|mut f| std::io::Read::read_exact(&mut f, &mut start).is_ok())
+    open(path).is_ok_and(|mut f| std::io::Read::read_exact(&mut f, &mut start).is_ok())
         && FORMATS.iter().any(|f| !f.magic.is_empty() && start == f.magic)
 }
 
@@ -211,6 +217,14 @@ pub fn can_write(path: &Path, basis: Basis) -> Result<(), Error> {
         Some(_) => check_writable(path),
         None => make_folder(path),
     }
+}
+
+/// The files that [`write`] makes of a picture in `basis`.
+pub fn files(path: &Path, basis: Basis, colouring: Colouring) -> Result<Vec<PathBuf>, Error> {
+    Ok(match writer(path, basis)?.extension {
+        Some(_) => vec![path.to_path_buf()],
+        None => relight::files(path, colouring.stride(basis)),
+    })
 }
 
 /// Writes a `.ptm`, a `.rti` or, without an extension, a RelightLab folder.

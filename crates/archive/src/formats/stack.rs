@@ -29,7 +29,8 @@ use super::image::rows::{Rows, Samples};
 use super::image::{self, ReadOptions};
 use super::lp::{self, Axes};
 use super::toml::document::{Document, Item, Keys};
-use crate::{Error, Place, atomic_write, read_bounded};
+use crate::{Error, Place, atomic_write, read_bounded, update, will_read};
+use ::toml::Spanned;
 use ::toml::de::DeTable;
 use glam::Vec3;
 use std::path::{Component, Path, PathBuf};
@@ -142,9 +143,7 @@ impl Options {
             Error::invalid(Place::byte(file, e.valid_up_to() as u64), "this is no UTF-8 text; expected TOML")
         })?;
         let doc = Document { file, text };
-        let table = DeTable::parse(text).map_err(|e| {
-            Error::invalid(doc.place(e.span().map_or(0, |s| s.start)), e.message().trim().replace('\n', "; "))
-        })?;
+        let table = parse_table(&doc)?;
         let mut keys = Keys::root(&doc, table.get_ref());
         keys.what = "stack".into();
         let usual = Self::default();
@@ -185,7 +184,17 @@ impl Options {
 
     /// The text of a file that says what differs from the usual.
     pub fn text(&self) -> String {
-        let usual = Self::default();
+        let mut text = String::from("# A stack of photographs; every key is optional.\n");
+        for ((key, value), (_, usual)) in self.entries().into_iter().zip(Self::default().entries()) {
+            if value != usual {
+                text.push_str(&format!("{key} = {value}\n"));
+            }
+        }
+        text
+    }
+
+    /// Every key with its value as TOML; nothing where there is no value to write.
+    fn entries(&self) -> [(&'static str, String); 13] {
         let quoted = |t: &str| {
             let one = |c: char| match c {
                 '"' | '\\' => format!("\\{c}"),
@@ -198,34 +207,56 @@ impl Options {
             true => format!("{:?}", c[0]),
             false => format!("{c:?}"),
         };
-        let mut text = String::from("# A stack of photographs; every key is optional.\n");
-        let mut line = |differs: bool, key: &str, value: String| {
-            if differs {
-                text.push_str(&format!("{key} = {value}\n"));
-            }
-        };
-        line(self.lights != usual.lights, "lights", quoted(&self.lights));
-        line(self.axes != usual.axes, "axes", quoted(&self.axes.to_string()));
-        line(self.near, "near", "true".into());
-        line(self.field_width != usual.field_width, "field_width", format!("{:?}", self.field_width));
         let response = match self.response {
             Response::Linear => quoted("linear"),
             Response::Srgb => quoted("srgb"),
             Response::Power(p) => format!("{p:?}"),
         };
-        line(self.response != usual.response, "response", response);
-        line(self.white != usual.white, "white", rgb(&self.white));
-        line(self.level_white, "level_white", "true".into());
         let all: Vec<String> = self.intensities.iter().map(rgb).collect();
-        line(!all.is_empty(), "intensities", format!("[{}]", all.join(", ")));
-        line(self.saturated != usual.saturated, "saturated", format!("{:?}", self.saturated));
-        line(self.ambient.is_some(), "ambient", quoted(self.ambient.as_deref().unwrap_or_default()));
-        line(self.mask.is_some(), "mask", quoted(self.mask.as_deref().unwrap_or_default()));
-        let space = self.colour_space.unwrap_or_default();
-        line(self.colour_space.is_some(), "colour_space", quoted(space.name()));
-        line(self.view != usual.view, "view", format!("{:?}", self.view.to_array()));
-        text
+        [
+            ("lights", quoted(&self.lights)),
+            ("axes", quoted(&self.axes.to_string())),
+            ("near", self.near.to_string()),
+            ("field_width", format!("{:?}", self.field_width)),
+            ("response", response),
+            ("white", rgb(&self.white)),
+            ("level_white", self.level_white.to_string()),
+            ("intensities", format!("[{}]", all.join(", "))),
+            ("saturated", format!("{:?}", self.saturated)),
+            ("ambient", quoted(self.ambient.as_deref().unwrap_or_default())),
+            ("mask", quoted(self.mask.as_deref().unwrap_or_default())),
+            ("colour_space", self.colour_space.map(|s| quoted(s.name())).unwrap_or_default()),
+            ("view", format!("{:?}", self.view.to_array())),
+        ]
     }
+
+    /// The text of a file of these options in which only what `new` says otherwise is changed: comments stay.
+    fn amended(&self, text: &str, file: &Path, new: &Self) -> Result<String, Error> {
+        let doc = Document { file, text };
+        let table = parse_table(&doc)?;
+        let mut changes = Vec::new();
+        let mut added = String::new();
+        for ((key, old), (_, new)) in self.entries().into_iter().zip(new.entries()) {
+            match table.get_ref().iter().find(|(k, _)| k.get_ref() == key) {
+                _ if old == new || new.is_empty() => {}
+                Some((_, value)) => changes.push((value.span(), new)),
+                None => added.push_str(&format!("{key} = {new}\n")),
+            }
+        }
+        changes.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
+        let mut text = text.to_string();
+        changes.into_iter().for_each(|(span, new)| text.replace_range(span, &new));
+        if !text.is_empty() && !text.ends_with('\n') {
+            text.push('\n');
+        }
+        Ok(text + &added)
+    }
+}
+
+fn parse_table<'a>(doc: &Document<'a>) -> Result<Spanned<DeTable<'a>>, Error> {
+    DeTable::parse(doc.text).map_err(|e| {
+        Error::invalid(doc.place(e.span().map_or(0, |s| s.start)), e.message().trim().replace('\n', "; "))
+    })
 }
 
 /// A number for all channels or one for each, above zero.
@@ -278,6 +309,7 @@ impl Folder {
 
     /// As [`Folder::open`], with a last word on the options.
     pub fn open_with(path: &Path, adjust: impl FnOnce(&mut Options)) -> Result<Self, Error> {
+        let _span = tracing::info_span!("open_stack", file = %path.display()).entered();
         let list = path.is_file();
         let folder =
             if list { path.parent().unwrap_or(Path::new("")).to_path_buf() } else { path.to_path_buf() };
@@ -328,6 +360,8 @@ impl Folder {
         let mut stack =
             Self { path: folder, options, pictures, width, height, channels, colour_space, mask: None };
         stack.mask = stack.read_mask()?;
+        let ambient = stack.options.ambient.as_ref().map(|name| inside(&stack.path, name));
+        stack.pictures.iter().map(|p| &p.path).chain(&ambient).for_each(|p| will_read(p));
         Ok(stack)
     }
 
@@ -636,6 +670,25 @@ pub fn write_options(folder: &Path, options: &Options) -> Result<(), Error> {
         atomic_write(&path, options.text().as_bytes())?;
     }
     Ok(())
+}
+
+/// As [`write`], for a stack that has options: of their file only what has changed is written anew.
+pub fn amend(folder: &Path, entries: &[lp::Entry], options: &Options) -> Result<(), Error> {
+    let lights = folder.join(&options.lights);
+    let list = lp::write(entries, &lights)?;
+    let path = folder.join(OPTIONS);
+    if path.exists() {
+        let bytes = read_bounded(&path, MAX_TEXT)?;
+        let old = Options::parse(&bytes, &path)?;
+        let text = String::from_utf8_lossy(&bytes);
+        let new = old.amended(&text, &path, options)?;
+        if new != text {
+            update(&path, new.as_bytes())?;
+        }
+    } else {
+        write_options(folder, options)?;
+    }
+    atomic_write(&lights, list.as_bytes())
 }
 
 #[cfg(test)]

@@ -47,6 +47,12 @@ impl Scene {
         }
     }
 
+    /// Whether no camera could see anything: there is no shape, and no light that stands all around.
+    pub fn is_empty(&self) -> bool {
+        let around = |l: &Light| matches!(l, Light::Constant { .. } | Light::Environment { .. });
+        self.shapes.is_empty() && !self.lights.iter().any(around)
+    }
+
     /// Whether anything shines.
     pub fn has_light(&self) -> bool {
         !self.lights.is_empty()

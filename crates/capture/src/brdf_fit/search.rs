@@ -54,6 +54,7 @@ impl Models {
         threads: usize,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Self {
+        let _span = tracing::info_span!("probe_models", models = kinds.len()).entered();
         let jobs: Vec<(usize, Vec<f32>)> = kinds
             .iter()
             .enumerate()
@@ -258,6 +259,7 @@ pub fn fit(
 ) -> Vec<Fit> {
     assert!(!readings.all.is_empty() && (1..=2).contains(&options.lobes));
     assert!(readings.isotropic == models.isotropic && readings.space == models.space);
+    let _span = tracing::info_span!("fit_models", readings = readings.all.len()).entered();
     let kinds = &models.kinds;
     let total: f64 = readings.all.iter().map(|r| f64::from(r.weight)).sum();
     let lit = |r: &Reading| f64::from(r.weight * r.wi.z * r.f.max(glam::Vec3::ZERO).element_sum() / 3.0);
@@ -274,17 +276,20 @@ pub fn fit(
     };
 
     let jobs = &models.forms;
+    let screening = tracing::debug_span!("screen", forms = jobs.len()).entered();
     let screened = parallel(
         options.threads,
         jobs.len(),
         |j| search.form(kinds[jobs[j].0], &jobs[j].1),
         &told(jobs.len()),
     );
+    drop(screening);
     let mut pools = vec![Vec::new(); kinds.len()];
     for ((k, _), candidates) in jobs.iter().zip(screened) {
         pools[*k].extend(candidates);
     }
     let refine = |pools: Vec<Vec<Candidate>>| -> Vec<Option<Candidate>> {
+        let _span = tracing::debug_span!("refine").entered();
         let jobs: Vec<(usize, Candidate)> = pools
             .into_iter()
             .enumerate()

@@ -99,6 +99,7 @@ pub fn fit(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Vec<Fitted> {
     let texels = readings.texels();
+    let _span = tracing::info_span!("fit_texels", texels, with_threads = prior.is_some()).entered();
     let task = Task { options, prior, learning: false, twice: true };
     let piece = |i: usize, room: &mut Room| -> Vec<Fitted> {
         let texels: Vec<usize> = (i * PIECE..((i + 1) * PIECE).min(texels)).collect();

@@ -59,6 +59,7 @@ const SAMPLE: usize = 6144;
 impl Prior {
     /// Learns from texels spread over `bands`. `None` where there are too few of them.
     pub fn learn(bands: &[impl Readings], options: &Options, threads: usize) -> Option<Self> {
+        let _span = tracing::info_span!("learn_threads").entered();
         let groups: Vec<(usize, usize)> = bands
             .iter()
             .enumerate()

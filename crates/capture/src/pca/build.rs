@@ -84,6 +84,7 @@ pub fn build<T: Tables>(
     threads: usize,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Option<Basis>, T::Error> {
+    let _span = tracing::info_span!("build_basis", tables = tables.count()).entered();
     let (gram, _) = gram(tables, threads, &|x| progress(0.6 * x))?;
     basis(tables, names, components, threads, &gram, &|x| progress(0.6 + 0.4 * x))
 }

@@ -42,6 +42,7 @@ pub fn leave_one_out<T: Tables>(
 ) -> Result<Option<Report>, T::Error> {
     /// Rows on which errors are measured.
     const JUDGED: usize = 6000;
+    let _span = tracing::info_span!("leave_one_out", tables = tables.count()).entered();
     let columns = 3 * tables.count();
     let most = numbers.iter().copied().max().unwrap_or(0).min(columns.saturating_sub(3));
     let (gram, count) = gram(tables, threads, &|x| progress(0.3 * x))?;

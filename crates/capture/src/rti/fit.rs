@@ -68,6 +68,7 @@ pub fn fit(stack: &Stack, options: &Options) -> Result<Fitted, RtiError> {
 /// as the fit fills it.
 pub fn fit_into(stack: &Stack, options: &Options, fitted: &mut Fitted) -> Result<(), RtiError> {
     check(stack, options.basis)?;
+    let _span = tracing::info_span!("fit_rti", texels = stack.width * stack.height).entered();
     let Options { basis, colouring, encoding, .. } = *options;
     let picture = &mut fitted.picture;
     let (width, height) = (stack.width, stack.height);
@@ -171,6 +172,7 @@ fn store(sums: &Sums, values: &[[f32; 3]], colouring: Colouring, out: &mut [f32]
 /// Between Variable Selection and Data Augmentation and a Method for Prediction" (PRESS), over a sample of texels.
 pub fn choose_ridge(stack: &Stack, basis: Basis, encoding: Encoding) -> Result<f64, RtiError> {
     check(stack, basis)?;
+    let _span = tracing::info_span!("choose_ridge").entered();
     let lights = stack.lights.len();
     let texels = stack.width * stack.height;
     let mut errors = [0.0; RIDGES.len()];

@@ -176,6 +176,7 @@ pub fn score(
     normals: Option<&[Vec3]>,
     threads: usize,
 ) -> Result<Score, RtiError> {
+    let _span = tracing::info_span!("score", method = method.name()).entered();
     let (train, held) = split(stack, left_out);
     let model = Model::learn(&train, method, encoding, threads)?;
     let (width, height, n) = (stack.width, stack.height, held.lights.len());

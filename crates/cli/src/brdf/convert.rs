@@ -7,7 +7,7 @@ use serde_json::json;
 use std::f32::consts::TAU;
 use std::path::PathBuf;
 use yugen_archive::formats::{goniometer, measured, merl, rgl};
-use yugen_archive::{atomic_write, check_writable, spare};
+use yugen_archive::{atomic_write, check_outputs, check_writable};
 use yugen_optics::frame::spherical;
 use yugen_optics::random::Pcg32;
 use yugen_optics::{Mat3, Vec3};
@@ -52,9 +52,9 @@ impl Convert {
             bail!("{}: a .csv is only read; write a .binary, .gonio or .bsdf", self.output.display());
         }
         check_writable(&self.output)?;
-        spare(&self.output, self.subject.data.iter().chain([&PathBuf::from(&self.subject.model)]))?;
         let space = self.subject.space();
         let source = self.subject.build()?;
+        check_outputs([&self.output])?;
         let bsdf = source.bsdf();
         let laws = bsdf.laws();
         if laws.delta || laws.transmits {

@@ -5,7 +5,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use std::path::PathBuf;
 use yugen_archive::formats::{merl, neural_brdf};
-use yugen_archive::{atomic_write, make_folder, nearest, read_bounded};
+use yugen_archive::{atomic_write, check_outputs, make_folder, nearest, read_bounded};
 use yugen_optics::ColourSpace;
 
 /// Writes the materials of a file of neural encodings (Sztrajman et al. 2021) as MERL .binary tables of 35 MB each.
@@ -36,14 +36,16 @@ impl Decode {
                 bail!("{}: has no material '{wanted}'{hint}", beside.display());
             }
         }
-        make_folder(&self.output)?;
         let chosen: Vec<_> =
             names.iter().zip(&all).filter(|(n, _)| self.only.is_empty() || self.only.contains(n)).collect();
+        let table = |name: &str| self.output.join(format!("{name}.binary"));
+        check_outputs(chosen.iter().map(|(name, _)| table(name)))?;
+        make_folder(&self.output)?;
         let bar = progress::bar(chosen.len() as u64, false);
         for (name, material) in chosen {
             bar.set_message(name.clone());
             let bytes = merl::write(&material.tabulate(), ColourSpace::LinearSrgb);
-            atomic_write(&self.output.join(format!("{name}.binary")), &bytes)?;
+            atomic_write(&table(name), &bytes)?;
             bar.inc(1);
         }
         bar.finish_and_clear();

@@ -11,7 +11,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yugen_archive::formats::{measured, readings};
-use yugen_archive::{atomic_write, make_folder, read_bounded};
+use yugen_archive::{Error, atomic_write, check_outputs, make_folder, read_bounded, will_read};
 use yugen_capture::brdf_fit::{self, Fit as Found, Lobe, Models, Options, Reading, Readings, unfit};
 use yugen_optics::{ColourSpace, Vec2};
 use yugen_reflectance::{Bsdf, Kind, ParamType};
@@ -137,7 +137,17 @@ impl Fit {
             }
         }
         // Before the work rather than after it.
+        for file in &self.data {
+            if !is_list(file) {
+                kind_of(file)?;
+            }
+            if !file.exists() {
+                return Err(Error::io(file, std::io::ErrorKind::NotFound.into()).into());
+            }
+            will_read(file);
+        }
         if let Some(folder) = &self.output {
+            check_outputs(self.outputs(folder, &kinds))?;
             make_folder(folder)?;
         }
         let threads = argument::threads(self.threads);
@@ -179,8 +189,7 @@ impl Fit {
                 bar.suspend(|| println!("{table}"));
             }
             if let Some(folder) = &self.output {
-                let folder = if self.data.len() > 1 { folder.join(&measured.name) } else { folder.clone() };
-                self.write(&folder, &measured, &fits, &table, &report)?;
+                self.write(&self.folder_of(folder, file), &measured, &fits, &table, &report)?;
             }
             reports.push(report);
             results.push((measured.name, fits));
@@ -209,13 +218,29 @@ impl Fit {
         ColourSpace::from_name(&self.space).unwrap_or_default()
     }
 
+    /// Where the report of a material goes.
+    fn folder_of(&self, output: &Path, file: &Path) -> PathBuf {
+        if self.data.len() > 1 { output.join(name(file)) } else { output.to_path_buf() }
+    }
+
+    /// Every file that may be written.
+    fn outputs(&self, folder: &Path, kinds: &[Kind]) -> Vec<PathBuf> {
+        let mut names: Vec<String> = ["report.md", "report.json", "spheres.png"].map(String::from).to_vec();
+        let over_all = if self.data.len() > 1 { names[..2].to_vec() } else { Vec::new() };
+        let mut materials: Vec<&str> = kinds.iter().map(|k| k.name()).collect();
+        materials.sort_unstable();
+        materials.dedup();
+        names.extend(materials.iter().map(|m| format!("{m}.toml")));
+        let each = self.data.iter().map(|file| self.folder_of(folder, file));
+        let each = each.flat_map(|f| names.iter().map(move |n| f.join(n)).collect::<Vec<_>>());
+        over_all.iter().map(|n| folder.join(n)).chain(each).collect()
+    }
+
     fn load(&self, file: &Path) -> Result<Measured> {
-        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let name = name(file);
         let lowest = self.max_angle.to_radians().cos();
-        if !["csv", "txt"].contains(&extension.as_str()) {
-            let kind = measured::kind(file)
-                .with_context(|| "expected .binary, .bsdf, .gonio, or .csv of single readings")?;
+        if !is_list(file) {
+            let kind = kind_of(file)?;
             let data = measured::read(file, kind, self.space())?;
             let slots = kind.defaults();
             let table = Model { kind, table: kind.bake(&slots, &data)?, slots };
@@ -442,6 +467,21 @@ impl Fit {
         }
         figure.png(width as u32)
     }
+}
+
+/// Whether a file lists single readings.
+fn is_list(file: &Path) -> bool {
+    file.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv") || e.eq_ignore_ascii_case("txt"))
+}
+
+/// The model of a table.
+fn kind_of(file: &Path) -> Result<Kind> {
+    measured::kind(file).context("expected .binary, .bsdf, .gonio, or .csv of single readings")
+}
+
+/// What a material is called.
+fn name(file: &Path) -> String {
+    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// The terms of a fit in a word or two.

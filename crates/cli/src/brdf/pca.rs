@@ -11,7 +11,7 @@ use std::time::Instant;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions};
 use yugen_archive::formats::pca_basis::{self, Basis};
 use yugen_archive::formats::{merl, readings};
-use yugen_archive::{atomic_write, check_writable, list_folder, read_bounded};
+use yugen_archive::{atomic_write, check_outputs, check_writable, list_folder, read_bounded};
 use yugen_capture::pca::{self, Observation, RIDGE, Sphere, Tables};
 use yugen_optics::{ColourSpace, Vec3};
 use yugen_reflectance::merl::{PHI_D, THETA_D, bin_centre};
@@ -191,6 +191,7 @@ impl Build {
         let start = Instant::now();
         check_writable(&self.output)?;
         let tables = Folder::open(&self.folder)?;
+        check_outputs([&self.output])?;
         let bar = self.how.bar("basis");
         let tell = |x: f64| bar.set_position((1000.0 * x) as u64);
         let basis = pca::build(&tables, &tables.names, self.components as usize, self.how.threads(), &tell)?;
@@ -304,6 +305,7 @@ impl Reconstruct {
             Some(file) => self.readings(&basis, file)?,
             None => self.photographs(&basis)?,
         };
+        check_outputs([&self.output])?;
         let most =
             self.values.as_ref().map_or(basis.components, |_| observations.len()).min(basis.components);
         let components = self.components.unwrap_or(most);

@@ -55,9 +55,18 @@ impl Model {
 pub fn find(name: &str) -> Result<Kind> {
     Kind::from_name(name).or_else(|e| {
         let known = Kind::ALL.iter().map(|k| k.name());
-        match yugen_archive::nearest(name, known) {
-            Some(word) => bail!("{e}; did you mean '{word}'?"),
-            None => bail!("{e}; `yugen brdf list` lists them"),
+        if let Some(word) = yugen_archive::nearest(name, known) {
+            bail!("{e}; did you mean '{word}'?");
+        }
+        let has = |k: &&Kind| k.presets().iter().any(|p| p.name == name);
+        let owners: Vec<&str> = Kind::ALL.iter().filter(has).map(|k| k.name()).collect();
+        match owners[..] {
+            [] => bail!("{e}; `yugen brdf list` lists them"),
+            [owner, ..] => bail!(
+                "{e}, but a preset of {}: name the model, and the preset with --preset, as in \
+                 `yugen brdf eval {owner} --preset {name}`; `yugen brdf show {owner}` lists them",
+                owners.join(", ")
+            ),
         }
     })
 }

@@ -7,11 +7,11 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use yugen_archive::check_writable;
 use yugen_archive::formats::image::rows::Rows;
 use yugen_archive::formats::image::{self, ReadOptions, WriteOptions};
 use yugen_archive::formats::lp;
 use yugen_archive::formats::stack::{self, Response};
+use yugen_archive::{check_outputs, check_writable, will_read};
 use yugen_capture::calibrate::{
     Ball, Ray, View, find_balls, highlight, mean_direction, on_dome, triangulate,
 };
@@ -119,11 +119,14 @@ impl Calibrate {
             bail!("--skip {none}: there is no such picture in {}", self.folder.display());
         }
         let files: Vec<PathBuf> = all
-            .into_iter()
+            .iter()
             .filter(|p| !self.skip.contains(&name(p)) && options.ambient != Some(name(p)))
             .filter(|p| options.mask != Some(name(p)))
+            .cloned()
             .collect();
         ensure!(!files.is_empty(), "{}: there is no picture in it", self.folder.display());
+        all.iter().chain(&self.outline).for_each(|p| will_read(p));
+        check_outputs([Some(&output), self.preview.as_ref()].into_iter().flatten())?;
 
         let bar = progress::bar(files.len() as u64, self.json);
         let (mut brightest, width, height) = self.brightest(&files, &options.response, &bar)?;
@@ -186,7 +189,7 @@ impl Calibrate {
                 field_width: 1.0,
                 ..options
             };
-            stack::write(&self.folder, &entries, &options)?;
+            stack::amend(&self.folder, &entries, &options)?;
         } else {
             yugen_archive::atomic_write(&output, lp::write(&entries, &output)?.as_bytes())?;
         }

@@ -5,6 +5,7 @@ use anyhow::Result;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
+use yugen_archive::check_outputs;
 use yugen_archive::formats::btf::maps::{self, Map};
 use yugen_archive::formats::btf::{self, gltf};
 use yugen_optics::ColourSpace;
@@ -40,9 +41,12 @@ impl Export {
     /// Does it.
     pub fn run(self) -> Result<()> {
         let (maps, about) = btf::load(&self.maps, ColourSpace::LinearSrgb)?;
+        let place = |map: Map| self.output.join(format!("{}.{}", map.name(), self.format));
+        let scene = if self.gltf { gltf::files(&self.output) } else { Vec::new() };
+        check_outputs(Map::ALL.into_iter().map(place).chain(scene))?;
         folder(&self.output)?;
         for map in Map::ALL {
-            maps::save(&self.output.join(format!("{}.{}", map.name(), self.format)), &maps, map)?;
+            maps::save(&place(map), &maps, map)?;
         }
         let lost = self.gltf.then(|| gltf::save(&self.output, &maps, about.texel_mm)).transpose()?;
         if self.json {

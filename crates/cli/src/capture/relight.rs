@@ -7,15 +7,14 @@ use crate::{argument, progress};
 use anyhow::{Result, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
+use yugen_archive::check_outputs;
 use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
 use yugen_archive::formats::{btf, image};
-use yugen_archive::spare;
 use yugen_capture::rti::Encoding;
 use yugen_capture::rti::fit::{Options, choose_ridge, fit};
 use yugen_capture::rti::holdout::Method;
 use yugen_capture::rti::light::{self, Lamp};
 use yugen_capture::rti::rbf::{Kernel, Rbf};
-use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image, Vec3};
 use yugen_reflectance::{Kind, ParamType};
 
@@ -91,13 +90,8 @@ pub struct Relight {
     #[arg(long, value_name = "MIB", default_value_t = 4096)]
     memory: u64,
 
-    /// Brighter by this many stops, for .png and .jpg.
-    #[arg(long, default_value_t = 0.0, value_name = "STOPS", value_parser = argument::stops)]
-    exposure: f32,
-
-    /// From scene light to display light, for .png and .jpg.
-    #[arg(long, default_value = "clip", value_parser = Curve::ALL.map(Curve::name), value_name = "CURVE")]
-    curve: String,
+    #[command(flatten)]
+    display: argument::Display,
 
     /// Threads instead of one per core, for the fit of a cloth.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
@@ -116,19 +110,14 @@ impl Relight {
         }
         let Some(output) = &self.output else { bail!("expected --output") };
         image::can_write(output)?;
-        spare(output, [&self.source].into_iter().chain(&self.environment))?;
         let cloth = is_cloth(&self.source);
         // Gold lies outside sRGB; display values lie in it.
         let space = if cloth { ColourSpace::LinearRec2020 } else { ColourSpace::LinearSrgb };
+        let write = self.display.of(output, space)?;
         let lamps = self.lamps(space)?;
-        let (width, pixels) = if cloth { self.cloth(&lamps)? } else { self.picture(&lamps)? };
+        let (width, pixels) = if cloth { self.cloth(&lamps, output)? } else { self.picture(&lamps, output)? };
         let mut picture = Image::rgb(width, pixels.len() / width);
         picture.data.copy_from_slice(pixels.as_flattened());
-        let write = image::WriteOptions {
-            exposure: self.exposure,
-            curve: Curve::from_name(&self.curve).unwrap_or_default(),
-            ..image::WriteOptions::from(space)
-        };
         image::write(output, &picture, &write)?;
         println!("{}: {width}x{}", output.display(), picture.height);
         Ok(())
@@ -158,8 +147,9 @@ impl Relight {
         Ok(lamps)
     }
 
-    fn cloth(&self, lamps: &[Lamp]) -> Result<(usize, Vec<[f32; 3]>)> {
+    fn cloth(&self, lamps: &[Lamp], output: &Path) -> Result<(usize, Vec<[f32; 3]>)> {
         let (maps, about) = btf::load(&self.source, ColourSpace::LinearRec2020)?;
+        check_outputs([output])?;
         let noh = Kind::from_name("noh")?;
         let forms = noh.params().iter().find(|p| p.name == "form").map(|p| p.kind);
         let Some(ParamType::Choice(forms)) = forms else { bail!("the model noh has no forms") };
@@ -175,16 +165,19 @@ impl Relight {
         Ok((maps.width, summed(lamps, PART, |part| Ok(light::cloth(&maps, form, part)?))?))
     }
 
-    fn picture(&self, lamps: &[Lamp]) -> Result<(usize, Vec<[f32; 3]>)> {
+    fn picture(&self, lamps: &[Lamp], output: &Path) -> Result<(usize, Vec<[f32; 3]>)> {
         let encoding = self.encoding();
         if relightable::recognises(&self.source) {
             if !self.method.is_empty() {
                 bail!("--method is for stacks of photographs; {} is fitted already", self.source.display());
             }
             let picture = relightable::read(&self.source, relightable::DEFAULT_MAX_TEXELS)?;
+            check_outputs([output])?;
             return Ok((picture.width, lit(&picture, lamps, encoding)?));
         }
-        let stack = Source::open(&self.source)?.whole(self.memory << 20)?;
+        let source = Source::open(&self.source)?;
+        check_outputs([output])?;
+        let stack = source.whole(self.memory << 20)?;
         let method = match self.method.as_slice() {
             [] => Method::Basis(Basis::Hsh { order: 3 }),
             [method] => *method,

@@ -7,8 +7,8 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
+use yugen_archive::check_outputs;
 use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
-use yugen_archive::spare;
 use yugen_capture::rti::fit::{Fitted, Options, choose_ridge, fit_into};
 use yugen_capture::rti::{Encoding, light};
 
@@ -60,7 +60,12 @@ impl Rti {
         }
         let encoding = if self.linear { Encoding::Linear } else { Encoding::Srgb };
         let source = Source::open(&self.stack)?;
-        spare(&self.output, [&source.folder.path])?;
+        // A stack with an info.json would pass for a folder that is fitted already.
+        let place = self.output.canonicalize();
+        if place.is_ok() && place.ok() == source.folder.path.canonicalize().ok() {
+            bail!("{}: the photographs are here; name another folder", self.output.display());
+        }
+        check_outputs(relightable::files(&self.output, basis, colouring)?)?;
         relightable::can_write(&self.output, basis)?;
         let (width, height) = (source.folder.width, source.folder.height);
         let rows = source.folder.rows_within(self.memory << 20);

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yugen_archive::formats::image::{self, NonFinite, WriteOptions};
 use yugen_archive::formats::{btf, lp, readings, stack};
-use yugen_archive::{atomic_write, read_bounded, spare};
+use yugen_archive::{atomic_write, check_new, check_outputs, read_bounded};
 use yugen_capture::Lights;
 use yugen_capture::simulate::{Camera, Sensor, Subject, fibonacci_dome};
 use yugen_optics::Vec3;
@@ -40,6 +40,10 @@ pub struct Simulate {
     /// The folder to write.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
+
+    /// Replace what is in the folder.
+    #[arg(long)]
+    force: bool,
 
     /// So many lights, spread evenly over a dome.
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -140,8 +144,14 @@ impl Simulate {
         let stacks = self.stacks()?;
         let camera = self.camera();
 
+        let outputs = self.outputs(&stacks, &camera, sample.heights.is_some());
+        check_outputs(&outputs)?;
+        if !self.force {
+            // A mask that is there would be taken for one of these pictures.
+            let masks = (0..stacks.len()).map(|v| self.place(v, stacks.len()).join(stack::MASK));
+            check_new(outputs.into_iter().chain(masks))?;
+        }
         folder(&self.output)?;
-        spare(&self.output.join("truth.exr"), [&self.cloth])?;
         let about = btf::About {
             form: self.form.clone(),
             texel_mm: sample.texel_mm,
@@ -162,7 +172,7 @@ impl Simulate {
         let mut counts = Counts::default();
         let mut index = String::from("folder,polar,azimuth,x,y,z\n");
         for (v, (view, lights)) in stacks.iter().enumerate() {
-            let name = format!("view_{:02}", v + 1);
+            let name = view_name(v);
             let (polar, azimuth) = (view.z.clamp(-1.0, 1.0).acos(), view.y.atan2(view.x));
             writeln!(
                 index,
@@ -173,7 +183,7 @@ impl Simulate {
                 view.y,
                 view.z
             )?;
-            let place = if stacks.len() == 1 { self.output.clone() } else { self.output.join(name) };
+            let place = self.place(v, stacks.len());
             folder(&place)?;
             let mut times = String::from("file,light,seconds\n");
             for light in 0..lights.len() {
@@ -197,6 +207,33 @@ impl Simulate {
         }
         bar.finish_and_clear();
         self.report(&sample, &counts, stacks.len(), started)
+    }
+
+    /// The folder of a stack.
+    fn place(&self, view: usize, views: usize) -> PathBuf {
+        if views == 1 { self.output.clone() } else { self.output.join(view_name(view)) }
+    }
+
+    /// Every file that will be written.
+    fn outputs(&self, stacks: &[(Vec3, Lights)], camera: &Camera, heights: bool) -> Vec<PathBuf> {
+        let brackets = camera.sensor.as_ref().map_or(1, |s| s.seconds.len());
+        let mut all = vec![self.output.join("truth.exr")];
+        all.extend(heights.then(|| self.output.join("height.exr")));
+        all.extend((stacks.len() > 1).then(|| self.output.join("views.csv")));
+        for (v, (_, lights)) in stacks.iter().enumerate() {
+            let place = self.place(v, stacks.len());
+            let mut names = vec![stack::LIGHTS.to_string(), stack::OPTIONS.to_string()];
+            for light in 0..lights.len() {
+                match brackets {
+                    1 => names.push(merged(light)),
+                    n => names.extend((0..n).map(|i| exposure_name(light, i))),
+                }
+            }
+            names.extend((brackets > 1).then(|| "exposures.csv".to_string()));
+            names.extend((self.vignetting > 0.0).then(|| "flat.exr".to_string()));
+            all.extend(names.iter().map(|n| place.join(n)));
+        }
+        all
     }
 
     fn camera(&self) -> Camera {
@@ -285,7 +322,7 @@ impl Simulate {
                 let bits = if self.bits == Some(8) { 8 } else { 16 };
                 let options = WriteOptions { raw: true, bits, non_finite: NonFinite::Replace, ..options };
                 for (i, (exposure, seconds)) in bracket.iter().zip(&sensor.seconds).enumerate() {
-                    let name = format!("{:04}_{}.png", light + 1, i + 1);
+                    let name = exposure_name(light, i);
                     let seen: Vec<Vec3> =
                         exposure.iter().map(|v| if v.is_nan() { Vec3::ZERO } else { *v }).collect();
                     image::write(&place.join(&name), &picture(width, &seen), &options)?;
@@ -370,6 +407,16 @@ impl Simulate {
 /// The name of a picture that all exposures become.
 fn merged(light: usize) -> String {
     format!("{:04}.exr", light + 1)
+}
+
+/// The name of one of several exposures.
+fn exposure_name(light: usize, i: usize) -> String {
+    format!("{:04}_{}.png", light + 1, i + 1)
+}
+
+/// The name of the folder of a view.
+fn view_name(view: usize) -> String {
+    format!("view_{:02}", view + 1)
 }
 
 /// The forms of the model.

@@ -7,9 +7,9 @@ use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use yugen_archive::atomic_write;
 use yugen_archive::formats::image::{self, WriteOptions};
 use yugen_archive::formats::{btf, wif};
+use yugen_archive::{atomic_write, check_outputs};
 use yugen_capture::Lights;
 use yugen_capture::simulate::{Subject, fibonacci_dome};
 use yugen_optics::frame::spherical;
@@ -43,14 +43,34 @@ pub struct Weave {
     json: bool,
 }
 
+/// All that is written.
+const FILES: [&str; 15] = [
+    "draft.svg",
+    "draft.png",
+    "chart.svg",
+    "chart.png",
+    "draft.wif",
+    "cloth.btf",
+    "height.exr",
+    "lit.png",
+    "diffuse.png",
+    "specular.png",
+    "normal.png",
+    "tangent.png",
+    "sigma.png",
+    "height.png",
+    "threads.png",
+];
+
 impl Weave {
     /// Does it.
     pub fn run(self) -> Result<()> {
         let fabric = self.weaving.fabric(&self.what)?;
         let draft = fabric.draft();
         let space = fabric.colour_space;
-        folder(&self.output)?;
         let at = |name: &str| self.output.join(name);
+        check_outputs(FILES.map(at))?;
+        folder(&self.output)?;
         for (name, figure) in
             [("draft", chart::draft(&draft, space)?), ("chart", chart::chart(&draft, space)?)]
         {

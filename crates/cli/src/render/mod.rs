@@ -11,9 +11,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::formats::{self, Moment, image};
 use yugen_archive::scene::{Aov, IntegratorKind};
-use yugen_archive::{Error, Scene, atomic_write};
-use yugen_optics::Image;
-use yugen_optics::tonemap::Curve;
+use yugen_archive::{Scene, atomic_write, check_outputs, read_own};
+use yugen_optics::{ColourSpace, Image};
 use yugen_transport::render::{Action, Budget, Job, Options};
 
 /// Renders a scene by path tracing: Mitsuba 3 XML, glTF 2.0 (.gltf, .glb) or Yugen's own TOML.
@@ -97,13 +96,12 @@ pub struct Render {
     #[arg(long, value_name = "NAME", requires = "at")]
     animation: Option<String>,
 
-    /// From scene light to display light, for .png and .jpg.
-    #[arg(long, default_value = "clip", value_parser = Curve::ALL.map(Curve::name), value_name = "CURVE")]
-    curve: String,
+    #[command(flatten)]
+    display: argument::Display,
 
-    /// Brighter by this many stops, for .png and .jpg.
-    #[arg(long, default_value_t = 0.0, value_name = "STOPS", value_parser = argument::stops)]
-    exposure: f32,
+    /// A folder in which files of the scene may lie, besides its own; may be repeated.
+    #[arg(long, value_name = "DIR")]
+    allow: Vec<PathBuf>,
 
     /// Print what was done as JSON, and no progress.
     #[arg(long)]
@@ -114,14 +112,17 @@ impl Render {
     /// Does it.
     pub fn run(self) -> Result<()> {
         image::can_write(&self.output)?;
+        self.display.of(&self.output, ColourSpace::default())?;
         let started = Instant::now();
         let moment = |seconds| Moment { seconds: seconds as f32, animation: self.animation.clone() };
         let options = formats::Options {
             defines: self.define.clone(),
             moment: self.at.map(moment),
-            ..formats::Options::default()
+            folders: self.allow.clone(),
         };
         let scene = formats::load_scene(&self.scene, &options)?;
+        let checkpoint = checkpoint_path(&self.output);
+        check_outputs([&self.output, &checkpoint])?;
         let loaded = started.elapsed();
         let options = self.options(&scene)?;
         let light = !scene.lights.is_empty() || scene.shapes.iter().any(|s| s.emission.is_some());
@@ -135,11 +136,10 @@ impl Render {
         let job = Job::new(&scene, &options)?;
         let prepared = started.elapsed() - loaded;
 
-        let checkpoint = checkpoint_path(&self.output);
         if self.resume && !checkpoint.exists() {
             eprintln!("there is no checkpoint {}: starting from the beginning", checkpoint.display());
         } else if self.resume {
-            let bytes = std::fs::read(&checkpoint).map_err(|e| Error::io(&checkpoint, e))?;
+            let bytes = read_own(&checkpoint, u64::MAX)?;
             job.resume(&bytes).with_context(|| format!("{}", checkpoint.display()))?;
             if !self.json {
                 eprintln!("going on from {}", checkpoint.display());
@@ -168,12 +168,9 @@ impl Render {
             return Err(e).context("cannot write a checkpoint (--checkpoint 0 renders without)");
         }
         let picture = job.image();
-        let curve = Curve::from_name(&self.curve).context("no such curve")?;
         let write = image::WriteOptions {
-            curve,
-            exposure: self.exposure,
             metadata: self.metadata(&job),
-            ..image::WriteOptions::from(scene.working_space)
+            ..self.display.of(&self.output, scene.working_space)?
         };
         image::write(&self.output, &for_format(picture, &self.output), &write)?;
         if checkpoint.exists() {

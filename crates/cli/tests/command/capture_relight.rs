@@ -194,7 +194,7 @@ fn mistakes_get_a_sentence() {
         (&["relight", ptm, "--light", "0,0,1", "-o", "a.xyz"], "expected a name ending in"),
         (&["relight", ptm, "-o", "a.png"], "--light x,y,z or --environment FILE"),
         (&["relight", ptm, "--light", "0,0,1", "--exposure", "nan", "-o", "a.png"], "expected stops"),
-        (&["rti", stack, "-o", stack], "this is read, and would be lost; name another output"),
+        (&["rti", stack, "-o", stack], "the photographs are here; name another folder"),
         (&["rti", "a.png", "-o", "a.ptm"], "a.png"),
         (&["relight", list, "--light", "0,0,1", "-o", "a.png"], "which is text; name the folder"),
         (&["relight", stack, "--hold-out", "20"], "expected 1 to 19 of the 20 photographs"),

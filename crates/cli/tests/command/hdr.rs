@@ -141,7 +141,7 @@ fn a_folder_of_brackets_becomes_a_stack() {
     .unwrap();
     let told = report(hdr(
         &folder,
-        ". -o out --json --response response.csv --flat flat.exr --white 2,2,8,8 --white-reflectance 0.9 --chart chart.csv",
+        ". -o out --force --json --response response.csv --flat flat.exr --white 2,2,8,8 --white-reflectance 0.9 --chart chart.csv",
     ));
     assert!(told["colour_error"].as_f64().unwrap() < 1e-6);
     let stack = Folder::open(&out).unwrap();
@@ -292,7 +292,10 @@ fn what_the_folder_says_is_used_and_passed_on() {
     let mut white = Image::rgb(24, 16);
     white.data.fill(1.0);
     (1..=5).for_each(|i| put(&flats.join(format!("{i:04}.exr")), &white, 16));
-    good(yugen(&["capture", "hdr"], &[&night, "-o", &stack, "--flat", flats.to_str().unwrap(), "--json"]));
+    good(yugen(
+        &["capture", "hdr"],
+        &[&night, "-o", &stack, "--flat", flats.to_str().unwrap(), "--force", "--json"],
+    ));
     assert!(!Folder::open(stack.as_ref()).unwrap().options.near);
 
     // Names, axes, intensities and levels of another camera's folder; the former stack's options are replaced.
@@ -308,7 +311,7 @@ fn what_the_folder_says_is_used_and_passed_on() {
         "lights = \"lamps.lp\"\naxes = \"x -y z\"\nresponse = 2.0\nintensities = [2, 4]\nwhite = 0.5\n";
     std::fs::write(other.join("stack.toml"), told).unwrap();
     let other = other.to_str().unwrap();
-    let run = yugen(&["capture", "hdr"], &[other, "-o", &stack, "--json"]);
+    let run = yugen(&["capture", "hdr"], &[other, "-o", &stack, "--force", "--json"]);
     assert!(run.success && run.err.contains("mask.png: this mask was here before and stays"), "{}", run.err);
     std::fs::remove_file(Path::new(&stack).join("mask.png")).unwrap();
     let merged = Folder::open(stack.as_ref()).unwrap();

@@ -1,4 +1,5 @@
 //! `yugen` from outside, as a person or a script meets it.
+#![allow(clippy::disallowed_methods)]
 
 mod brdf;
 mod calibrate;
@@ -6,6 +7,8 @@ mod capture_fit;
 mod capture_relight;
 mod cloth;
 mod hdr;
+mod messages;
+mod overwrite;
 mod render;
 
 use serde_json::Value;

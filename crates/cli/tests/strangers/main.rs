@@ -2,6 +2,7 @@
 //! the value that is right. `cargo test --release -p yugen-cli --test strangers -- --nocapture` prints them as a table.
 //!
 //! The inputs are written here, small and by hand; a case that needs no picture has none.
+#![allow(clippy::disallowed_methods)]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

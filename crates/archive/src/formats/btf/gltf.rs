@@ -11,7 +11,7 @@ use crate::{Error, atomic_write};
 use glam::{Vec2, Vec3};
 use serde_json::json;
 use std::f32::consts::{PI, TAU};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use yugen_optics::frame::spherical;
 use yugen_optics::{ColourSpace, Frame, Image};
 use yugen_reflectance::btf::{Btf, Texel};
@@ -112,6 +112,14 @@ fn loss(maps: &Btf, widening: f32) -> f32 {
     (difference / whole.max(1e-12)).sqrt() as f32
 }
 
+const PICTURES: [&str; 5] =
+    ["base_color.png", "roughness_metallic.png", "normal_gltf.png", "anisotropy.png", "specular_color.png"];
+
+/// What [`save`] writes.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
+    PICTURES.iter().chain(&["cloth.bin", "cloth.gltf"]).map(|name| folder.join(name)).collect()
+}
+
 /// Writes `cloth.gltf` with its pictures into a folder that is there: a material on a square as wide as the cloth
 /// (a metre, where its size is not known).
 pub fn save(folder: &Path, maps: &Btf, texel_mm: Option<f32>) -> Result<Loss, Error> {
@@ -158,13 +166,6 @@ pub fn save(folder: &Path, maps: &Btf, texel_mm: Option<f32>) -> Result<Loss, Er
     let floats = |view: usize, kind: &str| json!({ "bufferView": view, "componentType": 5126, "count": 4, "type": kind });
     let mut positions = floats(0, "VEC3");
     (positions["min"], positions["max"]) = (json!([-x, -y, 0.0]), json!([x, y, 0.0]));
-    let pictures = [
-        "base_color.png",
-        "roughness_metallic.png",
-        "normal_gltf.png",
-        "anisotropy.png",
-        "specular_color.png",
-    ];
     let document = json!({
         "asset": { "version": "2.0", "generator": format!("Yugen {}", env!("CARGO_PKG_VERSION")) },
         "extensionsUsed": ["KHR_materials_anisotropy", "KHR_materials_specular", "KHR_materials_ior"],
@@ -191,9 +192,9 @@ pub fn save(folder: &Path, maps: &Btf, texel_mm: Option<f32>) -> Result<Loss, Er
             },
             "extras": { "relative_rms_error": relative, "widening": widening },
         }],
-        "textures": (0..pictures.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect::<Vec<_>>(),
+        "textures": (0..PICTURES.len()).map(|i| json!({ "source": i, "sampler": 0 })).collect::<Vec<_>>(),
         "samplers": [{ "magFilter": 9729, "minFilter": 9987 }],
-        "images": pictures.map(|uri| json!({ "uri": uri })),
+        "images": PICTURES.map(|uri| json!({ "uri": uri })),
         "buffers": [{ "uri": "cloth.bin", "byteLength": bytes.len() }],
         "bufferViews": [view(0, 48), view(48, 48), view(96, 64), view(160, 32), view(192, 12)],
         "accessors": [

@@ -2,7 +2,7 @@
 
 use super::schema::Root;
 use crate::formats::folders::Folders;
-use crate::formats::read_file;
+use crate::formats::{json, read_file};
 use crate::{Error, Place};
 use serde::Deserialize;
 use std::path::Path;
@@ -39,7 +39,7 @@ impl Document {
             } else {
                 Place::byte(path, (offset + e.column()) as u64)
             };
-            Error::invalid(at, format!("this is no glTF: {e}"))
+            Error::invalid(at, format!("this is no glTF: {}", json::problem(&e)))
         })?;
         let mut document = Self { root, at: Place::file(path), buffers: Vec::new() };
         for (i, buffer) in document.root.buffers.iter().enumerate() {

@@ -51,13 +51,13 @@ const MAX_SAMPLES: u64 = 1 << 29;
 /// Reads a scene from the bytes of a file, in linear Rec. 2020; the path names it in messages and says where
 /// its files lie.
 pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error> {
-    let folders = Folders::new(path, &options.folders)?;
+    let folders = Folders::new(path, &options.folders, None)?;
     let mut scene = read_into(ColourSpace::default(), bytes, path, &folders, options.moment.as_ref())?;
     if scene.cameras.is_empty() {
         let camera = scene.framing_camera();
         scene.cameras.push(camera);
     }
-    if !scene.has_light() {
+    if !scene.has_light() && !scene.is_empty() {
         scene.add_default_light();
     }
     Ok(scene)

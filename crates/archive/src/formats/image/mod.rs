@@ -11,6 +11,7 @@
 //! is kept as the format has it: straight in PNG and WebP, premultiplied in EXR.
 
 mod exr;
+mod foreign;
 mod hdr;
 mod integer;
 mod jpeg;
@@ -20,6 +21,7 @@ mod tiff;
 mod webp;
 
 use crate::{Error, Place, atomic_write, check_writable, read_bounded};
+pub use foreign::check_kind;
 use std::path::Path;
 use yugen_optics::colour::rgb_to_rgb;
 use yugen_optics::tonemap::Curve;
@@ -180,6 +182,12 @@ pub fn can_write(path: &Path) -> Result<(), Error> {
     check_writable(path)
 }
 
+/// Whether a file of this name holds what a display shows: [`WriteOptions::curve`] and [`WriteOptions::exposure`] are
+/// for such formats only, the others hold the light itself.
+pub fn is_for_display(path: &Path) -> bool {
+    codec_by_extension(path).is_some_and(|c| ![exr::CODEC.name, hdr::CODEC.name].contains(&c.name))
+}
+
 /// What a decoder found, and what to do.
 fn damaged(found: impl std::fmt::Display) -> String {
     format!("this picture cannot be decoded ({found}); it is damaged or cut short, fetch or export it again")
@@ -187,6 +195,7 @@ fn damaged(found: impl std::fmt::Display) -> String {
 
 /// Reads a picture. The format is told by the content, not by the name.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Image, Error> {
+    let _span = tracing::debug_span!("read_picture", file = %path.display()).entered();
     // No format here needs more than eight bytes a sample, but small pictures may carry a large profile.
     let bytes = read_bounded(path, options.max_samples.saturating_mul(8).max(1 << 26))?;
     read_bytes(&bytes, path, options)
@@ -205,6 +214,7 @@ pub fn read_bytes(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Im
         }
         tracing::warn!("{at}: {bad} of {} values were not finite and have been replaced", image.data.len());
     }
+    tracing::debug!("{at}: {} x {}, {}", image.width, image.height, image.channels.join(", "));
     if !options.raw {
         // Writers are known to fill the field with zeros.
         let stated = chromaticities.filter(|&c| {
@@ -225,18 +235,23 @@ pub fn read_bytes(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Im
 }
 
 fn decode(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Decoded, Error> {
-    let codec =
-        CODECS.iter().find(|c| (c.recognises)(bytes)).or_else(|| codec_by_extension(&at.file)).ok_or_else(
-            || {
-                let names = CODECS.iter().map(|c| c.name).collect::<Vec<_>>().join(", ");
-                Error::invalid(at.clone(), format!("this is no picture of a known format (expected {names})"))
-            },
-        )?;
-    (codec.decode)(bytes, options, at)
+    (codec_of(bytes, at)?.decode)(bytes, options, at)
+}
+
+/// By how a file begins, else by its extension; an error says what it is instead of a picture.
+fn codec_of(head: &[u8], at: &Place) -> Result<&'static Codec, Error> {
+    if let Some(refusal) = foreign::refusal(head, at) {
+        return Err(refusal);
+    }
+    CODECS.iter().find(|c| (c.recognises)(head)).or_else(|| codec_by_extension(&at.file)).ok_or_else(|| {
+        let names = CODECS.iter().map(|c| c.name).collect::<Vec<_>>().join(", ");
+        Error::invalid(at.clone(), format!("this is no picture of a known format (expected {names})"))
+    })
 }
 
 /// Writes a picture in the format of the file name's extension, whole or not at all.
 pub fn write(path: &Path, image: &Image, options: &WriteOptions) -> Result<(), Error> {
+    let _span = tracing::info_span!("write_picture", file = %path.display()).entered();
     atomic_write(path, &write_bytes(path, image, options)?)
 }
 

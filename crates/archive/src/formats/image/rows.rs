@@ -5,7 +5,7 @@
 //! memory while the allowance lasts, beyond it in a temporary file without a name (in the folder `TMPDIR`).
 
 use super::{CODECS, Decoded, ReadOptions, damaged, decode, exr, png, tiff};
-use crate::{Error, Place, read_bounded};
+use crate::{Error, Place, open, read_bounded};
 use ::exr::block::UncompressedBlock;
 use ::exr::block::chunk::CompressedBlock;
 use ::exr::block::reader::{AllChunksReader, ChunksReader};
@@ -62,10 +62,13 @@ impl Rows {
     /// which are taken off it.
     pub fn open(path: &Path, options: &ReadOptions, allowance: &mut u64) -> Result<Self, Error> {
         let at = Place::file(path);
-        let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
+        let mut file = open(path)?;
         let mut head = Vec::new();
         (&file).take(64).read_to_end(&mut head).map_err(|e| Error::io(path, e))?;
         file.seek(SeekFrom::Start(0)).map_err(|e| Error::io(path, e))?;
+        if let Some(refusal) = super::foreign::refusal(&head, &at) {
+            return Err(refusal);
+        }
         let file = BufReader::with_capacity(1 << 16, file);
         let codec = CODECS.iter().find(|c| (c.recognises)(&head)).map(|c| c.name);
         let opened = if codec == Some(png::CODEC.name) {

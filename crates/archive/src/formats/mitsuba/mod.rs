@@ -29,7 +29,7 @@ use yugen_optics::{ColourSpace, Image};
 
 /// Reads a scene; `path` names it in messages, and its folder is where its files lie.
 pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error> {
-    let folders = Folders::new(path, &options.folders)?;
+    let folders = Folders::new(path, &options.folders, Some(["<path value=\"", "\"/>"]))?;
     let document = reader::read(bytes, path, &options.defines, folders)?;
     let mut builder = Builder::new(&document);
     builder.scene()?;

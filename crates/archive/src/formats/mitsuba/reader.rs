@@ -24,9 +24,8 @@ const MAX_SUBSTITUTED: usize = 16 << 20;
 struct Parameter {
     name: String,
     value: String,
-    /// Given by the caller, who wants to know if nobody used it.
-    given: bool,
-    used: bool,
+    /// The files have it: as a <default>, or where its value goes. The caller wants to know of one that they have not.
+    known: bool,
 }
 
 /// What is open while files are read.
@@ -64,9 +63,15 @@ pub(super) fn read(
         reader.define(name, value, true);
     }
     reader.file(bytes, path, folders, None)?;
-    let known: Vec<&str> = reader.parameters.iter().filter(|p| !p.given).map(|p| p.name.as_str()).collect();
-    if let Some(unused) = reader.parameters.iter().find(|p| p.given && !p.used) {
-        return Err(Error::unknown(Place::file(path), "parameter", &unused.name, known));
+    let known: Vec<&str> = reader.parameters.iter().filter(|p| p.known).map(|p| p.name.as_str()).collect();
+    if let Some(unused) = reader.parameters.iter().find(|p| !p.known) {
+        let at = Place::file(path);
+        if known.is_empty() {
+            let problem =
+                format!("the scene has no parameters, so '{}' cannot be given a value", unused.name);
+            return Err(Error::invalid(at, problem));
+        }
+        return Err(Error::unknown(at, "parameter", &unused.name, known));
     }
     let mut document = reader.document;
     document.check_references()?;
@@ -89,11 +94,12 @@ pub(super) struct Context {
 
 impl Reader {
     fn define(&mut self, name: &str, value: &str, given: bool) {
-        if self.parameters.iter().all(|p| p.name != name) {
-            let at = self.parameters.partition_point(|p| p.name.len() >= name.len());
-            self.parameters
-                .insert(at, Parameter { name: name.into(), value: value.into(), given, used: false });
+        if let Some(p) = self.parameters.iter_mut().find(|p| p.name == name) {
+            p.known |= !given;
+            return;
         }
+        let at = self.parameters.partition_point(|p| p.name.len() >= name.len());
+        self.parameters.insert(at, Parameter { name: name.into(), value: value.into(), known: !given });
     }
 
     pub(super) fn invalid(&self, at: At, problem: impl Into<String>) -> Error {
@@ -248,14 +254,17 @@ impl Reader {
             let Some(p) = self.parameters.iter_mut().find(|p| rest.starts_with(&p.name)) else {
                 let name: String =
                     rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').take(64).collect();
-                return Err(self.unknown(
-                    at,
-                    "parameter",
-                    &name,
-                    self.parameters.iter().map(|p| p.name.as_str()),
-                ));
+                // Where nothing alike has a value, it wants one.
+                let known = self.parameters.iter().map(|p| p.name.as_str());
+                if crate::nearest(&name, known.clone()).is_none() {
+                    let problem = format!(
+                        "the parameter '{name}' has no value; give it one with -D {name}=VALUE, or a <default>"
+                    );
+                    return Err(self.invalid(at, problem));
+                }
+                return Err(self.unknown(at, "parameter", &name, known));
             };
-            p.used = true;
+            p.known = true;
             out += &p.value;
             rest = &rest[p.name.len()..];
             self.substituted += p.value.len();
@@ -315,7 +324,7 @@ impl Reader {
                 }
                 let place = self.document.place(at);
                 let f = &mut self.document.files[c.file];
-                f.folders.add(value, &f.path, place)?;
+                f.folders.add_first(value, &f.path, place)?;
                 if c.file == 0 {
                     self.document.folders = f.folders.clone();
                 }

@@ -229,7 +229,7 @@ fn options_say_how_the_numbers_are_meant() {
         ("\naxes = \"x x z\"", "s.toml:2:8: the axes are 'x x z'; expected x, y and z in any order"),
         ("white = [1, 0, 1]", "s.toml:1:9: 'white' is [1.0, 0.0, 1.0]; expected numbers above zero"),
         ("response = \"sgrb\"", "s.toml:1:12: unknown response 'sgrb'; did you mean 'srgb'?"),
-        ("near = 1", "s.toml:1:8: 'near' is of type integer; expected true or false"),
+        ("near = 1", "s.toml:1:8: 'near' is 1; expected true or false"),
         ("near =", "s.toml:1:7: "),
     ] {
         let got = Options::parse(text.as_bytes(), "s.toml".as_ref()).unwrap_err().to_string();

@@ -27,6 +27,11 @@ pub(in crate::formats) struct Item<'a> {
 }
 
 impl<'a> Item<'a> {
+    /// The file that it stands in.
+    pub fn file(&self) -> &'a Path {
+        self.doc.file
+    }
+
     pub fn place(&self) -> Place {
         self.doc.place(self.value.span().start)
     }
@@ -37,12 +42,21 @@ impl<'a> Item<'a> {
 
     /// It is not what was expected.
     pub fn wrong(&self, expected: &str) -> Error {
+        let written = self.doc.text.get(self.value.span()).unwrap_or_default();
         let found = match self.value.get_ref() {
             DeValue::String(s) if s.len() < 40 => format!("'{s}'"),
+            DeValue::String(_) => "a long text".into(),
             DeValue::Float(f) if !f.as_str().parse().is_ok_and(f64::is_finite) => {
                 format!("{}, which is not finite", f.as_str())
             }
-            other => format!("of type {}", other.type_str()),
+            DeValue::Float(_) | DeValue::Integer(_) if self.try_number().is_none() => {
+                format!("{written}, which is beyond what is computed with")
+            }
+            DeValue::Float(_) | DeValue::Integer(_) | DeValue::Boolean(_) => written.into(),
+            DeValue::Datetime(_) => "a date".into(),
+            DeValue::Array(_) if written.len() < 40 => written.into(),
+            DeValue::Array(_) => "a long list".into(),
+            DeValue::Table(_) => "a table of keys and values".into(),
         };
         self.invalid(format!("'{}' is {found}; expected {expected}", self.key))
     }

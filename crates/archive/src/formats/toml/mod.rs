@@ -37,7 +37,7 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error
         Error::invalid(doc.place(e.span().map_or(0, |s| s.start)), e.message().trim().replace('\n', "; "))
     })?;
     let reader = Reader {
-        folders: Folders::new(path, &options.folders)?,
+        folders: Folders::new(path, &options.folders, Some(["[scene] path = [\"", "\"]"]))?,
         colours: ColourSpace::LinearSrgb,
         scene: Scene::default(),
         textures: HashMap::new(),
@@ -83,6 +83,12 @@ impl<'a> Reader<'a> {
             self.scene.working_space =
                 keys.or("working_space", ColourSpace::default(), |i| i.one_of("colour space", &spaces))?;
             self.colours = keys.or("colours", self.colours, |i| i.one_of("colour space", &spaces))?;
+            if let Some(item) = keys.get("path") {
+                let folders = if item.try_text().is_some() { vec![item] } else { item.array()? };
+                for folder in folders {
+                    self.folders.add_last(folder.text()?, folder.file(), folder.place())?;
+                }
+            }
             keys.finish()?;
         }
         let film = self.film(&mut root)?;

@@ -73,7 +73,7 @@ fn mistakes_name_line_column_and_the_nearest_word() {
         ("radios = 2", ":3:1: unknown key 'radios'; did you mean 'radius'?"),
         ("radius = \"big\"", ":3:10: 'radius' is 'big'; expected a number"),
         ("radius = 0", ":3:10: 'radius' is 0; expected a number from"),
-        ("at = [0, 1]", ":3:6: 'at' is of type array; expected 3 numbers in brackets"),
+        ("at = [0, 1]", ":3:6: 'at' is [0, 1]; expected 3 numbers in brackets"),
         ("material = \"red\"", ":3:12: unknown material 'red'"),
         ("scale = 0", ":1:1: shape 'sphere' is squeezed flat"),
         ("scale = 1e300", ":3:9"),
@@ -133,7 +133,7 @@ fn mistakes_name_line_column_and_the_nearest_word() {
             "[[light]]\ntype = \"point\"\nat = [0, 0, 0]\nintensity = { checker = [0, 1] }",
             "expected a colour",
         ),
-        ("light = 3", ":1:9: 'light' is of type integer; expected a list"),
+        ("light = 3", ":1:9: 'light' is 3; expected a list"),
         ("a = ", "scene.toml:1:"),
         ("a = 1\na = 2", "scene.toml:2:"),
     ] {

@@ -14,7 +14,7 @@ use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use scale::Scale;
 use std::path::PathBuf;
-use yugen_archive::{atomic_write, check_writable};
+use yugen_archive::{atomic_write, check_outputs, check_writable};
 use yugen_optics::tonemap::{Curve, Display};
 use yugen_optics::{ColourSpace, Vec3};
 
@@ -146,6 +146,7 @@ impl Plot {
         }
         check_writable(&self.output)?;
         let model = self.subject.build()?;
+        check_outputs([&self.output])?;
         if model.bsdf().laws().delta && matches!(self.kind, Kind::Polar | Kind::Lobe | Kind::Slice) {
             bail!(
                 "{} goes on in single directions only (Dirac peaks), which have no lobe to draw; try --kind sphere or \

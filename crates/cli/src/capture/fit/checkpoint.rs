@@ -23,14 +23,19 @@ const FLOATS: usize = 18;
 const RECORD: usize = 4 * FLOATS;
 const MAGIC: &str = "yugen capture fit 1";
 
+/// Where the checkpoint of an output lies.
+pub fn place(output: &Path) -> Result<PathBuf> {
+    let mut name =
+        output.file_name().with_context(|| format!("{} names no file", output.display()))?.to_os_string();
+    name.push(".checkpoint");
+    Ok(output.with_file_name(name))
+}
+
 impl Checkpoint {
     /// Goes on from the checkpoint of `output` if asked to and there is one; starts a new one otherwise. A checkpoint of
     /// other photographs or settings is an error.
     pub fn open(output: &Path, identity: &str, width: usize, resume: bool) -> Result<Self> {
-        let mut name =
-            output.file_name().with_context(|| format!("{} names no file", output.display()))?.to_os_string();
-        name.push(".checkpoint");
-        let path = output.with_file_name(name);
+        let path = place(output)?;
         let head = format!("{MAGIC}\n{identity}\n\n");
         let context = || format!("{}", path.display());
         if resume && path.exists() {

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use yugen_archive::formats::btf;
 use yugen_archive::formats::stack::Folder;
-use yugen_archive::{check_writable, make_folder, spare};
+use yugen_archive::{check_outputs, check_writable, make_folder, will_read};
 use yugen_capture::Stack;
 use yugen_capture::fit::{Fitted, Options, Prior, Readings, fit, smooth_tangents};
 use yugen_reflectance::btf::Btf;
@@ -196,13 +196,16 @@ impl Fit {
             );
         }
         check_writable(&self.output)?;
-        spare(&self.output, self.stacks.iter().chain(&self.truth))?;
-        if let Some(folder) = &self.report {
-            make_folder(folder)?;
-        }
         let started = Instant::now();
         let options = Options { noise: self.noise, floor: self.floor, ..Options::default() };
         let source = Source::open(&self.stacks)?;
+        self.truth.iter().for_each(|t| will_read(t));
+        let pictures = self.report.iter().flat_map(|folder| report::files(folder, self.truth.is_some()));
+        let outputs = [self.output.clone(), checkpoint::place(&self.output)?];
+        check_outputs(outputs.into_iter().chain(pictures))?;
+        if let Some(folder) = &self.report {
+            make_folder(folder)?;
+        }
         let (width, height) = source.size();
         let lights = source.readings();
         if lights < FEWEST_LIGHTS {

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use serde_json::{Map as Json, json};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use yugen_archive::formats::btf::maps::{self, Map};
 use yugen_archive::make_folder;
 use yugen_capture::fit::compare::{HEADING, NAMES, errors, failed, quantile, row};
@@ -28,6 +28,13 @@ const SURE: f32 = 0.5;
 
 /// An error of this much is white in the pictures: parts of albedos and widths, degrees of directions.
 const WHITE: [f32; 6] = [0.2, 0.2, 5.0, 20.0, 0.2, 0.2];
+
+/// The pictures that [`Report::pictures`] makes.
+pub fn files(folder: &Path, compared: bool) -> Vec<PathBuf> {
+    let errors = NAMES.iter().filter(|_| compared).map(|name| format!("error_{name}.png"));
+    let maps = Map::ALL.iter().map(|map| format!("{}.png", map.name()));
+    maps.chain(["residual.png".into()]).chain(errors).map(|name| folder.join(name)).collect()
+}
 
 impl Report<'_> {
     fn errors(&self) -> Option<Vec<Option<[f32; 6]>>> {

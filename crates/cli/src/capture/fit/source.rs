@@ -1,6 +1,6 @@
 //! What a cloth is fitted from: photographs from one side or several, or a table of readings.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::goniometer_csv::{self, Texels};
@@ -128,7 +128,8 @@ fn sides(path: &Path) -> Result<Option<Vec<PathBuf>>> {
     if !list.is_file() {
         return Ok(None);
     }
-    let text = std::fs::read_to_string(&list).with_context(|| list.display().to_string())?;
+    let bytes = read_bounded(&list, LARGEST_TABLE)?;
+    let text = String::from_utf8_lossy(&bytes);
     let names = text.lines().skip(1).filter_map(|l| l.split(',').next()).map(str::trim);
     Ok(Some(names.filter(|n| !n.is_empty()).map(|n| path.join(n)).collect()))
 }

@@ -5,7 +5,7 @@ use anyhow::{Context, Result, ensure};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::exposures::{self, Exposure};
-use yugen_archive::formats::{exif, lp, stack};
+use yugen_archive::formats::{exif, image, lp, stack};
 use yugen_archive::{list_folder, read_bounded};
 
 /// A picture and how long it was exposed.
@@ -63,6 +63,7 @@ impl Hdr {
                         _ if folder => stem,
                         _ => "merged".into(),
                     };
+                    image::check_kind(&path)?;
                     let seconds = exif::read(&path)?.seconds.with_context(|| {
                         format!(
                             "{}: there is no exposure time in it; give the times with --list (columns file, seconds, light)",

@@ -3,7 +3,7 @@
 use super::bracket::Light;
 use super::{Hdr, MAX_TEXT};
 use anyhow::{Context, Result, bail, ensure};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use yugen_archive::formats::colour_chart;
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions};
 use yugen_archive::read_bounded;
@@ -11,10 +11,15 @@ use yugen_capture::hdr::colour_matrix;
 use yugen_optics::{Image, Mat3, Vec2, Vec3};
 
 impl Hdr {
+    /// The file of the flat for a light.
+    pub(super) fn flat_file(&self, light: &Light) -> Option<PathBuf> {
+        let path = self.flat.as_ref()?;
+        Some(if path.is_dir() { path.join(format!("{}.exr", light.name)) } else { path.clone() })
+    }
+
     /// The flat for a light.
     pub(super) fn flat_of(&self, light: &Light) -> Result<Option<Image>> {
-        let Some(path) = &self.flat else { return Ok(None) };
-        let file = if path.is_dir() { path.join(format!("{}.exr", light.name)) } else { path.clone() };
+        let Some(file) = self.flat_file(light) else { return Ok(None) };
         let options = ReadOptions { non_finite: NonFinite::Keep, ..ReadOptions::raw() };
         Ok(Some(image::read(&file, &options)?))
     }

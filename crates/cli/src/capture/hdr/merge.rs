@@ -74,6 +74,7 @@ impl Hdr {
         saturated: f32,
         darks: &[(Option<f32>, PathBuf)],
     ) -> Result<Merged> {
+        let _span = tracing::info_span!("merge", light = light.name).entered();
         let mut allowance = KEPT;
         let mut open = |path: &Path| Rows::open(path, &ReadOptions::raw(), &mut allowance);
         let mut pictures = light.photographs.iter().map(|p| open(&p.path)).collect::<Result<Vec<_>, _>>()?;

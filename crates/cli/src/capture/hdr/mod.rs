@@ -12,10 +12,10 @@ use bracket::{Light, Listed};
 use clap::Args;
 use correct::{colours, flatten, turn};
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions, WriteOptions};
 use yugen_archive::formats::{response, stack};
-use yugen_archive::{Error, atomic_write, check_writable, make_folder, spare};
+use yugen_archive::{Error, atomic_write, check_new, check_outputs, check_writable, make_folder, will_read};
 use yugen_capture::hdr::{Response, Tally};
 use yugen_capture::lens::{Lens, straighten};
 use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
@@ -39,6 +39,10 @@ pub struct Hdr {
     /// An .exr for one bracket, a folder for a folder.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
+
+    /// Replace the pictures and lists of a stack that is there.
+    #[arg(long)]
+    force: bool,
 
     /// Times and lights instead of exposures.csv and Exif: columns file, seconds (0.5 or 1/60), light.
     #[arg(long, value_name = "CSV")]
@@ -159,12 +163,12 @@ impl Hdr {
         if let Some(missing) = self.input.iter().find(|p| !p.exists()) {
             return Err(Error::io(missing, std::io::ErrorKind::NotFound.into()).into());
         }
+        self.input.iter().for_each(|p| will_read(p));
         let folder = self.input.len() == 1 && self.input[0].is_dir();
         let exr = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
         if !folder {
             ensure!(exr, "{}: one bracket becomes an .exr; name one", self.output.display());
             image::can_write(&self.output)?;
-            spare(&self.output, &self.input)?;
         } else {
             ensure!(
                 !exr,
@@ -204,7 +208,27 @@ impl Hdr {
         let darks = self.darks()?;
         let saturated = self.saturated.unwrap_or(usual.saturated);
 
+        let mask = if folder { self.mask(&usual) } else { None };
+        let file = |light: &Light| match folder {
+            true => self.output.join(format!("{}.exr", light.name)),
+            false => self.output.clone(),
+        };
+        for light in &lights {
+            light.photographs.iter().for_each(|p| will_read(&p.path));
+            self.flat_file(light).iter().for_each(|f| will_read(f));
+        }
+        mask.iter().for_each(|m| will_read(m));
+        let mut stack: Vec<PathBuf> = lights.iter().map(file).collect();
         if folder {
+            stack.push(self.output.join(stack::OPTIONS));
+            stack.extend(mask.as_ref().map(|_| self.output.join(stack::MASK)));
+            stack.extend(listed.as_ref().map(|_| self.output.join(stack::LIGHTS)));
+        }
+        check_outputs(stack.iter().chain(&self.save_response))?;
+        if folder {
+            if !self.force {
+                check_new(&stack)?;
+            }
             make_folder(&self.output)?;
         }
         if let Some(path) = &self.save_response {
@@ -214,8 +238,6 @@ impl Hdr {
         let mut outcomes = Vec::new();
         for light in &lights {
             bar.set_message(light.name.clone());
-            let file =
-                if folder { self.output.join(format!("{}.exr", light.name)) } else { self.output.clone() };
             let mut merged = self.merge(light, &response, saturated, &darks)?;
             if let Some(flat) = self.flat_of(light)? {
                 flatten(&mut merged.image, &flat)
@@ -231,13 +253,13 @@ impl Hdr {
             }
             self.straighten(&mut merged.image)?;
             let options = WriteOptions { non_finite: NonFinite::Keep, ..WriteOptions::from(space) };
-            image::write(&file, &merged.image, &options)?;
-            outcomes.push(Outcome { file, tally: merged.tally, moved: merged.moved, white });
+            image::write(&file(light), &merged.image, &options)?;
+            outcomes.push(Outcome { file: file(light), tally: merged.tally, moved: merged.moved, white });
             bar.inc(1);
         }
         bar.finish_and_clear();
         if folder {
-            self.pass_on(&usual, listed.as_ref())?;
+            self.pass_on(&usual, mask.as_deref(), listed.as_ref())?;
         }
         if let Some(path) = &self.save_response {
             let levels: Vec<[f32; 3]> = match &response {
@@ -259,11 +281,16 @@ impl Hdr {
         Ok(())
     }
 
-    /// Writes the lists of the stack: what the folder of the exposures says and the merge has left true.
-    fn pass_on(&self, usual: &stack::Options, listed: Option<&Listed>) -> Result<()> {
+    /// The mask of the exposures, if they have one.
+    fn mask(&self, usual: &stack::Options) -> Option<PathBuf> {
         let mask = stack::inside(&self.input[0], usual.mask.as_deref().unwrap_or(stack::MASK));
-        if usual.mask.is_some() || mask.is_file() {
-            let mut mask = image::read(&mask, &ReadOptions::raw())?;
+        (usual.mask.is_some() || mask.is_file()).then_some(mask)
+    }
+
+    /// Writes the lists of the stack: what the folder of the exposures says and the merge has left true.
+    fn pass_on(&self, usual: &stack::Options, mask: Option<&Path>, listed: Option<&Listed>) -> Result<()> {
+        if let Some(mask) = mask {
+            let mut mask = image::read(mask, &ReadOptions::raw())?;
             self.straighten(&mut mask)?;
             let options = WriteOptions { raw: true, ..WriteOptions::default() };
             image::write(&self.output.join(stack::MASK), &mask, &options)?;

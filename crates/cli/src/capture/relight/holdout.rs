@@ -5,10 +5,10 @@ use super::Relight;
 use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use yugen_archive::formats::image;
 use yugen_archive::formats::stack::Folder;
-use yugen_archive::make_folder;
+use yugen_archive::{check_outputs, make_folder};
 use yugen_capture::rti::RtiError;
 use yugen_capture::rti::holdout::{Method, Score, pictures, score, split, spread};
 use yugen_optics::colour::srgb_to_linear;
@@ -20,20 +20,29 @@ const WORST: f32 = 0.2;
 impl Relight {
     pub(super) fn compare(&self) -> Result<()> {
         let source = Source::open(&self.source)?;
-        let stack = source.whole(self.memory << 20)?;
-        let lights = stack.lights.len();
+        let lights = source.folder.pictures.len();
         let left_out = parse_hold_out(self.hold_out.as_deref().unwrap_or_default(), &source.folder)?;
         if left_out.len() >= lights {
             bail!("--hold-out leaves no photograph of {lights} to learn from");
         }
-        let normals =
-            self.normals.as_deref().map(|f| read_normals(f, stack.width, stack.height)).transpose()?;
+        let (width, height) = (source.folder.width, source.folder.height);
+        let normals = self.normals.as_deref().map(|f| read_normals(f, width, height)).transpose()?;
+        let methods = if self.method.is_empty() { Method::ALL.to_vec() } else { self.method.clone() };
+        let names: Vec<String> = left_out
+            .iter()
+            .map(|l| {
+                source.folder.pictures[*l].path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+            })
+            .collect();
         // Before the work rather than after it.
         if let Some(folder) = &self.report {
+            let each = methods.iter().flat_map(|m| names.iter().map(|n| predicted(folder, n, *m)));
+            let truth = names.iter().map(|n| true_picture(folder, n));
+            check_outputs(truth.chain(each).chain(methods.iter().map(|m| error_map(folder, *m))))?;
             make_folder(folder)?;
         }
+        let stack = source.whole(self.memory << 20)?;
         let threads = argument::threads(self.threads);
-        let methods = if self.method.is_empty() { Method::ALL.to_vec() } else { self.method.clone() };
 
         let bar = progress::bar(methods.len() as u64, self.json);
         let (mut scores, mut failures) = (Vec::new(), Vec::new());
@@ -48,12 +57,6 @@ impl Relight {
             bar.inc(1);
         }
         bar.finish_and_clear();
-        let names: Vec<String> = left_out
-            .iter()
-            .map(|l| {
-                source.folder.pictures[*l].path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-            })
-            .collect();
         if let Some(folder) = &self.report {
             draw(folder, &names, &pictures(&split(&stack, &left_out).1), &scores, stack.width)?;
         }
@@ -187,25 +190,43 @@ fn draw(
     width: usize,
 ) -> Result<()> {
     let options = image::WriteOptions::from(ColourSpace::LinearSrgb);
-    let save = |name: String, values: &mut dyn Iterator<Item = [f32; 3]>| -> Result<()> {
+    let save = |path: PathBuf, values: &mut dyn Iterator<Item = [f32; 3]>| -> Result<()> {
         let data: Vec<f32> = values.flat_map(|v| v.map(srgb_to_linear)).collect();
         let mut picture = Image::rgb(width, data.len() / (3 * width));
         picture.data = data;
-        Ok(image::write(&folder.join(name), &picture, &options)?)
+        Ok(image::write(&path, &picture, &options)?)
     };
-    let stem = |name: &str| Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let black = |v: [f32; 3]| if v[0].is_nan() { [0.0; 3] } else { v };
     for (name, picture) in names.iter().zip(truth) {
-        save(format!("{}_truth.png", stem(name)), &mut picture.iter().map(|v| black(*v)))?;
+        save(true_picture(folder, name), &mut picture.iter().map(|v| black(*v)))?;
     }
     for s in scores {
-        let method = s.method.name().replace(' ', "_").to_lowercase();
         for (name, picture) in names.iter().zip(&s.pictures) {
-            save(format!("{}_{method}.png", stem(name)), &mut picture.iter().copied())?;
+            save(predicted(folder, name, s.method), &mut picture.iter().copied())?;
         }
-        save(format!("error_{method}.png"), &mut s.error.iter().map(|e| heat(e / WORST)))?;
+        save(error_map(folder, s.method), &mut s.error.iter().map(|e| heat(e / WORST)))?;
     }
     Ok(())
+}
+
+fn stem(name: &str) -> String {
+    Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+fn word(method: Method) -> String {
+    method.name().replace(' ', "_").to_lowercase()
+}
+
+fn true_picture(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{}_truth.png", stem(name)))
+}
+
+fn predicted(folder: &Path, name: &str, method: Method) -> PathBuf {
+    folder.join(format!("{}_{}.png", stem(name), word(method)))
+}
+
+fn error_map(folder: &Path, method: Method) -> PathBuf {
+    folder.join(format!("error_{}.png", word(method)))
 }
 
 /// From black over red and yellow to white, as display values; blue for what is not a number.

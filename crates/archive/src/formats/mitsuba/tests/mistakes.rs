@@ -61,7 +61,7 @@ fn mistakes_are_named_with_file_line_column_and_the_nearest_word() {
         ),
         (
             "<shape type=\"sphere\"><float name=\"radius\" value=\"$radius\"/></shape>",
-            "2:50: unknown parameter 'radius'",
+            "2:50: the parameter 'radius' has no value; give it one with -D radius=VALUE",
         ),
         (
             "<default name=\"radius\" value=\"1\"/><shape type=\"sphere\"><float name=\"radius\" value=\"$raduis\"/></shape>",
@@ -299,7 +299,7 @@ fn a_scene_reaches_only_into_its_folders() {
     {
         std::os::unix::fs::symlink(f.0.join("outside.obj"), f.0.join("scene/link.obj")).unwrap();
         std::fs::write(f.0.join("scene/link.xml"), with_sensor(&shape("link.obj"))).unwrap();
-        assert!(f.load("scene/link.xml", &none).unwrap_err().contains("lies outside"));
+        assert!(f.load("scene/link.xml", &none).unwrap_err().contains("is a link that leads outside"));
     }
     let missing = f.load("scene/missing.xml", &none).unwrap_err();
     assert!(missing.contains("there is no file 'none.obj' (looked in DIR/scene)"), "{missing}");
