@@ -2,10 +2,38 @@
 
 use anyhow::{Result as Outcome, bail};
 use clap::Args;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use yugen_archive::formats;
 use yugen_archive::formats::image::{WriteOptions, is_for_display};
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Vec3};
+
+/// How a scene file is read.
+#[derive(Args)]
+pub struct Reading {
+    /// Gives a parameter of the scene file a value, as in `-D spp=64`.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    define: Vec<(String, String)>,
+
+    /// A folder in which files of the scene may lie, besides its own; may be repeated.
+    #[arg(long, value_name = "DIR")]
+    allow: Vec<PathBuf>,
+}
+
+impl Reading {
+    /// For readers.
+    pub fn options(&self) -> formats::Options {
+        let (defines, folders) = (self.define.clone(), self.allow.clone());
+        formats::Options { defines, folders, ..formats::Options::default() }
+    }
+}
+
+/// A parameter and its value.
+fn define(text: &str) -> Result<(String, String), String> {
+    text.split_once('=')
+        .map(|(n, v)| (n.to_string(), v.to_string()))
+        .ok_or_else(|| "expected name=value".to_string())
+}
 
 /// How a picture for a display comes from light.
 #[derive(Args)]

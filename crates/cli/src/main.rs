@@ -8,6 +8,8 @@ mod argument;
 mod brdf;
 mod capture;
 mod figure;
+mod info;
+mod json;
 mod log;
 mod progress;
 mod render;
@@ -39,6 +41,7 @@ struct Yugen {
 const COMMON: &str = "\
 Common cases:
   yugen render scene.xml -o picture.exr               a scene to a picture
+  yugen info FILE                                     what a scene, stack, picture, table or weave holds
   yugen brdf fit material.binary                      which model meets a measurement best
   yugen capture hdr PHOTOGRAPHS -o STACK              brackets to linear pictures, one a light
   yugen capture calibrate STACK                       where the lamps stood, from a chrome ball
@@ -48,6 +51,7 @@ Common cases:
 #[derive(Subcommand)]
 enum Verb {
     Render(render::Render),
+    Info(info::Info),
     #[command(subcommand)]
     Brdf(brdf::Brdf),
     #[command(subcommand)]
@@ -98,6 +102,7 @@ fn main() -> ExitCode {
     yugen_archive::protect_inputs();
     let outcome = match yugen.verb {
         Verb::Render(verb) => verb.run(),
+        Verb::Info(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
         Verb::Capture(verb) => verb.run(),
     };

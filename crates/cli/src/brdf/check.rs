@@ -1,7 +1,7 @@
 //! `yugen brdf check`.
 
 use super::subject::find;
-use crate::progress;
+use crate::{json, progress};
 use anyhow::{Result, bail};
 use clap::Args;
 use serde_json::json;
@@ -63,7 +63,7 @@ impl Check {
                     })
                 })
                 .collect();
-            println!("{}", serde_json::to_string_pretty(&all)?);
+            json::print(json!(all));
         } else {
             println!(
                 "{} passed, {} failed, {skipped} skipped",

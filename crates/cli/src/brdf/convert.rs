@@ -1,6 +1,7 @@
 //! `yugen brdf convert`.
 
 use super::subject::{Model, Subject};
+use crate::json;
 use anyhow::{Result, bail};
 use clap::Args;
 use serde_json::json;
@@ -78,14 +79,11 @@ impl Convert {
         let written = Model { kind: target, slots, table };
         let found = difference(&bsdf, &written.bsdf());
         if self.json {
-            println!(
-                "{}",
-                json!({
-                    "model": target.name(), "bytes": bytes.len(), "pairs": PAIRS,
-                    "mean": found.mean, "largest": found.largest,
-                    "wo": found.wo.to_array(), "wi": found.wi.to_array(),
-                })
-            );
+            json::print(json!({
+                "model": target.name(), "bytes": bytes.len(), "pairs": PAIRS,
+                "mean": found.mean, "largest": found.largest,
+                "wo": found.wo.to_array(), "wi": found.wi.to_array(),
+            }));
         } else {
             let degrees = |w: Vec3| w.z.clamp(-1.0, 1.0).acos().to_degrees();
             println!(

@@ -1,8 +1,9 @@
 //! `yugen brdf decode`.
 
-use crate::progress;
+use crate::{json, progress};
 use anyhow::{Result, bail};
 use clap::Args;
+use serde_json::json;
 use std::path::PathBuf;
 use yugen_archive::formats::{merl, neural_brdf};
 use yugen_archive::{atomic_write, check_outputs, make_folder, nearest, read_bounded};
@@ -21,6 +22,10 @@ pub struct Decode {
     /// The folder for MATERIAL.binary.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
+
+    /// Print what was written as JSON, and no progress.
+    #[arg(long)]
+    json: bool,
 }
 
 impl Decode {
@@ -41,14 +46,20 @@ impl Decode {
         let table = |name: &str| self.output.join(format!("{name}.binary"));
         check_outputs(chosen.iter().map(|(name, _)| table(name)))?;
         make_folder(&self.output)?;
-        let bar = progress::bar(chosen.len() as u64, false);
-        for (name, material) in chosen {
-            bar.set_message(name.clone());
+        let bar = progress::bar(chosen.len() as u64, self.json);
+        for (name, material) in &chosen {
+            bar.set_message((*name).clone());
             let bytes = merl::write(&material.tabulate(), ColourSpace::LinearSrgb);
             atomic_write(&table(name), &bytes)?;
             bar.inc(1);
         }
         bar.finish_and_clear();
+        if self.json {
+            let names: Vec<&String> = chosen.iter().map(|c| c.0).collect();
+            json::print(json!({ "output": self.output.display().to_string(), "materials": names }));
+        } else {
+            println!("{}: {} tables", self.output.display(), chosen.len());
+        }
         Ok(())
     }
 }

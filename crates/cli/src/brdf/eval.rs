@@ -1,7 +1,7 @@
 //! `yugen brdf eval`.
 
 use super::subject::Subject;
-use crate::argument;
+use crate::{argument, json};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde_json::json;
@@ -60,10 +60,7 @@ impl Eval {
             }
         }
         if self.json {
-            println!(
-                "{}",
-                json!({ "model": model.kind.name(), "space": self.subject.space, "values": rows })
-            );
+            json::print(json!({ "model": model.kind.name(), "space": self.subject.space, "values": rows }));
         }
         Ok(())
     }

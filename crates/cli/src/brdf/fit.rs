@@ -3,7 +3,7 @@
 use super::plot::sphere;
 use super::subject::{Model, find};
 use crate::figure::{Anchor, Figure};
-use crate::{argument, progress};
+use crate::{argument, json, progress};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -196,19 +196,16 @@ impl Fit {
         }
         bar.finish_and_clear();
         let over_all = (results.len() > 1).then(|| self.ranking(&results));
-        if let (Some(folder), Some((text, json))) = (&self.output, &over_all) {
+        if let (Some(folder), Some((text, ranking))) = (&self.output, &over_all) {
             atomic_write(&folder.join("report.md"), text.as_bytes())?;
-            atomic_write(&folder.join("report.json"), serde_json::to_string_pretty(json)?.as_bytes())?;
+            atomic_write(&folder.join("report.json"), json::text(ranking.clone()).as_bytes())?;
         }
         match over_all {
             Some((_, ranking)) if self.json => {
-                println!(
-                    "{}",
-                    serde_json::to_string_pretty(&json!({ "materials": reports, "models": ranking }))?
-                );
+                json::print(json!({ "materials": reports, "models": ranking }));
             }
             Some((text, _)) => print!("{text}"),
-            None if self.json => println!("{}", serde_json::to_string_pretty(&reports[0])?),
+            None if self.json => json::print(reports.swap_remove(0)),
             None => {}
         }
         Ok(())
@@ -392,7 +389,7 @@ impl Fit {
     ) -> Result<()> {
         make_folder(folder)?;
         atomic_write(&folder.join("report.md"), table.as_bytes())?;
-        atomic_write(&folder.join("report.json"), serde_json::to_string_pretty(report)?.as_bytes())?;
+        atomic_write(&folder.join("report.json"), json::text(report.clone()).as_bytes())?;
         for f in fits {
             let path = folder.join(format!("{}.toml", f.model.name()));
             atomic_write(&path, self.material(&measured.name, f).as_bytes())?;

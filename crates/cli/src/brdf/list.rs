@@ -1,6 +1,7 @@
 //! `yugen brdf list`.
 
 use super::show::{promises, range};
+use crate::json;
 use anyhow::Result;
 use clap::Args;
 use serde_json::json;
@@ -34,7 +35,7 @@ impl List {
                     })
                 })
                 .collect();
-            println!("{}", serde_json::to_string_pretty(&all)?);
+            json::print(json!(all));
             return Ok(());
         }
         if self.markdown {

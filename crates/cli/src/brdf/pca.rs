@@ -1,6 +1,6 @@
 //! `yugen brdf pca`.
 
-use crate::{argument, progress};
+use crate::{argument, json, progress};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Subcommand};
 use indicatif::ProgressBar;
@@ -202,13 +202,10 @@ impl Build {
         let power = |s: &[f32]| s.iter().map(|v| f64::from(*v).powi(2)).sum::<f64>();
         let share = power(&basis.singular[..basis.components]) / power(&basis.singular);
         if self.how.json {
-            println!(
-                "{}",
-                json!({
-                    "materials": basis.names, "rows": basis.bins.len(), "components": basis.components,
-                    "singular": basis.singular, "variance": share, "seconds": seconds,
-                })
-            );
+            json::print(json!({
+                "materials": basis.names, "rows": basis.bins.len(), "components": basis.components,
+                "singular": basis.singular, "variance": share, "seconds": seconds,
+            }));
         } else {
             println!(
                 "{}: {} materials, {} rows, {} components with {:.2} % of the variance, {seconds:.1} s",
@@ -257,7 +254,7 @@ impl Directions {
         let rows = pca::optimal_rows(&basis, n, &|x| bar.set_position((x * n as f64) as u64));
         bar.finish_and_clear();
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&listed(&basis, &rows))?);
+            json::print(json!(listed(&basis, &rows)));
             return Ok(());
         }
         println!("# wi_x wi_y wi_z wo_x wo_y wo_z; theta_h, theta_d, phi_d in degrees after the hash");
@@ -315,9 +312,8 @@ impl Reconstruct {
         let values = pca::reconstruct(&basis, &observations, components, self.ridge);
         atomic_write(&self.output, &merl::write(&values, ColourSpace::LinearSrgb))?;
         if self.json {
-            println!(
-                "{}",
-                json!({ "readings": used, "rows": observations.len(), "components": components, "ridge": self.ridge })
+            json::print(
+                json!({ "readings": used, "rows": observations.len(), "components": components, "ridge": self.ridge }),
             );
         } else {
             println!(
@@ -433,7 +429,7 @@ impl Check {
             }));
         }
         if self.how.json {
-            println!("{}", serde_json::to_string_pretty(&json!({ "seconds": seconds, "rows": rows }))?);
+            json::print(json!({ "seconds": seconds, "rows": rows }));
         } else {
             print!("{text}");
         }

@@ -1,6 +1,7 @@
 //! `yugen brdf show`.
 
 use super::subject::find;
+use crate::json;
 use anyhow::Result;
 use clap::Args;
 use serde_json::json;
@@ -22,7 +23,7 @@ impl Show {
     pub fn run(self) -> Result<()> {
         let kind = find(&self.model)?;
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&describe(kind))?);
+            json::print(describe(kind));
             return Ok(());
         }
         println!("{}\n{}\n\n{}\n", kind.name(), kind.source(), kind.doc());

@@ -1,7 +1,7 @@
 //! `yugen capture calibrate`.
 
 use super::hdr::{BAD_LENS, lens, pictures};
-use crate::{argument, progress};
+use crate::{argument, json, progress};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
@@ -272,9 +272,8 @@ impl Calibrate {
                     })
                 })
                 .collect();
-            println!(
-                "{}",
-                json!({ "output": output.display().to_string(), "near": near, "balls": balls, "lights": lights })
+            json::print(
+                json!({ "output": output.display().to_string(), "near": near, "balls": balls, "lights": lights }),
             );
             return;
         }

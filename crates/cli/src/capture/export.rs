@@ -1,6 +1,7 @@
 //! `yugen capture export`.
 
 use super::cloth::folder;
+use crate::json;
 use anyhow::Result;
 use clap::Args;
 use serde_json::json;
@@ -53,9 +54,8 @@ impl Export {
             let gltf = lost.map(
                 |l| json!({ "relative_rms_error": l.relative, "widening": l.widening, "clipped": l.clipped }),
             );
-            println!(
-                "{}",
-                json!({ "output": self.output.display().to_string(), "maps": Map::ALL.len(), "gltf": gltf })
+            json::print(
+                json!({ "output": self.output.display().to_string(), "maps": Map::ALL.len(), "gltf": gltf }),
             );
             return Ok(());
         }

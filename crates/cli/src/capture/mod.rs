@@ -13,6 +13,8 @@ mod stack;
 mod traced;
 mod weave;
 
+pub use hdr::pictures;
+
 use anyhow::Result;
 use clap::Subcommand;
 

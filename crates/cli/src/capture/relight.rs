@@ -3,10 +3,12 @@
 mod holdout;
 
 use super::stack::Source;
-use crate::{argument, progress};
+use crate::{argument, json, progress};
 use anyhow::{Result, bail};
 use clap::Args;
+use serde_json::json;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 use yugen_archive::check_outputs;
 use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
 use yugen_archive::formats::{btf, image};
@@ -97,8 +99,8 @@ pub struct Relight {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 
-    /// Print the comparison as JSON, and no progress.
-    #[arg(long, requires = "hold_out")]
+    /// Print what was done as JSON, and no progress.
+    #[arg(long)]
     json: bool,
 }
 
@@ -109,6 +111,7 @@ impl Relight {
             return self.compare();
         }
         let Some(output) = &self.output else { bail!("expected --output") };
+        let started = Instant::now();
         image::can_write(output)?;
         let cloth = is_cloth(&self.source);
         // Gold lies outside sRGB; display values lie in it.
@@ -119,7 +122,14 @@ impl Relight {
         let mut picture = Image::rgb(width, pixels.len() / width);
         picture.data.copy_from_slice(pixels.as_flattened());
         image::write(output, &picture, &write)?;
-        println!("{}: {width}x{}", output.display(), picture.height);
+        if self.json {
+            json::print(json!({
+                "output": output.display().to_string(), "width": width, "height": picture.height,
+                "lamps": lamps.len(), "seconds": started.elapsed().as_secs_f64(),
+            }));
+        } else {
+            println!("{}: {width}x{}", output.display(), picture.height);
+        }
         Ok(())
     }
 
@@ -162,7 +172,7 @@ impl Relight {
             );
         };
         let form = yugen_reflectance::Choice(form as f32);
-        Ok((maps.width, summed(lamps, PART, |part| Ok(light::cloth(&maps, form, part)?))?))
+        Ok((maps.width, summed(lamps, self.json, PART, |part| Ok(light::cloth(&maps, form, part)?))?))
     }
 
     fn picture(&self, lamps: &[Lamp], output: &Path) -> Result<(usize, Vec<[f32; 3]>)> {
@@ -173,7 +183,7 @@ impl Relight {
             }
             let picture = relightable::read(&self.source, relightable::DEFAULT_MAX_TEXELS)?;
             check_outputs([output])?;
-            return Ok((picture.width, lit(&picture, lamps, encoding)?));
+            return Ok((picture.width, lit(&picture, lamps, self.json, encoding)?));
         }
         let source = Source::open(&self.source)?;
         check_outputs([output])?;
@@ -189,7 +199,7 @@ impl Relight {
             Method::Btf => bail!("--method btf: fit the stack with `yugen capture fit`, then light the .btf"),
             Method::Rbf(kernel) => {
                 let rbf = Rbf::new(&stack, kernel, encoding)?;
-                let sum = summed(lamps, 1, |lamp| {
+                let sum = summed(lamps, self.json, 1, |lamp| {
                     let Lamp { toward, white } = lamp[0];
                     let mut light = rbf.picture(|_, _| toward);
                     for v in &mut light {
@@ -202,26 +212,27 @@ impl Relight {
         };
         let ridge = choose_ridge(&stack, basis, encoding)?;
         let fitted = fit(&stack, &Options { basis, colouring, encoding, ridge })?;
-        Ok((stack.width, lit(&fitted.picture, lamps, encoding)?))
+        Ok((stack.width, lit(&fitted.picture, lamps, self.json, encoding)?))
     }
 }
 
 /// Lamps between two looks at the progress bar.
 const PART: usize = 16;
 
-fn lit(picture: &Relightable, lamps: &[Lamp], encoding: Encoding) -> Result<Vec<[f32; 3]>> {
+fn lit(picture: &Relightable, lamps: &[Lamp], quiet: bool, encoding: Encoding) -> Result<Vec<[f32; 3]>> {
     // Linear light is added up before the picture is looked at, all lamps at once.
     let part = if encoding == Encoding::Linear { lamps.len() } else { PART };
-    summed(lamps, part, |lamps| Ok(light::picture(picture, lamps, encoding)))
+    summed(lamps, quiet, part, |lamps| Ok(light::picture(picture, lamps, encoding)))
 }
 
 /// The sum of what `light` makes of parts of the lamps, with a progress bar.
 fn summed(
     lamps: &[Lamp],
+    quiet: bool,
     part: usize,
     light: impl Fn(&[Lamp]) -> Result<Vec<[f32; 3]>>,
 ) -> Result<Vec<[f32; 3]>> {
-    let bar = progress::bar(lamps.len() as u64, lamps.len() <= part);
+    let bar = progress::bar(lamps.len() as u64, quiet || lamps.len() <= part);
     let mut sum = Vec::new();
     for lamps in lamps.chunks(part.max(1)) {
         let values = light(lamps)?;

@@ -1,7 +1,7 @@
 //! `yugen capture rti`: a stack of photographs to the files of RTI tools.
 
 use super::stack::Source;
-use crate::progress;
+use crate::{json, progress};
 use anyhow::{Result, bail};
 use clap::Args;
 use serde_json::json;
@@ -115,7 +115,7 @@ impl Rti {
                 "fit_seconds": seconds,
                 "texels_per_second": rate,
             });
-            println!("{report}");
+            json::print(report);
             return Ok(());
         }
         println!(

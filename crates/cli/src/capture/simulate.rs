@@ -3,7 +3,7 @@
 use super::cloth::{Sample, Weaving, folder};
 use super::traced::Tracer;
 use super::weave::{heights, picture};
-use crate::{argument, progress};
+use crate::{argument, json, progress};
 use anyhow::{Result, bail};
 use clap::Args;
 use serde_json::json;
@@ -387,7 +387,7 @@ impl Simulate {
                 "hidden": counts.hidden,
                 "seconds": seconds,
             });
-            println!("{}", serde_json::to_string_pretty(&report)?);
+            json::print(report);
             return Ok(());
         }
         let views = if views > 1 { format!(" from {views} sides") } else { String::new() };

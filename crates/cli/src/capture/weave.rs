@@ -2,7 +2,7 @@
 
 use super::chart;
 use super::cloth::{Sample, Weaving, folder, is_draft};
-use crate::argument;
+use crate::{argument, json};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
@@ -168,7 +168,7 @@ impl Weave {
                 "size": [sample.btf.width, sample.btf.height],
                 "share": shares.iter().map(|(n, s)| json!({ "yarn": n, "share": s })).collect::<Vec<_>>(),
             });
-            println!("{}", serde_json::to_string_pretty(&report)?);
+            json::print(report);
             return Ok(());
         }
         let float = |n: Option<usize>| n.map_or("without end".into(), |n| n.to_string());

@@ -84,9 +84,8 @@ pub struct Render {
     #[arg(long, default_value_t = 30.0, value_name = "S", value_parser = parse::seconds)]
     checkpoint: f64,
 
-    /// Gives a parameter of the scene file a value, as in `-D spp=64`.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::define)]
-    define: Vec<(String, String)>,
+    #[command(flatten)]
+    reading: argument::Reading,
 
     /// The pose of a glTF scene this many seconds into its animation; as the file stands where absent.
     #[arg(long, value_name = "S", value_parser = parse::seconds)]
@@ -98,10 +97,6 @@ pub struct Render {
 
     #[command(flatten)]
     display: argument::Display,
-
-    /// A folder in which files of the scene may lie, besides its own; may be repeated.
-    #[arg(long, value_name = "DIR")]
-    allow: Vec<PathBuf>,
 
     /// Print what was done as JSON, and no progress.
     #[arg(long)]
@@ -115,11 +110,7 @@ impl Render {
         self.display.of(&self.output, ColourSpace::default())?;
         let started = Instant::now();
         let moment = |seconds| Moment { seconds: seconds as f32, animation: self.animation.clone() };
-        let options = formats::Options {
-            defines: self.define.clone(),
-            moment: self.at.map(moment),
-            folders: self.allow.clone(),
-        };
+        let options = formats::Options { moment: self.at.map(moment), ..self.reading.options() };
         let scene = formats::load_scene(&self.scene, &options)?;
         let checkpoint = checkpoint_path(&self.output);
         check_outputs([&self.output, &checkpoint])?;

@@ -51,10 +51,3 @@ pub fn aov(text: &str) -> Result<Vec<Aov>, String> {
         format!("there is no layer '{text}'; there are all, {}", Aov::ALL.map(Aov::name).join(", "))
     })
 }
-
-/// A parameter and its value.
-pub fn define(text: &str) -> Result<(String, String), String> {
-    text.split_once('=')
-        .map(|(n, v)| (n.to_string(), v.to_string()))
-        .ok_or_else(|| "expected name=value".to_string())
-}

@@ -1,6 +1,7 @@
 //! What `yugen render` says of its work: on the terminal, as JSON and in the picture.
 
 use super::Render;
+use crate::json;
 use serde_json::json;
 use std::time::Duration;
 use yugen_transport::render::{Job, MAX_SAMPLES};
@@ -45,7 +46,7 @@ impl Render {
                 "hierarchy_bytes": stats.tree_bytes,
                 "mesh_bytes": stats.mesh_bytes,
             });
-            println!("{report}");
+            json::print(report);
             return;
         }
         println!(

@@ -7,6 +7,7 @@ mod capture_fit;
 mod capture_relight;
 mod cloth;
 mod hdr;
+mod info;
 mod messages;
 mod overwrite;
 mod render;
@@ -100,6 +101,7 @@ fn help_teaches() {
         ("", "yugen capture fit STACK -o cloth.btf"),
         ("", "Keeps how a performance looks"),
         ("render", "yugen render scene.toml -o picture.exr"),
+        ("info", "cameras, lights, materials, textures"),
         ("brdf", "ranks the models"),
         ("brdf fit", "Levenberg-Marquardt"),
         ("brdf plot", "a Rusinkiewicz slice"),

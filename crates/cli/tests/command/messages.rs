@@ -14,7 +14,8 @@ fn write(folder: &Path, name: &str, text: &str) {
 
 #[test]
 fn every_verb_has_the_version_of_the_whole() {
-    let verbs = ["", "render", "brdf", "brdf plot", "brdf pca", "brdf pca build", "capture", "capture hdr"];
+    let verbs =
+        ["", "render", "info", "brdf", "brdf plot", "brdf pca", "brdf pca build", "capture", "capture hdr"];
     for verb in verbs {
         let said = good(yugen_in(".".as_ref(), &format!("{verb} --version")));
         assert_eq!(said, format!("yugen {}\n", env!("CARGO_PKG_VERSION")), "{verb}");

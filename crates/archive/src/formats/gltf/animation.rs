@@ -10,6 +10,20 @@ use glam::Quat;
 /// nothing.
 const MAX_NUMBERS: usize = 1 << 26;
 
+/// The names of the animations of a file and when each begins and ends, in seconds.
+pub(super) fn list(doc: &Document) -> Result<Vec<(String, [f32; 2])>, Error> {
+    let span = |animation: &AnimationEntry| -> Result<[f32; 2], Error> {
+        let mut span = [f32::INFINITY, f32::NEG_INFINITY];
+        for sampler in &animation.samplers {
+            for time in doc.floats(sampler.input, 1)? {
+                span = [span[0].min(time), span[1].max(time)];
+            }
+        }
+        Ok(if span[0] > span[1] { [0.0; 2] } else { span })
+    };
+    doc.root.animations.iter().map(|a| Ok((a.name.clone(), span(a)?))).collect()
+}
+
 /// Puts the nodes of the file where they are at `moment`; before an animation begins and after it ends it stands still.
 pub(super) fn pose(doc: &mut Document, moment: &Moment) -> Result<(), Error> {
     let animation = choose(doc, moment.animation.as_deref())?;

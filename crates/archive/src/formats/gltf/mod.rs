@@ -63,6 +63,12 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error
     Ok(scene)
 }
 
+/// The names of the animations of a file and when each begins and ends, in seconds.
+pub fn animations(bytes: &[u8], path: &Path, options: &Options) -> Result<Vec<(String, [f32; 2])>, Error> {
+    let folders = Folders::new(path, &options.folders, None)?;
+    animation::list(&Document::read(bytes, path, &folders)?)
+}
+
 /// Reads what is in a file, with the colours in `space`, and adds nothing.
 pub(crate) fn read_into(
     space: ColourSpace,

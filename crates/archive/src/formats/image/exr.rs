@@ -3,6 +3,7 @@
 use super::{Codec, Decoded, ReadOptions, WriteOptions, damaged};
 use crate::{Error, Place};
 use ::exr::meta::MetaData;
+use ::exr::meta::attribute::AttributeValue;
 use ::exr::prelude::{FlatSamples, ReadChannels, ReadLayers, f16, read};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
@@ -71,6 +72,47 @@ fn decode(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Decoded, Er
         .chromaticities
         .map(|c| [c.red, c.green, c.blue, c.white].map(|v| [f64::from(v.x()), f64::from(v.y())]));
     Ok(Decoded { image, chromaticities, codes: None })
+}
+
+/// What a file says beside its pixels, part by part: names and values. Nothing where it is damaged.
+pub(super) fn attributes(bytes: &[u8]) -> Vec<(String, String)> {
+    let Ok(meta) = MetaData::read_from_buffered(Cursor::new(bytes), false) else { return Vec::new() };
+    let value = |v: &AttributeValue| match v {
+        AttributeValue::Text(t) => Some(t.to_string()),
+        AttributeValue::TextVector(all) => {
+            Some(all.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
+        }
+        AttributeValue::F32(v) => Some(v.to_string()),
+        AttributeValue::F64(v) => Some(v.to_string()),
+        AttributeValue::I32(v) => Some(v.to_string()),
+        AttributeValue::FloatVec2(v) => Some(format!("{}, {}", v.x(), v.y())),
+        AttributeValue::FloatVec3((x, y, z)) => Some(format!("{x}, {y}, {z}")),
+        _ => None,
+    };
+    let mut all = Vec::new();
+    for (i, header) in meta.headers.iter().enumerate() {
+        let own = &header.own_attributes;
+        let part = own.layer_name.as_ref().map_or_else(|| i.to_string(), ToString::to_string);
+        let name = |what: &str| if meta.headers.len() > 1 { format!("{part}: {what}") } else { what.into() };
+        let mut samples: Vec<String> =
+            header.channels.list.iter().map(|c| format!("{:?}", c.sample_type).to_lowercase()).collect();
+        samples.sort();
+        samples.dedup();
+        all.push((name("compression"), header.compression.to_string()));
+        all.push((name("samples"), samples.join(", ")));
+        let known = [("software", &own.software_name), ("owner", &own.owner), ("comments", &own.comments)];
+        all.extend(known.iter().filter_map(|(what, text)| Some((name(what), text.as_ref()?.to_string()))));
+        let shared = header.shared_attributes.other.iter().filter(|_| i == 0);
+        let mut others: Vec<(String, String)> = own
+            .other
+            .iter()
+            .chain(shared)
+            .filter_map(|(k, v)| Some((name(&k.to_string()), value(v)?)))
+            .collect();
+        others.sort();
+        all.extend(others);
+    }
+    all
 }
 
 /// The smallest rectangle around the data windows of all parts.

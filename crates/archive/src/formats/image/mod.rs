@@ -10,6 +10,7 @@
 //! Integer formats are sRGB-encoded unless read as `raw`; embedded colour profiles are not looked at. Alpha
 //! is kept as the format has it: straight in PNG and WebP, premultiplied in EXR.
 
+mod about;
 mod exr;
 mod foreign;
 mod hdr;
@@ -21,6 +22,7 @@ mod tiff;
 mod webp;
 
 use crate::{Error, Place, atomic_write, check_writable, read_bounded};
+pub use about::{About, Channel, about};
 pub use foreign::check_kind;
 use std::path::Path;
 use yugen_optics::colour::rgb_to_rgb;

@@ -100,7 +100,7 @@ impl Report<'_> {
                     "sure_and_failed": wrong,
                 });
             }
-            println!("{report}");
+            crate::json::print(report);
             return;
         }
         println!(

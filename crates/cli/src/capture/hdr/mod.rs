@@ -6,7 +6,7 @@ mod merge;
 
 pub use bracket::pictures;
 
-use crate::{argument, progress};
+use crate::{argument, json, progress};
 use anyhow::{Context, Result, bail, ensure};
 use bracket::{Light, Listed};
 use clap::Args;
@@ -341,9 +341,8 @@ impl Hdr {
                     })
                 })
                 .collect();
-            println!(
-                "{}",
-                json!({ "lights": rows, "colour_error": colour, "has_light_directions": calibrated })
+            json::print(
+                json!({ "lights": rows, "colour_error": colour, "has_light_directions": calibrated }),
             );
             return;
         }

@@ -2,7 +2,7 @@
 
 use super::super::stack::Source;
 use super::Relight;
-use crate::{argument, progress};
+use crate::{argument, json, progress};
 use anyhow::{Context, Result, bail};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -90,7 +90,7 @@ impl Relight {
                 "scores": scores,
                 "not_fitted": failed,
             });
-            println!("{report:#}");
+            json::print(report);
             return Ok(());
         }
         println!(
