@@ -71,9 +71,10 @@ impl ColourSpace {
 
 /// RGB to CIE XYZ, white at Y = 1, for the xy chromaticities of red, green, blue and white.
 pub fn rgb_to_xyz(chromaticities: [[f64; 2]; 4]) -> DMat3 {
-    let xyz = |[x, y]: [f64; 2]| DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
+    // Not in units of y, which is zero for two of the primaries of XYZ itself.
+    let xyz = |[x, y]: [f64; 2]| DVec3::new(x, y, 1.0 - x - y);
     let [r, g, b, white] = chromaticities.map(xyz);
-    let scale = DMat3::from_cols(r, g, b).inverse() * white;
+    let scale = DMat3::from_cols(r, g, b).inverse() * (white / white.y);
     DMat3::from_cols(r * scale.x, g * scale.y, b * scale.z)
 }
 
@@ -115,6 +116,8 @@ mod tests {
         // IEC 61966-2-1 (to four digits) and ITU-R BT.2087-0, table 1.
         let srgb = ColourSpace::LinearSrgb.to_xyz();
         assert!((srgb.row(1) - DVec3::new(0.2126, 0.7152, 0.0722)).abs().max_element() < 1e-4);
+        let xyz = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]];
+        assert!((rgb_to_xyz(xyz) - DMat3::IDENTITY).to_cols_array().iter().all(|v| v.abs() < 1e-12));
         let to2020 = ColourSpace::LinearSrgb.matrix_to(ColourSpace::LinearRec2020);
         assert!((to2020.row(0) - Vec3::new(0.6274, 0.3293, 0.0433)).abs().max_element() < 1e-4);
         assert!((to2020.row(2) - Vec3::new(0.0164, 0.0880, 0.8956)).abs().max_element() < 1e-4);

@@ -173,6 +173,7 @@ impl MeshShape {
             }
         }
         for (what, width, values) in &mesh.attributes {
+            let count = if of_faces(what) { mesh.triangles.len() } else { count };
             if width.checked_mul(count) != Some(values.len()) || !matches!(width, 1 | 3) {
                 let what = format!("attribute '{what}' of {width} numbers (1 or 3)");
                 return Err(BuildError::Count { shape: name(), what, found: values.len(), count });
@@ -361,7 +362,8 @@ impl Geometry {
         surface
     }
 
-    /// A per-vertex attribute of the mesh, interpolated; one number counts as grey. `None`: there is none.
+    /// An attribute of the mesh, interpolated where it is one of vertices; one number counts as grey. `None`: there is
+    /// none.
     pub fn attribute(&self, surface: &Surface, name: &str) -> Option<Vec3> {
         let (level, _) = self.level_of(surface.instance);
         let Kind::Mesh(shape) = &level.shapes[surface.shape as usize].kind else { return None };
@@ -370,6 +372,9 @@ impl Geometry {
             1 => Vec3::splat(values[i as usize]),
             _ => Vec3::from_slice(&values[3 * i as usize..]),
         };
+        if of_faces(name) {
+            return Some(at(surface.primitive));
+        }
         let [a, b, c] = shape.mesh.triangles[surface.primitive as usize].map(at);
         let w = surface.barycentric;
         Some(a * (1.0 - w.x - w.y) + b * w.x + c * w.y)
@@ -386,6 +391,11 @@ impl Geometry {
             _ => unreachable!("hits name only instances as instances"),
         }
     }
+}
+
+/// Whether an attribute has one value for each triangle.
+fn of_faces(attribute: &str) -> bool {
+    attribute.starts_with("face_")
 }
 
 fn mesh_bytes(mesh: &Mesh) -> usize {

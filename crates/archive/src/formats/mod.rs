@@ -2,6 +2,7 @@
 
 pub mod btf;
 pub mod colour_chart;
+mod corners;
 mod csv;
 pub mod exif;
 pub mod exposures;
@@ -15,7 +16,7 @@ pub mod lp;
 pub mod measured;
 pub mod merl;
 pub mod mitsuba;
-mod mtl;
+pub mod mtl;
 pub mod neural_brdf;
 mod numbers;
 pub mod obj;
@@ -36,6 +37,7 @@ pub mod wif;
 
 use crate::{Error, Place, Scene, read_bounded};
 use std::path::{Path, PathBuf};
+use support::Feature;
 
 /// What a caller may say about how a scene is read.
 #[derive(Clone, Debug, Default)]
@@ -95,6 +97,21 @@ pub const FORMATS: &[Format] = &[
         read: mitsuba::read,
     },
 ];
+
+/// A format of meshes, which scenes name: its name for people, and its extensions.
+pub const MESH_FORMATS: &[(&str, &[&str])] =
+    &[("Wavefront OBJ", &["obj"]), ("PLY", &["ply"]), ("Mitsuba serialized", &["serialized"])];
+
+/// What is read of the formats of others, feature by feature: tables with their titles.
+pub fn features() -> Vec<(&'static str, Vec<Feature>)> {
+    vec![
+        ("Wavefront OBJ: statements", obj::FEATURES.to_vec()),
+        ("Wavefront MTL: statements", mtl::FEATURES.to_vec()),
+        ("Wavefront MTL: options of pictures", mtl::OPTIONS.to_vec()),
+        ("PLY: elements and their properties", ply::FEATURES.to_vec()),
+        ("OpenEXR", image::exr_features().collect()),
+    ]
+}
 
 /// Reads a scene in the format that the extension of its file names.
 pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {

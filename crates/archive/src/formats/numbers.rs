@@ -1,7 +1,28 @@
 //! Words and numbers of a text file, fast and with the place of every mistake.
 
 use crate::{Error, Place};
+use std::borrow::Cow;
 use std::path::Path;
+
+/// The bytes of a text as UTF-8 whose lines end with a line feed, whatever it was written on: without a byte-order
+/// mark, out of UTF-16 where the mark says so, and with the carriage returns of old Macintoshes replaced.
+pub(crate) fn text(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let utf16 = |units: &mut dyn Iterator<Item = u16>| {
+        let text: String =
+            char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+        Cow::Owned(text.into_bytes())
+    };
+    let pairs = bytes.get(2..).unwrap_or_default().chunks_exact(2);
+    let text = match bytes {
+        [0xff, 0xfe, ..] => utf16(&mut pairs.map(|b| u16::from_le_bytes([b[0], b[1]]))),
+        [0xfe, 0xff, ..] => utf16(&mut pairs.map(|b| u16::from_be_bytes([b[0], b[1]]))),
+        _ => Cow::Borrowed(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)),
+    };
+    if text.contains(&b'\n') || !text.contains(&b'\r') {
+        return text;
+    }
+    Cow::Owned(text.iter().map(|&b| if b == b'\r' { b'\n' } else { b }).collect())
+}
 
 /// Walks over the bytes of a text file line by line and word by word.
 pub(crate) struct Scanner<'a> {
@@ -83,12 +104,21 @@ impl<'a> Scanner<'a> {
     pub(crate) fn blanks(&mut self) {
         while let Some(&b) = self.bytes.get(self.at) {
             match b {
-                b' ' | b'\t' | b'\r' => self.at += 1,
-                b'\\' if self.bytes[self.at + 1..].starts_with(b"\n") => self.step_line(2),
-                b'\\' if self.bytes[self.at + 1..].starts_with(b"\r\n") => self.step_line(3),
+                b' ' | b'\t' | b'\r' | 0x0b | 0x0c => self.at += 1,
+                b'\\' => match self.continued() {
+                    Some(bytes) => self.step_line(bytes),
+                    None => break,
+                },
                 _ => break,
             }
         }
+    }
+
+    /// How long a `\` is together with the end of its line, between which some editors leave blanks.
+    fn continued(&self) -> Option<usize> {
+        let after = &self.bytes[self.at + 1..];
+        let n = after.iter().position(|b| !matches!(b, b' ' | b'\t' | b'\r'))?;
+        (after[n] == b'\n').then_some(n + 2)
     }
 
     fn step_line(&mut self, bytes: usize) {

@@ -1,15 +1,19 @@
 //! The Polygon File Format (PLY): text and binary of either byte order.
 //!
-//! Turk 1994. Polygons become fans of triangles; strips (`tristrips`) become their triangles. Properties of
-//! vertices beyond position, normal and (u, v) become attributes with the names Mitsuba gives them.
+//! Turk 1994. Polygons and strips (`tristrips`) become triangles. Properties of vertices beyond position, normal and
+//! (u, v), and those of faces, become attributes with the names Mitsuba gives them: `vertex_color`, `face_color`. Texture
+//! coordinates of the corners of faces (`texcoord`) go before those of vertices; corners that differ in them become
+//! vertices of their own.
 
 mod header;
 #[cfg(test)]
 pub(crate) mod tests;
 mod values;
 
+use super::corners::Corners;
 use super::numbers::Scanner;
-use crate::scene::Mesh;
+use super::support::{Feature, Support, find};
+use crate::scene::{Mesh, polygon};
 use crate::{Error, Place};
 use glam::{Vec2, Vec3};
 use header::{Element, Encoding, MAX_HEADER, Property, Scalar, header};
@@ -17,7 +21,38 @@ use std::path::Path;
 use values::{Binary, Text, Values};
 use yugen_optics::colour::srgb_to_linear;
 
-/// Where the value of a vertex property goes.
+const ONE_PICTURE: &str = "all faces have one material; split the mesh by its pictures";
+
+/// Elements and properties.
+pub const FEATURES: &[Feature] = &[
+    Feature::yes("format ascii"),
+    Feature::yes("format binary_little_endian"),
+    Feature::yes("format binary_big_endian"),
+    Feature::yes("vertex"),
+    Feature::yes("vertex: x, y, z"),
+    Feature::yes("vertex: nx, ny, nz"),
+    Feature::partly("vertex: u, v; s, t; texture_u, texture_v", "v runs down, as in Mitsuba's files"),
+    Feature::yes("vertex: red, green, blue; diffuse_red, …; r, g, b"),
+    Feature::yes("vertex: NAME_r, NAME_g, NAME_b; NAME_x, …; NAME_0, …"),
+    Feature::yes("face"),
+    Feature::yes("face: vertex_indices, vertex_index"),
+    Feature::partly("face: texcoord", "v runs up, as MeshLab has it; one picture for all faces"),
+    Feature::yes("face: red, green, blue"),
+    Feature::yes("face: NAME_r, NAME_g, NAME_b"),
+    Feature::partly("alpha", "use an opacity"),
+    Feature::no("texnumber", ONE_PICTURE),
+    Feature::no("material_index", ONE_PICTURE),
+    Feature::yes("tristrips"),
+    Feature::no("edge", "a line has no surface"),
+    Feature::no("material", "name a material in the scene"),
+    Feature::no("multi_texture_vertex", ONE_PICTURE),
+    Feature::no("multi_texture_face", ONE_PICTURE),
+];
+
+/// The most attributes of faces that are kept: each is repeated for every triangle of a polygon.
+const MAX_FACE_ATTRIBUTES: usize = 8;
+
+/// Where the value of a property goes.
 #[derive(Clone, Copy)]
 enum Sink {
     Skip,
@@ -35,21 +70,51 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
     let start = s.offset();
     let mut mesh =
         Mesh { name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), ..Mesh::default() };
-    match encoding {
+    let faces = match encoding {
         Encoding::Text => body(Text(Scanner::resume(bytes, &s)), &elements, &mut mesh)?,
         Encoding::Little => body(Binary::<true> { bytes, at: start, path }, &elements, &mut mesh)?,
         Encoding::Big => body(Binary::<false> { bytes, at: start, path }, &elements, &mut mesh)?,
-    }
+    };
+    say_omissions(&elements, &faces, path);
     if mesh.triangles.is_empty() {
         return Err(Error::invalid(Place::file(path), "the file has no faces; a point cloud is no mesh"));
     }
     let vertices = mesh.positions.len();
+    let vertex_of = |corner: u32| match &faces.corners {
+        Some(corners) => corners.keys[corner as usize][0],
+        None => corner,
+    };
     if let Some((i, t)) =
-        mesh.triangles.iter().enumerate().find(|(_, t)| t.iter().any(|&v| v as usize >= vertices))
+        mesh.triangles.iter().enumerate().find(|(_, t)| t.iter().any(|&v| vertex_of(v) as usize >= vertices))
     {
+        let t = t.map(vertex_of);
         let problem =
             format!("triangle {i} has the corners {t:?}, but there are {vertices} vertices, counted from 0");
         return Err(Error::invalid(Place::file(path), problem));
+    }
+    if let Some(corners) = &faces.corners {
+        let of = |k: &[u32; 3]| k[0] as usize;
+        mesh.positions = corners.keys.iter().map(|k| mesh.positions[of(k)]).collect();
+        if !mesh.normals.is_empty() {
+            mesh.normals = corners.keys.iter().map(|k| mesh.normals[of(k)]).collect();
+        }
+        for (_, width, values) in &mut mesh.attributes {
+            *values =
+                corners.keys.iter().flat_map(|k| &values[of(k) * *width..][..*width]).copied().collect();
+        }
+        mesh.uvs =
+            corners.keys.iter().map(|k| Vec2::new(f32::from_bits(k[1]), f32::from_bits(k[2]))).collect();
+    }
+    for &[first, count] in &faces.polygons {
+        polygon::cut(&mesh.positions, &mut mesh.triangles[first..first + count]);
+    }
+    for (name, width, values) in faces.attributes {
+        // Strips have triangles that are no faces.
+        if values.len() == width * mesh.triangles.len() {
+            mesh.attributes.push((name, width, values));
+        } else {
+            tracing::warn!("{}: beside strips the attribute '{name}' of faces is skipped", path.display());
+        }
     }
     if mesh.normals.contains(&Vec3::ZERO) {
         mesh.complete_normals(glam::Mat3::IDENTITY);
@@ -57,7 +122,46 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
     Ok(mesh)
 }
 
-fn body<V: Values>(mut v: V, elements: &[Element], mesh: &mut Mesh) -> Result<(), Error> {
+/// What faces bring besides triangles.
+#[derive(Default)]
+struct Faces {
+    /// Of those with more than three corners: the first triangle and how many there are.
+    polygons: Vec<[usize; 2]>,
+    /// Where corners have texture coordinates, what the triangles count: vertex, and the bits of u and v.
+    corners: Option<Corners>,
+    /// One value for each triangle.
+    attributes: Vec<(String, usize, Vec<f32>)>,
+    /// Faces of fewer than three corners.
+    thin: usize,
+    /// Lists of texture coordinates that are not two numbers for each corner.
+    unmapped: usize,
+}
+
+/// Says once for each kind of thing that is not read why.
+fn say_omissions(elements: &[Element], faces: &Faces, path: &Path) {
+    let path = path.display();
+    let properties = elements.iter().flat_map(|e| &e.properties).map(|p| &p.name);
+    let mut names: Vec<&String> = elements.iter().map(|e| &e.name).chain(properties).collect();
+    names.sort();
+    names.dedup();
+    for name in names {
+        if let Some(Support::No(why)) = find(FEATURES, name).map(|f| f.support) {
+            tracing::warn!("{path}: '{name}' is skipped: {why}");
+        }
+    }
+    if faces.thin > 0 {
+        tracing::warn!("{path}: faces of fewer than three corners are skipped: {}", faces.thin);
+    }
+    if faces.unmapped > 0 {
+        tracing::warn!(
+            "{path}: faces whose 'texcoord' has not two numbers for each corner have (0, 0): {}",
+            faces.unmapped
+        );
+    }
+}
+
+fn body<V: Values>(mut v: V, elements: &[Element], mesh: &mut Mesh) -> Result<Faces, Error> {
+    let mut all = Faces::default();
     for e in elements {
         let least: u64 = e.properties.iter().map(|p| v.least(p.count.unwrap_or(p.value))).sum();
         if u128::from(e.count) * u128::from(least) > u128::from(v.bytes_left()) {
@@ -71,8 +175,8 @@ fn body<V: Values>(mut v: V, elements: &[Element], mesh: &mut Mesh) -> Result<()
         }
         match e.name.as_str() {
             "vertex" => vertices(&mut v, e, mesh)?,
-            "face" => faces(&mut v, e, mesh)?,
-            "tristrips" => strips(&mut v, e, mesh)?,
+            "face" => faces(&mut v, e, mesh, &mut all)?,
+            "tristrips" => strips(&mut v, e, mesh, &mut all)?,
             // Nothing is stored for elements without properties, however many there are.
             _ if least == 0 => {}
             _ => {
@@ -84,7 +188,7 @@ fn body<V: Values>(mut v: V, elements: &[Element], mesh: &mut Mesh) -> Result<()
             }
         }
     }
-    Ok(())
+    Ok(all)
 }
 
 fn skip<V: Values>(v: &mut V, p: &Property) -> Result<(), Error> {
@@ -119,7 +223,7 @@ fn index<V: Values>(v: &mut V, scalar: Scalar) -> Result<u32, Error> {
 }
 
 fn vertices<V: Values>(v: &mut V, e: &Element, mesh: &mut Mesh) -> Result<(), Error> {
-    let (sinks, attributes) = sinks(e);
+    let (sinks, attributes) = sinks(e, "vertex");
     for axis in 0..3 {
         if !sinks.iter().any(|s| matches!(s, Sink::Position(a) if *a == axis)) {
             return Err(Error::invalid(
@@ -176,17 +280,22 @@ fn vertices<V: Values>(v: &mut V, e: &Element, mesh: &mut Mesh) -> Result<(), Er
     Ok(())
 }
 
-/// Where each property of a vertex goes, and the attributes with their widths.
-fn sinks(e: &Element) -> (Vec<Sink>, Vec<(String, usize)>) {
+/// Where each property of a vertex or a face goes, and the attributes with their widths.
+fn sinks(e: &Element, domain: &str) -> (Vec<Sink>, Vec<(String, usize)>) {
+    let vertex = domain == "vertex";
     let has = |n: &str| e.properties.iter().any(|p| p.name == n && p.count.is_none());
     let all = |names: &[&'static str]| names.iter().all(|n| has(n));
-    let normals: &[&str] = if all(&["nx", "ny", "nz"]) { &["nx", "ny", "nz"] } else { &[] };
-    let uvs = [["u", "v"], ["texture_u", "texture_v"], ["s", "t"]].into_iter().find(|names| all(names));
+    let positions: &[&str] = if vertex { &["x", "y", "z"] } else { &[] };
+    let normals: &[&str] = if vertex && all(&["nx", "ny", "nz"]) { &["nx", "ny", "nz"] } else { &[] };
+    let uvs =
+        [["u", "v"], ["texture_u", "texture_v"], ["s", "t"]].into_iter().find(|names| vertex && all(names));
     let uvs: &[&str] = uvs.as_ref().map_or(&[], |u| u);
-    let colours = [["r", "g", "b"], ["red", "green", "blue"]].into_iter().find(|names| all(names));
+    let colours =
+        [["r", "g", "b"], ["red", "green", "blue"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
+    let colours = colours.into_iter().find(|names| all(names));
     let mut attributes: Vec<(String, usize)> = Vec::new();
     if colours.is_some() {
-        attributes.push(("vertex_color".into(), 3));
+        attributes.push((format!("{domain}_color"), 3));
     }
     let colours: &[&str] = colours.as_ref().map_or(&[], |c| c);
     let mut out = Vec::new();
@@ -194,7 +303,7 @@ fn sinks(e: &Element) -> (Vec<Sink>, Vec<(String, usize)>) {
     while i < e.properties.len() {
         let p = &e.properties[i];
         let place = |names: &[&str]| names.iter().position(|n| *n == p.name).filter(|_| p.count.is_none());
-        out.push(if let Some(a) = place(&["x", "y", "z"]) {
+        out.push(if let Some(a) = place(positions) {
             Sink::Position(a)
         } else if let Some(a) = place(normals) {
             Sink::Normal(a)
@@ -213,7 +322,7 @@ fn sinks(e: &Element) -> (Vec<Sink>, Vec<(String, usize)>) {
                     Sink::Skip
                 });
             }
-            attributes.push((format!("vertex_{name}"), width));
+            attributes.push((format!("{domain}_{name}"), width));
             i += n;
             continue;
         } else {
@@ -243,35 +352,89 @@ fn corners<'e, V: Values>(v: &V, e: &'e Element) -> Result<&'e Property, Error> 
     e.properties.iter().find(is).ok_or_else(|| Error::invalid(v.place(), problem()))
 }
 
-fn faces<V: Values>(v: &mut V, e: &Element, mesh: &mut Mesh) -> Result<(), Error> {
+fn faces<V: Values>(v: &mut V, e: &Element, mesh: &mut Mesh, all: &mut Faces) -> Result<(), Error> {
     let name = corners(v, e)?.name.clone();
+    let (sinks, attributes) = sinks(e, "face");
+    // Strips that came before have no values, and count vertices instead of corners.
+    let whole = mesh.triangles.is_empty();
+    let most = if whole { MAX_FACE_ATTRIBUTES } else { 0 };
+    all.attributes =
+        attributes.into_iter().take(most).map(|(name, width)| (name, width, Vec::new())).collect();
+    let wedges = e.properties.iter().position(|p| whole && p.name == "texcoord" && p.count.is_some());
+    if wedges.is_some() {
+        all.corners = Some(Corners::default());
+    }
     mesh.triangles.reserve(e.count as usize);
+    let (mut polygon, mut uvs) = (Vec::new(), Vec::new());
     for i in 0..e.count {
-        for p in &e.properties {
-            let Some(count) = p.count.filter(|_| p.name == name) else {
-                skip(v, p)?;
-                continue;
-            };
-            let n = length(v, count)?;
-            if n < 3 {
-                return Err(Error::invalid(
-                    v.place(),
-                    format!("face {i} has {n} corners; expected at least 3"),
-                ));
+        polygon.clear();
+        uvs.clear();
+        for (at, (p, sink)) in e.properties.iter().zip(&sinks).enumerate() {
+            match (p.count, *sink) {
+                (Some(count), _) if p.name == name => {
+                    let n = length(v, count)?;
+                    for _ in 0..n {
+                        polygon.push(index(v, p.value)?);
+                    }
+                }
+                (Some(count), _) if Some(at) == wedges => {
+                    let n = length(v, count)?;
+                    for _ in 0..n {
+                        uvs.push(v.next(p.value)? as f32);
+                    }
+                }
+                (None, Sink::Attribute(which, part, unit)) if which < all.attributes.len() => {
+                    let x = v.next(p.value)?;
+                    let value = if unit == 1.0 { x as f32 } else { srgb_to_linear((x / unit) as f32) };
+                    if !value.is_finite() {
+                        let problem = format!(
+                            "'{}' of face {i} is {x}; expected a finite single-precision number",
+                            p.name
+                        );
+                        return Err(Error::invalid(v.place(), problem));
+                    }
+                    let (_, width, values) = &mut all.attributes[which];
+                    let row = *width * mesh.triangles.len();
+                    values.resize(row + *width, 0.0);
+                    values[row + part] = value;
+                }
+                _ => skip(v, p)?,
             }
-            let (first, mut last) = (index(v, p.value)?, index(v, p.value)?);
-            for _ in 2..n {
-                let next = index(v, p.value)?;
-                mesh.triangles.push([first, last, next]);
-                last = next;
+        }
+        let triangles = polygon.len().saturating_sub(2);
+        if triangles == 0 {
+            all.thin += 1;
+        }
+        for (_, width, values) in &mut all.attributes {
+            let row = *width * mesh.triangles.len();
+            if triangles == 0 {
+                values.truncate(row);
             }
+            for _ in 1..triangles {
+                values.extend_from_within(row..row + *width);
+            }
+        }
+        if let Some(corners) = &mut all.corners {
+            let mapped = uvs.len() == 2 * polygon.len() && uvs.iter().all(|x| x.is_finite());
+            all.unmapped += usize::from(!mapped && triangles > 0);
+            let kept = if triangles > 0 { &mut polygon[..] } else { &mut [] };
+            for (k, vertex) in kept.iter_mut().enumerate() {
+                let uv = if mapped { [uvs[2 * k], 1.0 - uvs[2 * k + 1]] } else { [0.0; 2] };
+                *vertex = corners.find([*vertex, uv[0].to_bits(), uv[1].to_bits()]);
+            }
+        }
+        if triangles > 1 {
+            all.polygons.push([mesh.triangles.len(), triangles]);
+        }
+        for k in 2..polygon.len() {
+            mesh.triangles.push([polygon[0], polygon[k - 1], polygon[k]]);
         }
     }
     Ok(())
 }
 
 /// Strips, separated by −1 in one list; every second triangle runs the other way round.
-fn strips<V: Values>(v: &mut V, e: &Element, mesh: &mut Mesh) -> Result<(), Error> {
+fn strips<V: Values>(v: &mut V, e: &Element, mesh: &mut Mesh, all: &mut Faces) -> Result<(), Error> {
     let name = corners(v, e)?.name.clone();
     for _ in 0..e.count {
         for p in &e.properties {
@@ -293,7 +456,10 @@ fn strips<V: Values>(v: &mut V, e: &Element, mesh: &mut Mesh) -> Result<(), Erro
                         format!("expected the index of a vertex or -1, found {i}"),
                     ));
                 }
-                strip.push(i as u32);
+                strip.push(match &mut all.corners {
+                    Some(corners) => corners.find([i as u32, 0, 0]),
+                    None => i as u32,
+                });
                 if let [.., a, b, c] = strip[..] {
                     mesh.triangles.push(if strip.len() % 2 == 1 { [a, b, c] } else { [b, a, c] });
                 }

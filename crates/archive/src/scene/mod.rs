@@ -8,6 +8,7 @@ mod fingerprint;
 mod framing;
 mod material;
 mod normals;
+pub(crate) mod polygon;
 pub mod primitives;
 
 pub use camera::FovAxis;
@@ -73,7 +74,7 @@ pub enum Texture {
         /// Applied to the surface's (u, v) first. v runs **down**: v = 0 is the top row of the picture, as in
         /// glTF and inside Mitsuba. Readers of formats where v runs up (OBJ) store 1 − v in the mesh.
         to_uv: Affine2,
-        /// Use this channel as a number instead of the colour.
+        /// Use this channel, one of the first four, as a number instead of the colour.
         channel: Option<usize>,
     },
     /// Squares of two values, each half a unit of (u, v) wide as in Mitsuba.
@@ -85,7 +86,7 @@ pub enum Texture {
         /// Applied to (u, v) first.
         to_uv: Affine2,
     },
-    /// A per-vertex attribute of the mesh, interpolated.
+    /// An attribute of the mesh, interpolated between vertices or the same all over a triangle.
     MeshAttribute {
         /// For example `vertex_color`.
         name: String,
@@ -212,7 +213,8 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// Empty, or one tangent per vertex with the bitangent's sign in w (glTF's convention).
     pub tangents: Vec<glam::Vec4>,
-    /// Extra per-vertex values: name, width (1 or 3), values.
+    /// Extra values: name, width (1 or 3), values; of each triangle where the name begins with `face_`, else of each
+    /// vertex.
     pub attributes: Vec<(String, usize, Vec<f32>)>,
     /// Counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,

@@ -2,12 +2,13 @@
 
 use crate::{FILE, assault, peak};
 use std::path::Path;
-use yugen_archive::formats::{obj, ply, serialized};
+use yugen_archive::formats::{mtl, obj, ply, serialized};
 
 #[test]
 fn obj() {
     let seed = b"# seed\nmtllib a.mtl\no thing\nv 0 0 0\nv 1.5 0 0 1 0 0\nv 1 1e-1 0\nv 0 1 -.5\nvt 0 0\nvt 1 0.5\n\
-        vn 0 0 1\nusemtl a\ns off\nf 1/1/1 2/2/1 3/1/1 4/2/1\nusemtl b\nf -4//-1 -3//1 \\\n -2//1\nf 1/1 2/2 3/1\n";
+        vn 0 0 1\nusemtl a\ns off\nf 1/1/1 2/2/1 3/1/1 4/2/1\nusemtl b\nf -4//-1 -3//1 \\\n -2//1 # c\nf 1/1/ 2// 3/0/0\n\
+        v .5 .5 0\nf 1 5 2 3 4\nvt nan -1.#IND 0\nwobble 1\nf 1 2\n";
     assault("obj", &[seed.to_vec()], |b| match obj::read(b, Path::new(FILE)) {
         Ok(o) => {
             let parts = o.split();
@@ -25,10 +26,13 @@ fn obj() {
 
 #[test]
 fn mtl() {
-    let seed = b"newmtl a\nKd 1 0 0.5\nNs 20\nmap_Kd -bm 1 wood.png\n# x\nnewmtl b\nd 0.5\n".to_vec();
+    let seed =
+        b"newmtl a\nKd 1 0 0.5\nNs 20\nmap_Kd -s 2 1 -o 0 .5 -mm 0 1 -imfchan r my wood.png -clamp on\n# x\n\
+        newmtl b\nKd xyz 1 1 1 # c\nd -halo 0.5\n"
+            .to_vec();
     assault("mtl", &[seed], |b| {
-        let materials = obj::read_mtl(b, Path::new(FILE)).unwrap_or_default();
-        materials.iter().any(|m| m.colour("Kd").is_some() && m.file("map_Kd").is_some())
+        let materials = mtl::read(b, Path::new(FILE));
+        materials.iter().any(|m| m.colour("Kd").is_some() && m.map("map_Kd").is_some())
     });
 }
 
@@ -69,12 +73,22 @@ fn ply_seed(encoding: &str) -> Vec<u8> {
 
 #[test]
 fn ply() {
-    let seeds = ["ascii", "binary_little_endian", "binary_big_endian"].map(ply_seed);
+    let mut seeds = ["ascii", "binary_little_endian", "binary_big_endian"].map(ply_seed).to_vec();
+    // Corners with texture coordinates, faces with colours, a hollow corner and a strip.
+    seeds.push(
+        b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n\
+        property uchar red\nproperty uchar green\nproperty uchar blue\nproperty list uchar int vertex_indices\n\
+        property list uchar float texcoord\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+        -1 -1 0\n0 0 0\n1 -1 0\n0 1 0\n255 0 0 4 0 1 2 3 8 0 0 .5 .5 1 0 .5 1\n0 9 0 3 0 2 3 0\n4 0 1 -1 2\n"
+            .to_vec(),
+    );
     assault("ply", &seeds, |b| match ply::read(b, Path::new(FILE)) {
         Ok(m) => {
             let n = m.positions.len();
             assert!(m.triangles.iter().flatten().all(|&i| (i as usize) < n));
-            assert!(m.attributes.iter().all(|(_, w, v)| v.len() == w * n));
+            let count = |name: &str| if name.starts_with("face_") { m.triangles.len() } else { n };
+            assert!(m.attributes.iter().all(|(name, w, v)| v.len() == w * count(name)));
+            assert!(m.uvs.len() == n || m.uvs.is_empty());
             true
         }
         Err(e) => {

@@ -103,6 +103,48 @@ fn webp_pictures() {
     assault_pictures("image webp", &[bytes]);
 }
 
+#[test]
+fn bitmaps_targas_and_netpbm() {
+    let mut bmp = b"BM\x8a\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\x05\0\0\0\x05\0\0\0\x01\0\x18\0".to_vec();
+    bmp.extend([0; 24]);
+    bmp.extend((0..80).collect::<Vec<u8>>());
+    assault_pictures("image bmp", &[bmp]);
+    let plain = [0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 0, 5, 0, 24, 0x20];
+    let runs = [0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 0, 5, 0, 24, 0];
+    let mark = [&[0; 8][..], b"TRUEVISION-XFILE.\0"].concat();
+    let tga = [&plain[..], &(0..75).collect::<Vec<u8>>(), &mark].concat();
+    assault_pictures("image tga", &[tga, [&runs[..], &[0x98, 1, 2, 3], &mark].concat()]);
+    assault_pictures(
+        "image pnm",
+        &[
+            b"P3\n# c\n2 2 255\n1 2 3 4 5 6 7 8 9 10 11 12\n".to_vec(),
+            b"P5 2 2 65535\n\0\x01\0\x02\0\x03\0\x04".to_vec(),
+            b"P4 9 2\n\xaa\x80\x55\0".to_vec(),
+            b"P7\nWIDTH 1\nHEIGHT 1\nDEPTH 4\nMAXVAL 255\nTUPLTYPE RGB_ALPHA\nENDHDR\n\x01\x02\x03\x04"
+                .to_vec(),
+        ],
+    );
+}
+
+/// A cube, as others write it.
+#[test]
+fn exr_cubes() {
+    use exr::prelude::*;
+    let colour = |p: Vec2<usize>| (p.x() as f32, f16::from_f32(p.y() as f32), 0.5f32);
+    let attributes = LayerAttributes {
+        environment_map: Some(exr::meta::attribute::EnvironmentMap::Cube),
+        ..LayerAttributes::default()
+    };
+    let encoding = Encoding::default();
+    let layer = Layer::new((3, 18), attributes, encoding, SpecificChannels::rgb(colour));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).unwrap();
+    let options = ReadOptions { max_samples: 1 << 16, ..ReadOptions::raw() };
+    let panorama = read_bytes(bytes.get_ref(), Path::new(FILE), &options).unwrap();
+    assert_eq!((panorama.width, panorama.height), (12, 6));
+    assault_pictures("image cube", &[bytes.into_inner()]);
+}
+
 fn tiff_seed(compression: tiff::encoder::Compression, rows_per_strip: u32) -> Vec<u8> {
     use tiff::encoder::{TiffEncoder, colortype::RGB16};
     let mut bytes = std::io::Cursor::new(Vec::new());

@@ -6,6 +6,7 @@ mod calibrate;
 mod capture_fit;
 mod capture_relight;
 mod cloth;
+mod formats;
 mod hdr;
 mod info;
 mod messages;

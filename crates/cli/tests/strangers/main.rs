@@ -4,6 +4,10 @@
 //! The inputs are written here, small and by hand; a case that needs no picture has none.
 #![allow(clippy::disallowed_methods)]
 
+mod exr;
+mod obj;
+mod ply;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use yugen_archive::formats::image;

@@ -1,9 +1,10 @@
 //! OpenEXR: any channels, several parts, half and float in; one part, ZIP-compressed scanlines out.
 
-use super::{Codec, Decoded, ReadOptions, WriteOptions, damaged};
+use super::{Codec, Decoded, ReadOptions, WriteOptions, cube, damaged};
+use crate::formats::support::{Feature, Support};
 use crate::{Error, Place};
 use ::exr::meta::MetaData;
-use ::exr::meta::attribute::AttributeValue;
+use ::exr::meta::attribute::{AttributeValue, EnvironmentMap};
 use ::exr::prelude::{FlatSamples, ReadChannels, ReadLayers, f16, read};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
@@ -13,6 +14,7 @@ use yugen_optics::Image;
 pub const CODEC: Codec = Codec {
     name: "OpenEXR",
     extensions: &["exr"],
+    support: Support::Partly("see below"),
     recognises: |bytes| bytes.starts_with(&MAGIC),
     decode,
     encode: Some(encode),
@@ -20,8 +22,76 @@ pub const CODEC: Codec = Codec {
 
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
+const WAVELETS: &str = "write it with ZIP or DWAA compression";
+
+/// The compressions, in the order of their numbers in the file.
+const COMPRESSIONS: &[Feature] = &[
+    Feature::yes("no compression"),
+    Feature::yes("RLE compression"),
+    Feature::yes("ZIPS compression"),
+    Feature::yes("ZIP compression"),
+    Feature::yes("PIZ compression"),
+    Feature::yes("PXR24 compression"),
+    Feature::yes("B44 compression"),
+    Feature::yes("B44A compression"),
+    Feature::yes("DWAA compression"),
+    Feature::yes("DWAB compression"),
+    Feature::no("HTJ2K256 compression", WAVELETS),
+    Feature::no("HTJ2K32 compression", WAVELETS),
+    Feature::no("LJ2K compression", WAVELETS),
+    Feature::no("ZSTD compression", WAVELETS),
+];
+
+const SUBSAMPLED: Feature = Feature::no("subsampled channels", "write all channels at full size");
+const DEEP: Feature = Feature::no("deep data", "flatten the picture first");
+const CUBE: Feature = Feature::partly("envmap: cube", "comes as a latitude-longitude picture");
+
+const PARTS: &[Feature] = &[
+    Feature::yes("half, float, unsigned integer"),
+    Feature::yes("scan lines and tiles"),
+    Feature::partly("mip and rip levels", "the largest"),
+    Feature::yes("several parts"),
+    Feature::yes("layers, such as ViewLayer.Combined.R"),
+    Feature::partly("views", "a view is a layer"),
+    Feature::yes("chromaticities"),
+    Feature::yes("X, Y, Z as a colour, white as that of sRGB"),
+    Feature::yes("envmap: latitude-longitude"),
+    CUBE,
+    SUBSAMPLED,
+    DEEP,
+];
+
+/// What files of the format may hold.
+pub fn features() -> impl Iterator<Item = Feature> {
+    PARTS.iter().chain(COMPRESSIONS).copied()
+}
+
+/// "This is not supported, do that instead", for a feature that is not read.
+fn refused(feature: Feature) -> String {
+    let why = match feature.support {
+        Support::No(why) | Support::Partly(why) => why,
+        Support::Yes => "it is read",
+    };
+    format!("{} is not supported; {why}", feature.name)
+}
+
+/// A compression of the header that is not read: libraries take its number for damage.
+fn unread_compression(bytes: &[u8]) -> Option<Feature> {
+    const ATTRIBUTE: &[u8] = b"compression\0compression\0\x01\0\0\0";
+    // Headers of many parts end within this.
+    let head = &bytes[..bytes.len().min(1 << 16)];
+    let numbers = head.windows(ATTRIBUTE.len() + 1).filter_map(|w| w.strip_prefix(ATTRIBUTE));
+    numbers
+        .filter_map(|n| COMPRESSIONS.get(usize::from(n[0])))
+        .find(|f| matches!(f.support, Support::No(_)))
+        .copied()
+}
+
 fn decode(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Decoded, Error> {
     let invalid = |e: ::exr::error::Error| Error::invalid(at.clone(), damaged(e));
+    if let Some(compression) = unread_compression(bytes) {
+        return Err(Error::invalid(at.clone(), refused(compression)));
+    }
     let window = admit(bytes, options, at)?;
     let file = read()
         .no_deep_data()
@@ -67,10 +137,20 @@ fn decode(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Decoded, Er
             }
         }
     }
-    let chromaticities = file
+    let mut chromaticities = file
         .attributes
         .chromaticities
         .map(|c| [c.red, c.green, c.blue, c.white].map(|v| [f64::from(v.x()), f64::from(v.y())]));
+    if !options.raw && name_xyz(&mut image) {
+        chromaticities = Some(XYZ);
+    }
+    let cubes = file.layer_data.iter().any(|l| l.attributes.environment_map == Some(EnvironmentMap::Cube));
+    if cubes {
+        let side = image.width.min(image.height / 6);
+        let [width, height] = cube::panorama_size(side);
+        options.admit(at, width as u64, height as u64, image.channels.len() as u64)?;
+        image = cube::panorama(&image);
+    }
     Ok(Decoded { image, chromaticities, codes: None })
 }
 
@@ -115,6 +195,25 @@ pub(super) fn attributes(bytes: &[u8]) -> Vec<(String, String)> {
     all
 }
 
+/// The primaries of CIE XYZ with the white of sRGB: X, Y and Z are then in units of those of white.
+const XYZ: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [0.3127, 0.3290]];
+
+/// Where a picture's own channels are X, Y and Z they become R, G and B of the space [`XYZ`].
+fn name_xyz(image: &mut Image) -> bool {
+    let [Some(x), Some(y), Some(z)] = ["X", "Y", "Z"].map(|c| image.channel(c)) else { return false };
+    if image.channel("R").is_some() {
+        return false;
+    }
+    let [wx, wy] = XYZ[3];
+    let white = [wx / wy, 1.0, (1.0 - wx - wy) / wy].map(|v| v as f32);
+    let stride = image.channels.len();
+    for (c, white, name) in [(x, white[0], "R"), (y, white[1], "G"), (z, white[2], "B")] {
+        image.channels[c] = name.into();
+        image.data.iter_mut().skip(c).step_by(stride).for_each(|v| *v /= white);
+    }
+    true
+}
+
 /// The smallest rectangle around the data windows of all parts.
 struct Window {
     x: i64,
@@ -131,12 +230,10 @@ fn admit(bytes: &[u8], options: &ReadOptions, at: &Place) -> Result<Window, Erro
     let (mut channels, mut samples, mut chunks) = (0u64, 0u64, 0u64);
     for header in &meta.headers {
         if header.deep {
-            return Err(invalid("deep data is not supported; flatten the picture first".into()));
+            return Err(invalid(refused(DEEP)));
         }
         if let Some(c) = header.channels.list.iter().find(|c| c.sampling.x() != 1 || c.sampling.y() != 1) {
-            let problem =
-                format!("channel '{}' is subsampled, which is not supported; write it at full size", c.name);
-            return Err(invalid(problem));
+            return Err(invalid(format!("channel '{}': {}", c.name, refused(SUBSAMPLED))));
         }
         let position = header.own_attributes.layer_position;
         let size = [header.layer_size.x() as u64, header.layer_size.y() as u64];

@@ -1,6 +1,7 @@
 //! Radiance pictures. Ward 1991, "Real Pixels", Graphics Gems II; file format of Radiance, `color.c`.
 
 use super::{Codec, Decoded, ReadOptions, WriteOptions, shown_channels};
+use crate::formats::support::Support;
 use crate::{Error, Place};
 use yugen_optics::colour::rgb_to_xyz;
 use yugen_optics::tonemap::into_gamut;
@@ -9,6 +10,7 @@ use yugen_optics::{ColourSpace, Image, Vec3};
 pub const CODEC: Codec = Codec {
     name: "Radiance HDR",
     extensions: &["hdr", "rgbe", "pic"],
+    support: Support::Yes,
     recognises: |bytes| bytes.starts_with(b"#?"),
     decode,
     encode: Some(encode),

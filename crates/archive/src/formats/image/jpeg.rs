@@ -2,6 +2,7 @@
 
 use super::{Codec, damaged, integer};
 use crate::Error;
+use crate::formats::support::Support;
 use ::image::codecs::jpeg::{JpegDecoder, JpegEncoder};
 use ::image::{ExtendedColorType, ImageEncoder};
 use std::io::Cursor;
@@ -9,6 +10,7 @@ use std::io::Cursor;
 pub const CODEC: Codec = Codec {
     name: "JPEG",
     extensions: &["jpg", "jpeg"],
+    support: Support::Partly("embedded profiles are not looked at; no 12 bits"),
     recognises: |bytes| bytes.starts_with(b"\xff\xd8\xff"),
     decode: |bytes, options, at| {
         let decoder =

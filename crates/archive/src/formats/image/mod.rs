@@ -11,16 +11,25 @@
 //! is kept as the format has it: straight in PNG and WebP, premultiplied in EXR.
 
 mod about;
+mod bmp;
+mod cube;
 mod exr;
 mod foreign;
 mod hdr;
 mod integer;
 mod jpeg;
+mod layers;
 mod png;
+mod pnm;
 pub mod rows;
+mod tga;
 mod tiff;
 mod webp;
 
+pub use exr::features as exr_features;
+pub use layers::{colour_layers, default_layer, layer, layers};
+
+use super::support::Support;
 use crate::{Error, Place, atomic_write, check_writable, read_bounded};
 pub use about::{About, Channel, about};
 pub use foreign::check_kind;
@@ -30,7 +39,40 @@ use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image, Vec3};
 
 /// Each file of a picture format declares one of these, and this list makes it known.
-const CODECS: &[Codec] = &[exr::CODEC, hdr::CODEC, png::CODEC, jpeg::CODEC, webp::CODEC, tiff::CODEC];
+const CODECS: &[Codec] = &[
+    exr::CODEC,
+    hdr::CODEC,
+    png::CODEC,
+    jpeg::CODEC,
+    webp::CODEC,
+    tiff::CODEC,
+    bmp::CODEC,
+    tga::CODEC,
+    pnm::CODEC,
+];
+
+/// A format that pictures come in.
+#[derive(Clone, Copy, Debug)]
+pub struct Format {
+    /// For people.
+    pub name: &'static str,
+    /// Lower case, without the dot.
+    pub extensions: &'static [&'static str],
+    /// Whether pictures are written in it, too.
+    pub written: bool,
+    /// How much of it is read.
+    pub support: Support,
+}
+
+/// Every format that pictures come in.
+pub fn formats() -> impl Iterator<Item = Format> {
+    CODECS.iter().map(|c| Format {
+        name: c.name,
+        extensions: c.extensions,
+        written: c.encode.is_some(),
+        support: c.support,
+    })
+}
 
 type Encode = fn(&Image, &WriteOptions) -> Result<Vec<u8>, String>;
 
@@ -39,6 +81,8 @@ struct Codec {
     name: &'static str,
     /// Lower-case file name extensions.
     extensions: &'static [&'static str],
+    /// How much of it is read.
+    support: Support,
     /// Whether a file that begins like this is of the format.
     recognises: fn(&[u8]) -> bool,
     decode: fn(&[u8], &ReadOptions, &Place) -> Result<Decoded, Error>,
@@ -201,6 +245,14 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Image, Error> {
     // No format here needs more than eight bytes a sample, but small pictures may carry a large profile.
     let bytes = read_bounded(path, options.max_samples.saturating_mul(8).max(1 << 26))?;
     read_bytes(&bytes, path, options)
+}
+
+/// Reads a picture for its colour: where it has layers only, the one that `name` names or that is meant. The error, for a
+/// layer that it lacks, lists those it has.
+pub fn read_layer(path: &Path, name: Option<&str>, options: &ReadOptions) -> Result<Image, Error> {
+    let image = read(path, options)?;
+    let Some(name) = name.or_else(|| default_layer(&image)) else { return Ok(image) };
+    layer(&image, name).ok_or_else(|| Error::unknown(Place::file(path), "layer", name, layers(&image)))
 }
 
 /// Reads a picture from memory; `name` is for messages, and its extension serves as a hint where the

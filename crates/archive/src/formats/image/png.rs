@@ -2,6 +2,7 @@
 
 use super::{Codec, damaged, integer};
 use crate::Error;
+use crate::formats::support::Support;
 use ::image::codecs::png::{PngDecoder, PngEncoder};
 use ::image::{ExtendedColorType, ImageEncoder, Limits};
 use std::io::Cursor;
@@ -9,6 +10,7 @@ use std::io::Cursor;
 pub const CODEC: Codec = Codec {
     name: "PNG",
     extensions: &["png"],
+    support: Support::Partly("embedded profiles are not looked at"),
     recognises: |bytes| bytes.starts_with(b"\x89PNG\r\n\x1a\n"),
     decode: |bytes, options, at| {
         let mut limits = Limits::default();

@@ -224,6 +224,110 @@ fn lying_headers_cost_nothing() {
     assert!(matches!(read_bytes(&png, "a.png".as_ref(), &strict), Err(Error::TooLarge { asked: 192, .. })));
 }
 
+#[test]
+fn x_y_z_are_a_colour_and_layers_have_names() {
+    let to = ReadOptions::to(ColourSpace::LinearSrgb);
+    // The tristimulus values of the sRGB primaries, IEC 61966-2-1.
+    let mut image = Image::new(3, 1, &["X", "Y", "Z"]);
+    image.data.copy_from_slice(&[0.4124, 0.2126, 0.0193, 0.3576, 0.7152, 0.1192, 0.1805, 0.0722, 0.9505]);
+    let back = round_trip("a.exr", &image, &WriteOptions::default(), &to).select(&["R", "G", "B"]).unwrap();
+    for (i, v) in back.data.iter().enumerate() {
+        assert!((v - f32::from(u8::from(i % 4 == 0))).abs() < 1e-3, "{back:?}");
+    }
+    let raw = round_trip("a.exr", &image, &WriteOptions::default(), &ReadOptions::raw());
+    assert_eq!(raw.select(&["X", "Y", "Z"]).unwrap(), image);
+
+    let names = ["ViewLayer.Depth.Z", "ViewLayer.Combined.R", "ViewLayer.Combined.G", "ViewLayer.Combined.B"];
+    let image = noise(3, 2, &names);
+    assert_eq!((default_layer(&image), layers(&image).len()), (Some("ViewLayer.Combined"), 2));
+    let picked = layer(&image, "ViewLayer.Combined").unwrap();
+    assert_eq!(picked.channels, ["R", "G", "B"]);
+    assert_eq!(picked.data, image.select(&names[1..]).unwrap().data);
+    assert!(layer(&image, "ViewLayer").is_none() && default_layer(&picked).is_none());
+    let two = noise(1, 1, &["a.R", "a.G", "a.B", "b.R", "b.G", "b.B"]);
+    assert_eq!((default_layer(&two), colour_layers(&two)), (None, vec!["a", "b"]));
+}
+
+/// `exrenvmap` of OpenEXR 3 made a cube of side 8 from a latitude-longitude picture of three waves; the cube of ours
+/// holds the same waves, written down texel by texel as its documentation has them.
+#[test]
+fn cubes_become_panoramas() {
+    let side = 64;
+    let wave = |d: Vec3| [0.5 + 0.5 * d.x, 0.5 + 0.5 * d.y, 0.5 + 0.5 * d.z];
+    let mut cube = Image::rgb(side, 6 * side);
+    let at = |i: usize| 2.0 * i as f32 / (side - 1) as f32 - 1.0;
+    for face in 0..6 {
+        for y in 0..side {
+            for x in 0..side {
+                // Columns run to the right, rows down, as someone sees them who stands inside.
+                let (u, v) = (at(x), -at(y));
+                let d = [
+                    Vec3::new(1.0, v, u),
+                    Vec3::new(-1.0, v, -u),
+                    Vec3::new(u, 1.0, v),
+                    Vec3::new(u, -1.0, -v),
+                    Vec3::new(-u, v, 1.0),
+                    Vec3::new(u, v, -1.0),
+                ][face];
+                cube.pixel_mut(x, face * side + y).copy_from_slice(&wave(d.normalize()));
+            }
+        }
+    }
+    let panorama = super::cube::panorama(&cube);
+    assert_eq!((panorama.width, panorama.height), (256, 128));
+    for y in 0..128 {
+        for x in 0..256 {
+            let lat = std::f32::consts::PI * (0.5 - (y as f32 + 0.5) / 128.0);
+            let lon = std::f32::consts::TAU * (0.5 - (x as f32 + 0.5) / 256.0);
+            let d = Vec3::new(lon.sin() * lat.cos(), lat.sin(), lon.cos() * lat.cos());
+            for (a, b) in panorama.pixel(x, y).iter().zip(wave(d)) {
+                assert!((a - b).abs() < 2e-3, "{d}: {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_exr_files_hold_that_is_not_read_is_named() {
+    let mut bytes =
+        write_bytes("a.exr".as_ref(), &noise(4, 4, &["R", "G", "B"]), &WriteOptions::default()).unwrap();
+    let name = b"compression\0compression\0\x01\0\0\0";
+    let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len();
+    for (code, what) in [(10, "HTJ2K256"), (11, "HTJ2K32"), (13, "ZSTD")] {
+        bytes[at] = code;
+        let error = read_bytes(&bytes, "a.exr".as_ref(), &ReadOptions::default()).unwrap_err().to_string();
+        assert!(
+            error.contains(&format!("{what} compression is not supported; write it with ZIP")),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn bitmaps_targas_and_netpbm() {
+    let srgb = ReadOptions::to(ColourSpace::LinearSrgb);
+    let check = |bytes: &[u8], name: &str| {
+        let image = read_bytes(bytes, name.as_ref(), &srgb).unwrap();
+        let image = image.select(&["R", "G", "B"]).unwrap();
+        assert_eq!((image.width, image.height), (2, 1), "{name}");
+        let right = [1.0, 0.0, 0.0, 0.0, 0.0, 0.2158605];
+        assert!(image.data.iter().zip(right).all(|(a, b)| (a - b).abs() < 1e-6), "{name}: {image:?}");
+    };
+    // A red pixel and a blue one of 128, as blue, green, red; rows of a bitmap fill up to four bytes.
+    let mut bmp = b"BM\x3e\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\x02\0\0\0\x01\0\0\0\x01\0\x18\0".to_vec();
+    bmp.extend([0; 24]);
+    bmp.extend([0, 0, 255, 128, 0, 0, 0, 0]);
+    check(&bmp, "a.bmp");
+    let mut tga = vec![0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0, 1, 0, 24, 0x20];
+    tga.extend([0, 0, 255, 128, 0, 0]);
+    check(&tga, "a.tga");
+    tga.extend([0; 8]);
+    tga.extend(b"TRUEVISION-XFILE.\0");
+    check(&tga, "no name");
+    check(b"P3 2 1 255 255 0 0 0 0 128\n", "a.ppm");
+    check(b"P6 2 1 255\n\xff\0\0\0\0\x80", "also without a name");
+}
+
 /// The folder of real data, or `None` after saying so; its absence fails in CI.
 fn data(file: &str) -> Option<PathBuf> {
     match std::env::var_os("YUGEN_DATA") {

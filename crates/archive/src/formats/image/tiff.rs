@@ -1,6 +1,7 @@
 //! TIFF 6.0 and BigTIFF: the first picture; 8, 16 and 32-bit integers, half and float; read only.
 
 use super::{Codec, Decoded, ReadOptions};
+use crate::formats::support::Support;
 use crate::{Error, Place};
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::{ColorType, TiffError};
@@ -11,6 +12,7 @@ use yugen_optics::colour::srgb_to_linear;
 pub const CODEC: Codec = Codec {
     name: "TIFF",
     extensions: &["tif", "tiff"],
+    support: Support::Partly("the first picture; 8, 16 and 32-bit integers, half and float; grey or RGB"),
     recognises: |bytes| {
         [&b"II*\0"[..], b"MM\0*", b"II+\0", b"MM\0+"].iter().any(|magic| bytes.starts_with(magic))
     },

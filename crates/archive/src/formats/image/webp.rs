@@ -2,12 +2,14 @@
 
 use super::{Codec, integer};
 use crate::Error;
+use crate::formats::support::Support;
 use ::image::codecs::webp::WebPDecoder;
 use std::io::Cursor;
 
 pub const CODEC: Codec = Codec {
     name: "WebP",
     extensions: &["webp"],
+    support: Support::Partly("the first picture"),
     recognises: |bytes| bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP"),
     decode: |bytes, options, at| {
         let decoder =

@@ -502,7 +502,7 @@ impl Builder<'_> {
         }
         let options =
             if raw { image::ReadOptions::raw() } else { image::ReadOptions::to(self.scene.working_space) };
-        let read = image::read(file, &options)?;
+        let read = image::read_layer(file, None, &options)?;
         // Alpha and everything else that is no colour is dropped, as in the program.
         let wanted = [&["R", "G", "B"][..], &["Y"]].into_iter().find_map(|names| read.select(names));
         let image = Arc::new(wanted.ok_or_else(|| {

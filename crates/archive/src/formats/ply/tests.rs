@@ -69,6 +69,54 @@ fn strips_turn_every_second_triangle() {
     assert_eq!(m.triangles, [[0, 1, 2], [2, 1, 3], [1, 2, 3]]);
 }
 
+/// A hollow corner, a face of two corners, a picture and a colour for each face.
+#[test]
+fn faces_have_texture_coordinates_and_colours_of_their_own() {
+    let text = "ply\nformat ascii 1.0\nelement face 3\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+        property list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty float heat_x\n\
+        element vertex 5\nproperty float x\nproperty float y\nproperty float z\nproperty float warmth_x\nend_header\n\
+        255 0 0 4 0 1 2 3 8 0 0 .5 .5 1 0 .5 1 7\n1 2 3 2 0 1 0 5\n0 255 0 3 0 2 4 6 0 0 1 0 .25 .25 8\n\
+        -1 -1 0 1\n0 0 0 2\n1 -1 0 3\n0 1 0 4\n0 -2 0 5\n";
+    let m = read(text.as_bytes(), Path::new("a.ply")).unwrap();
+    assert_eq!(m.triangles.len(), 3);
+    let corner = |i: u32| (m.positions[i as usize], m.uvs[i as usize], m.attributes[0].2[i as usize]);
+    // Vertices 0 and 2 are where they were in both faces; the hollow corner is in both triangles of the first.
+    assert_eq!(m.positions.len(), 5);
+    assert_eq!(m.attributes[0].0, "vertex_warmth");
+    let hollow = (Vec3::ZERO, Vec2::new(0.5, 0.5), 2.0);
+    assert!(m.triangles[..2].iter().all(|t| t.iter().any(|&i| corner(i) == hollow)));
+    assert_eq!(corner(m.triangles[2][2]), (Vec3::new(0.0, -2.0, 0.0), Vec2::new(0.25, 0.75), 5.0));
+    let [red, green] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    assert_eq!(m.attributes[1], ("face_color".into(), 3, [red, red, green].concat()));
+    assert_eq!(m.attributes[2], ("face_heat".into(), 1, vec![7.0, 7.0, 8.0]));
+
+    // A vertex that faces show differently is several.
+    let text = text.replace("6 0 0 1 0 .25 .25 8", "6 0 0 1 1 .25 .25 8");
+    let m = read(text.as_bytes(), Path::new("a.ply")).unwrap();
+    assert_eq!((m.positions.len(), m.uvs.len(), m.attributes[0].2.len()), (6, 6, 6));
+    // And with a list that is too short the face has none.
+    let text = text.replace("8 0 0 .5 .5 1 0 .5 1 7", "2 0 .5 7");
+    let m = read(text.as_bytes(), Path::new("a.ply")).unwrap();
+    assert!(m.triangles[..2].iter().flatten().all(|&i| m.uvs[i as usize] == Vec2::ZERO));
+}
+
+#[test]
+fn strips_beside_faces_with_texture_coordinates() {
+    let vertex = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+    let face = "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+        property float heat_x\n";
+    let strip = "element tristrips 1\nproperty list int int vertex_indices\n";
+    let values = ["0 0 0 1 0 0 0 1 0 1 1 0\n", "3 0 1 2 6 0 0 1 0 1 1 9\n", "3 1 3 2\n"];
+    for (elements, order, mapped) in
+        [([vertex, face, strip], [0, 1, 2], true), ([vertex, strip, face], [0, 2, 1], false)]
+    {
+        let body: String = order.iter().map(|&i| values[i]).collect();
+        let text = format!("ply\nformat ascii 1.0\n{}end_header\n{body}", elements.concat());
+        let m = read(text.as_bytes(), Path::new("a.ply")).unwrap();
+        assert_eq!((m.triangles.len(), m.uvs.is_empty(), m.attributes.len()), (2, !mapped, 0));
+    }
+}
+
 #[test]
 fn mistakes_are_named_with_their_place() {
     let vertex = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
@@ -81,10 +129,7 @@ fn mistakes_are_named_with_their_place() {
             format!("{vertex}{face}0 0 0 1 0 0 0 1 0 3 0 1 3"),
             "a.ply: triangle 0 has the corners [0, 1, 3], but there are 3 vertices",
         ),
-        (
-            format!("{vertex}{face}0 0 0 1 0 0 0 1 0 2 0 1"),
-            "a.ply:10:20: face 0 has 2 corners; expected at least 3",
-        ),
+        (format!("{vertex}{face}0 0 0 1 0 0 0 1 0 2 0 1"), "a.ply: the file has no faces"),
         (
             format!("{vertex}{face}0 0 0\n1 zero 0 0 1 0 3 0 1 2"),
             "a.ply:11:3: expected a finite number, found 'zero'",

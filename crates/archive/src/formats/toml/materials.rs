@@ -163,7 +163,15 @@ impl<'a> Reader<'a> {
         let texture = match (file, checker, attribute) {
             (Some(file), None, None) => {
                 let raw = keys.or("raw", raw, Item::boolean)?;
-                let (image, _) = self.image(&file, raw)?;
+                let (layer, channel) = (keys.get("layer"), keys.get("channel"));
+                let mut image = self.image(&file, raw, layer.as_ref())?;
+                // A channel may be called by its full name, the layer's before it.
+                if let (None, Some(name)) = (&layer, &channel) {
+                    let whole = self.whole_image(&file, raw)?;
+                    if whole.channel(name.text()?).is_some() {
+                        image = whole;
+                    }
+                }
                 let filters = [
                     ("nearest", TextureFilter::Nearest),
                     ("bilinear", TextureFilter::Bilinear),
@@ -171,7 +179,7 @@ impl<'a> Reader<'a> {
                 ];
                 let filter = keys.or("filter", TextureFilter::default(), |i| i.one_of("filter", &filters))?;
                 let wrap = keys.or("wrap", Wrap::default(), |i| i.one_of("wrap", &WRAPS))?;
-                let channel = match keys.get("channel") {
+                let channel = match channel {
                     Some(item) => {
                         let name = item.text()?;
                         let known = image.channels.iter().map(String::as_str);
@@ -182,11 +190,19 @@ impl<'a> Reader<'a> {
                 let colour = ["R", "G", "B"].iter().all(|c| image.channel(c).is_some());
                 if channel.is_none() && !colour && image.channels.len() > 1 && image.channels[0] != "Y" {
                     let problem = format!(
-                        "the picture has the channels {}; say which with 'channel'",
+                        "the picture has the channels {}; say which with 'layer' or 'channel'",
                         image.channels.join(", ")
                     );
                     return Err(file.invalid(problem));
                 }
+                // Renderers look at four channels; one of those behind becomes a picture of its own.
+                let (image, channel) = match channel.filter(|c| *c > 3) {
+                    Some(c) => {
+                        let name = image.channels[c].clone();
+                        (image.select(&[&name]).map_or(image, Arc::new), None)
+                    }
+                    None => (image, channel),
+                };
                 Texture::Image { image, filter, wrap, to_uv: to_uv(&mut keys)?, channel }
             }
             (None, Some(checker), None) => {
@@ -217,20 +233,42 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The picture in the file that `item` names.
+    /// The picture in the file that `item` names: the layer that is named, or the one that is meant.
     pub(super) fn image(
         &mut self,
         item: &Item<'a>,
         raw: bool,
-    ) -> Result<(Arc<Image>, std::path::PathBuf), Error> {
+        layer: Option<&Item<'a>>,
+    ) -> Result<Arc<Image>, Error> {
+        let whole = self.whole_image(item, raw)?;
+        let name = match layer {
+            Some(layer) => layer.text()?,
+            None => match image::default_layer(&whole) {
+                Some(name) => name,
+                None => return Ok(whole),
+            },
+        };
+        let key = (self.folders.find(item.text()?, item.place())?, raw, name.to_string());
+        if let Some(image) = self.layers.get(&key) {
+            return Ok(image.clone());
+        }
+        let picked = image::layer(&whole, name)
+            .ok_or_else(|| layer.unwrap_or(item).unknown("layer", name, image::layers(&whole)))?;
+        let picked = Arc::new(picked);
+        self.layers.insert(key, picked.clone());
+        Ok(picked)
+    }
+
+    /// All channels of the picture in the file that `item` names.
+    fn whole_image(&mut self, item: &Item<'a>, raw: bool) -> Result<Arc<Image>, Error> {
         let path = self.folders.find(item.text()?, item.place())?;
         if let Some(image) = self.images.get(&(path.clone(), raw)) {
-            return Ok((image.clone(), path));
+            return Ok(image.clone());
         }
         let options = image::ReadOptions { raw, ..image::ReadOptions::to(self.scene.working_space) };
         let image = Arc::new(image::read(&path, &options)?);
-        self.images.insert((path.clone(), raw), image.clone());
-        Ok((image, path))
+        self.images.insert((path, raw), image.clone());
+        Ok(image)
     }
 
     /// The material that `item` names.

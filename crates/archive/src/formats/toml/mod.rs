@@ -8,6 +8,7 @@ mod tests;
 
 use super::Options;
 use super::folders::Folders;
+use super::mtl::Libraries;
 use crate::scene::{
     Aov, Camera, Film, Filter, FovAxis, Integrator, IntegratorKind, Light, Material, MaterialId, Mesh,
     Projection, Texture, TextureId, look_along,
@@ -43,7 +44,10 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error
         textures: HashMap::new(),
         materials: HashMap::new(),
         images: HashMap::new(),
+        layers: HashMap::new(),
         meshes: HashMap::new(),
+        objs: HashMap::new(),
+        libraries: HashMap::new(),
         groups: HashMap::new(),
         grey: None,
     };
@@ -60,6 +64,9 @@ enum Named<'a, Id> {
     Done(Id),
 }
 
+/// Meshes with the names of their materials.
+type Parts = Vec<(Option<String>, Arc<Mesh>)>;
+
 struct Reader<'a> {
     folders: Folders,
     /// The space of `[r, g, b]`.
@@ -69,7 +76,12 @@ struct Reader<'a> {
     materials: HashMap<String, Named<'a, MaterialId>>,
     /// By file and whether raw.
     images: HashMap<(PathBuf, bool), Arc<Image>>,
+    /// Layers of these.
+    layers: HashMap<(PathBuf, bool, String), Arc<Image>>,
     meshes: HashMap<PathBuf, Arc<Mesh>>,
+    /// The meshes of OBJ files with the names of their materials; by file and whether these are asked for.
+    objs: HashMap<(PathBuf, bool), Parts>,
+    libraries: HashMap<PathBuf, Libraries>,
     groups: HashMap<String, usize>,
     /// What shapes without a material are made of.
     grey: Option<MaterialId>,
@@ -332,7 +344,7 @@ impl<'a> Reader<'a> {
             Type::Constant => Light::Constant { radiance: self.light_colour(&mut keys, "radiance")? },
             Type::Environment => {
                 let image = keys.need("image", "the file of a latitude-longitude picture")?;
-                let image = self.image(&image, false)?.0;
+                let image = self.image(&image, false, keys.get("layer").as_ref())?;
                 let image = match image.select(&["R", "G", "B"]) {
                     Some(rgb) => Arc::new(rgb),
                     None => {

@@ -2,7 +2,8 @@
 
 use super::document::{Item, Keys};
 use super::materials::Role;
-use super::{Reader, placed};
+use super::{Parts, Reader, placed};
+use crate::formats::mtl::{Finish, Libraries};
 use crate::formats::{gltf, obj, ply, read_file, serialized};
 use crate::scene::primitives::{Drape, Support, ball, block, drape, grid};
 use crate::scene::{Geometry, Material, MaterialId, Mesh, Shape, Texture, Value};
@@ -190,31 +191,24 @@ impl<'a> Reader<'a> {
         let shape = |mesh: Arc<Mesh>, material| {
             Shape::new(mesh.name.clone(), Geometry::Mesh(mesh), to_world, material)
         };
-        if let Some(mesh) = self.meshes.get(&path).cloned().filter(|_| index.is_none()) {
-            let material = material.unwrap_or_else(|| self.grey());
-            out.push(shape(mesh, material));
-            return Ok(());
-        }
         match extension.as_str() {
             "obj" => {
-                let obj = obj::read(&read_file(&path)?, &path)?;
-                match material {
-                    None if !obj.libraries.is_empty() => {
-                        for (name, mesh) in obj.split() {
-                            let material = self.mtl(&obj.libraries, name.as_deref(), &path)?;
-                            out.push(shape(Arc::new(mesh), material));
-                        }
-                    }
-                    _ => {
-                        let mesh = Arc::new(obj.mesh);
-                        self.meshes.insert(path, mesh.clone());
-                        let material = material.unwrap_or_else(|| self.grey());
-                        out.push(shape(mesh, material));
-                    }
+                for (name, mesh) in self.obj(&path, material.is_none())? {
+                    let finish = match (material, name) {
+                        (Some(id), _) => Finish { id, emission: None },
+                        (None, name) => self.mtl(&path, name.as_deref())?,
+                    };
+                    let mut shape = shape(mesh, finish.id);
+                    shape.two_sided_emission = finish.emission.is_some();
+                    shape.emission = finish.emission;
+                    out.push(shape);
                 }
             }
             "ply" => {
-                let mesh = Arc::new(ply::read(&read_file(&path)?, &path)?);
+                let mesh = match self.meshes.get(&path) {
+                    Some(mesh) => mesh.clone(),
+                    None => Arc::new(ply::read(&read_file(&path)?, &path)?),
+                };
                 self.meshes.insert(path, mesh.clone());
                 let material = material.unwrap_or_else(|| self.grey());
                 out.push(shape(mesh, material));
@@ -295,26 +289,30 @@ impl<'a> Reader<'a> {
         }));
     }
 
+    /// The meshes of an OBJ file: one for each of its own materials, which its libraries define, or one in all.
+    fn obj(&mut self, path: &Path, own: bool) -> Result<Parts, Error> {
+        if let Some(parts) = self.objs.get(&(path.to_path_buf(), own)) {
+            return Ok(parts.clone());
+        }
+        let obj = obj::read(&read_file(path)?, path)?;
+        let parts: Parts = if own && !obj.libraries.is_empty() {
+            let libraries = Libraries::open(&obj.libraries, path, &self.folders)?;
+            self.libraries.insert(path.to_path_buf(), libraries);
+            obj.split().into_iter().map(|(name, mesh)| (name, Arc::new(mesh))).collect()
+        } else {
+            vec![(None, Arc::new(obj.mesh))]
+        };
+        self.objs.insert((path.to_path_buf(), own), parts.clone());
+        Ok(parts)
+    }
+
     /// The material `name` of an OBJ file's libraries; grey where there is none.
-    fn mtl(&mut self, libraries: &[String], name: Option<&str>, obj: &Path) -> Result<MaterialId, Error> {
-        let Some(name) = name else { return Ok(self.grey()) };
-        let known = format!("{}#{name}", obj.display());
-        if let Some(super::Named::Done(id)) = self.materials.get(&known) {
-            return Ok(*id);
-        }
-        let folders = self.folders.inside(obj);
-        for library in libraries {
-            let path = folders.find(library, crate::Place::file(obj))?;
-            let materials = obj::read_mtl(&read_file(&path)?, &path)?;
-            if let Some(mtl) = materials.iter().find(|m| m.name == name) {
-                let scene = &mut self.scene;
-                let id = super::super::mtl::material(mtl, scene, &folders, &path)?;
-                self.materials.insert(known, super::Named::Done(id));
-                return Ok(id);
-            }
-        }
-        tracing::warn!("{}: no library defines the material '{name}'; it is grey", obj.display());
-        Ok(self.grey())
+    fn mtl(&mut self, obj: &Path, name: Option<&str>) -> Result<Finish, Error> {
+        let finish = match (self.libraries.get_mut(obj), name) {
+            (Some(libraries), Some(name)) => libraries.material(name, &mut self.scene)?,
+            _ => None,
+        };
+        Ok(finish.unwrap_or_else(|| Finish { id: self.grey(), emission: None }))
     }
 }
 

@@ -242,8 +242,11 @@ fn files_textures_and_transforms() {
     };
     assert_eq!(d, 0.5);
     let Material::TwoSided { front, .. } = scene.materials[base] else { panic!() };
-    let Material::Sum(lobes) = &scene.materials[front] else { panic!("Kd and Ks") };
-    let Material::Model { kind: Kind::Lambert, params, .. } = &scene.materials[lobes[0]] else { panic!() };
+    let Material::Blend { weight: Value::Number(ks), first, .. } = scene.materials[front] else {
+        panic!("Kd and Ks")
+    };
+    assert!((ks - 0.2).abs() < 1e-6);
+    let Material::Model { kind: Kind::Lambert, params, .. } = &scene.materials[first] else { panic!() };
     let Value::Rgb(kd) = params[0] else { panic!() };
     assert!((kd - Vec3::new(0.6274, 0.0691, 0.0164)).abs().max_element() < 2e-4);
     let Material::Mask { opacity: Value::Texture(holes), base } = scene.materials[scene.shapes[1].material]

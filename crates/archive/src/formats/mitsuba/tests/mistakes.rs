@@ -307,10 +307,7 @@ fn a_scene_reaches_only_into_its_folders() {
     assert!(f.load("scene/absolute.xml", &none).unwrap_err().contains("the folder '/tmp' is absolute"));
     assert!(f.load("scene/root.xml", &none).unwrap_err().contains("the root of the file system"));
     let broken = f.load("scene/broken.xml", &none).unwrap_err();
-    assert_eq!(
-        broken,
-        "DIR/scene/broken.obj:2:5: vertex 2 does not exist; there are 1 so far, counted from 1"
-    );
+    assert_eq!(broken, "DIR/scene/broken.obj:2:7: vertex 3 does not exist; there are 1, counted from 1");
     assert!(f.load("scene/none.xml", &none).unwrap_err().contains("there is nothing of this name"));
     assert!(f.load("scene/none.xmk", &none).unwrap_err().contains("unknown scene file extension 'xmk'"));
 }
