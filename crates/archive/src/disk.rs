@@ -85,6 +85,14 @@ pub fn read_own(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     read_up_to(File::open(path).map_err(|e| Error::io(path, e))?, path, limit)
 }
 
+/// The first bytes of what this program wrote for itself, at most `limit`.
+pub fn begin_own(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
+    let io = |e| Error::io(path, e);
+    let mut bytes = Vec::new();
+    File::open(path).map_err(io)?.take(limit).read_to_end(&mut bytes).map_err(io)?;
+    Ok(bytes)
+}
+
 fn read_up_to(file: File, path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     let mut bytes = Vec::new();
     // One byte more than allowed tells a file of just the limit from a longer one, pipes included.

@@ -114,6 +114,27 @@ pub struct Tile {
     /// Per pixel of the tile itself: mean and sum of squared deviations of luminance-like RGB (Welford), and
     /// the number of samples that went in.
     pub moments: Vec<[f32; 7]>,
+    /// The tile before its last visit, where that was a shorter one than usual for want of more samples to take: from
+    /// here on it is as if it had not been, should more be asked for.
+    pub before: Option<Box<Tile>>,
+}
+
+impl Tile {
+    /// The tile from which more samples go on, which differs from this one where the last visit was a short one.
+    pub fn to_go_on(&self) -> &Self {
+        self.before.as_deref().unwrap_or(self)
+    }
+
+    /// Keeps the tile as it is now, before a shorter visit.
+    pub(crate) fn keep(&mut self) {
+        let blank = self.samples == 0;
+        self.before = Some(Box::new(Self {
+            sums: if blank { Vec::new() } else { self.sums.clone() },
+            moments: if blank { Vec::new() } else { self.moments.clone() },
+            before: None,
+            ..*self
+        }));
+    }
 }
 
 /// The samples of one visit to a tile, in single precision: few enough that nothing is lost.
@@ -232,6 +253,7 @@ impl FilmLayout {
                     rejected: 0,
                     sums: vec![0.0; padded * (self.channels.len() + 1)],
                     moments: vec![[0.0; 7]; (size[0] * size[1]) as usize],
+                    before: None,
                 });
             }
         }

@@ -2,10 +2,12 @@
 //!
 //! [`render::Job`] takes a scene to a picture. Everything below it is a chapter of its own: [`accel`] and
 //! [`geometry`] find what a ray meets, [`texture`] and [`material`] say what it is made of, [`lights`] where
-//! light comes from, [`integrator`] follows it, [`sampler`] supplies the numbers and [`film`] gathers them.
+//! light comes from, [`integrator`] follows it, [`sampler`] supplies the numbers and [`film`] gathers them; a [`checkpoint`] keeps
+//! them for later.
 
 pub mod accel;
 pub mod camera;
+pub mod checkpoint;
 mod environment;
 pub mod film;
 pub mod geometry;

@@ -6,6 +6,7 @@
 
 use crate::accel::NO_INSTANCE;
 use crate::camera::Lens;
+use crate::checkpoint::{self, Counting, Head, Part, ResumeError};
 use crate::film::{FilmLayout, Tile};
 use crate::integrator::{FirstHit, Follow, PrepareError, Radiance, Walk, World};
 use crate::reuse::{GROUP, Rooms};
@@ -17,7 +18,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yugen_archive::Scene;
-use yugen_archive::scene::{Aov, Camera, Integrator, IntegratorKind};
+use yugen_archive::scene::{Aov, Camera, Film, Integrator, IntegratorKind};
 use yugen_optics::{Fingerprint, Image};
 
 /// Channels an AOV adds to the filtered sums; id and variance are made otherwise.
@@ -113,20 +114,6 @@ pub enum Action {
     Stop,
 }
 
-/// A checkpoint could not be taken up.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ResumeError {
-    /// Not a checkpoint, cut short or damaged.
-    #[error("this is not a whole checkpoint: {0}")]
-    Damaged(&'static str),
-    /// Of another picture.
-    #[error(
-        "the checkpoint belongs to another scene (or one whose meshes, pictures or tables have changed since), size, seed, \
-         integrator or budget; remove it to start anew"
-    )]
-    Other,
-}
-
 /// A render in progress.
 pub struct Job {
     world: World,
@@ -137,14 +124,16 @@ pub struct Job {
     budget: Budget,
     seed: u32,
     threads: usize,
-    fingerprint: u64,
+    parts: Vec<Part>,
     tiles: Vec<Mutex<Tile>>,
+    /// The budget was spent.
+    finished: AtomicBool,
     /// Milliseconds spent by earlier runs and, once it has ended, this one.
     elapsed: AtomicU64,
 }
 
 impl Job {
-    /// Prepares `scene`. Its fingerprint goes into the checkpoints, so that none is taken up by another one.
+    /// Prepares `scene`. What it is made from goes into the checkpoints, so that none is taken up by another one.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, PrepareError> {
         let mut camera = choose_camera(scene, options.camera.as_deref())?.clone();
         if let Some([w, h]) = options.size {
@@ -165,9 +154,7 @@ impl Job {
             return Err(PrepareError::TooLarge { width, height, limit: MAX_PIXELS });
         }
         let budget = options.budget.unwrap_or(Budget::Samples(camera.samples_per_pixel.max(1)));
-        let mut print = Fingerprint::default();
-        print.word(scene.fingerprint());
-        print.debug(&(&camera, &integrator, &aovs, budget, options.seed, layout.window));
+        let parts = parts(scene, &camera, &integrator, &aovs, options.seed);
         let tiles = layout.tiles().into_iter().map(Mutex::new).collect();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Ok(Self {
@@ -179,8 +166,9 @@ impl Job {
             budget,
             seed: options.seed,
             threads: options.threads.unwrap_or(cores).max(1),
-            fingerprint: print.finish(),
+            parts,
             tiles,
+            finished: AtomicBool::new(false),
             elapsed: AtomicU64::new(0),
         })
     }
@@ -195,7 +183,7 @@ impl Job {
         [self.layout.window[2], self.layout.window[3]]
     }
 
-    /// Renders until the budget is spent or `observe`, called a few times a second (less often for very large pictures), says stop. Returns whether
+    /// Renders until the budget is spent or `observe`, called up to twenty times a second (less often for very large pictures), says stop. Returns whether
     /// the budget was spent.
     pub fn run(&self, mut observe: impl FnMut(&Self, &Progress) -> Action) -> bool {
         let _span = tracing::info_span!("render").entered();
@@ -210,6 +198,7 @@ impl Job {
             go_on = self.round(&clock, &mut observe);
         }
         self.elapsed.store(clock.elapsed().as_millis() as u64, Ordering::Relaxed);
+        self.finished.store(go_on == Action::Continue, Ordering::Relaxed);
         go_on == Action::Continue
     }
 
@@ -249,7 +238,7 @@ impl Job {
             let mut done = lock(&finished.0);
             while *done < self.threads {
                 // A look at a large picture takes its time; it shall take little of that of the work.
-                let pause = (20 * looking).clamp(Duration::from_millis(200), Duration::from_secs(2));
+                let pause = (20 * looking).clamp(Duration::from_millis(50), Duration::from_secs(2));
                 done = finished.1.wait_timeout(done, pause).unwrap_or_else(PoisonError::into_inner).0;
                 if *done < self.threads {
                     drop(done);
@@ -350,6 +339,9 @@ impl Job {
     /// Takes the next few samples of every pixel of a tile.
     fn advance(&self, tile: &mut Tile) {
         let end = tile.samples.saturating_add(STEP).min(tile.goal);
+        if matches!(self.budget, Budget::Samples(_)) && end - tile.samples < STEP {
+            tile.keep();
+        }
         let (spread, width) = self.lens.pixel_spread();
         // The samples of a pixel share its footprint.
         let sharpen = 1.0 / (end as f32).sqrt().clamp(1.0, 8.0);
@@ -450,79 +442,80 @@ impl Job {
         out
     }
 
-    /// Everything needed to go on later, as bytes.
+    /// Everything needed to go on later, as bytes. Once the budget is spent, everything needed to take more samples.
     pub fn checkpoint(&self) -> Vec<u8> {
-        let mut out = Vec::new();
-        out.extend_from_slice(MAGIC);
-        out.extend_from_slice(&self.fingerprint.to_le_bytes());
-        out.extend_from_slice(&self.elapsed.load(Ordering::Relaxed).to_le_bytes());
-        out.extend_from_slice(&(self.tiles.len() as u64).to_le_bytes());
-        for tile in &self.tiles {
-            let tile = lock(tile);
-            out.extend_from_slice(&tile.samples.to_le_bytes());
-            out.extend_from_slice(&tile.goal.to_le_bytes());
-            out.extend_from_slice(&tile.shared.to_le_bytes());
-            out.extend_from_slice(&tile.clamped.to_le_bytes());
-            out.extend_from_slice(&tile.rejected.to_le_bytes());
-            for s in &tile.sums {
-                out.extend_from_slice(&s.to_le_bytes());
-            }
-            for v in tile.moments.iter().flatten() {
-                out.extend_from_slice(&v.to_le_bytes());
-            }
-        }
-        let sum = Fingerprint::of(&out);
-        out.extend_from_slice(&sum.to_le_bytes());
-        out
+        checkpoint::write(&self.head(), &self.tiles, self.layout.channels.len() + 1)
     }
 
-    /// Takes up a checkpoint of the same job.
-    pub fn resume(&self, bytes: &[u8]) -> Result<(), ResumeError> {
-        let (body, sum) = bytes.split_last_chunk::<8>().ok_or(ResumeError::Damaged("too short"))?;
-        let mut from =
-            Reader(body.strip_prefix(MAGIC).ok_or(ResumeError::Damaged("it does not start like one"))?);
-        if Fingerprint::of(body) != u64::from_le_bytes(*sum) {
-            return Err(ResumeError::Damaged("its checksum is wrong"));
+    /// What a checkpoint would say of itself now.
+    pub fn head(&self) -> Head {
+        Head {
+            parts: self.parts.clone(),
+            counting: match self.budget {
+                Budget::Samples(n) => Counting::Samples(n),
+                Budget::Time(_) | Budget::Error(_) => Counting::ByNoise,
+            },
+            finished: self.finished.load(Ordering::Relaxed),
+            samples: self.tiles.iter().map(|t| lock(t).to_go_on().samples).min().unwrap_or(0),
+            elapsed: Duration::from_millis(self.elapsed.load(Ordering::Relaxed)),
+            tiles: self.tiles.len() as u64,
         }
-        if u64::from_le_bytes(from.take()?) != self.fingerprint {
-            return Err(ResumeError::Other);
-        }
-        let elapsed = u64::from_le_bytes(from.take()?);
-        if u64::from_le_bytes(from.take()?) != self.tiles.len() as u64 {
-            return Err(ResumeError::Other);
-        }
-        for tile in &self.tiles {
-            let mut tile = lock(tile);
-            tile.samples = u32::from_le_bytes(from.take()?);
-            tile.goal = u32::from_le_bytes(from.take()?);
-            tile.shared = f64::from_le_bytes(from.take()?);
-            tile.clamped = f64::from_le_bytes(from.take()?);
-            tile.rejected = u64::from_le_bytes(from.take()?);
-            for s in &mut tile.sums {
-                *s = f64::from_le_bytes(from.take()?);
+    }
+
+    /// Takes up a checkpoint of the same picture; returns what it says of itself. The budget may be another one: more
+    /// samples give the bits that they would have given at once. After an error this render is of no use.
+    pub fn resume(&self, bytes: &[u8]) -> Result<Head, ResumeError> {
+        let accept = |head: &Head| match (head.counting, self.budget) {
+            (Counting::ByNoise, Budget::Samples(_)) => Err(ResumeError::SharedOut),
+            _ => Ok(()),
+        };
+        let head = checkpoint::read(bytes, &self.parts, &self.tiles, self.layout.channels.len() + 1, accept)?;
+        let done = || self.tiles.iter().map(|t| lock(t).samples).max().unwrap_or(0);
+        match (head.counting, self.budget) {
+            (_, Budget::Samples(asked)) if done() > asked => {
+                return Err(ResumeError::Fewer { done: done(), asked });
             }
-            for v in tile.moments.iter_mut().flatten() {
-                *v = f32::from_le_bytes(from.take()?);
+            // The goal is set anew.
+            (_, Budget::Samples(_)) => self.tiles.iter().map(lock).for_each(|mut t| t.goal = t.samples),
+            (Counting::Samples(_), Budget::Time(_) | Budget::Error(_)) => {
+                // Up to here all had the same number, and nobody knew that it would not go on like that.
+                let goal = done().max(FIRST_ROUND);
+                self.tiles.iter().for_each(|t| lock(t).goal = goal);
             }
+            _ => {}
         }
-        self.elapsed.store(elapsed, Ordering::Relaxed);
-        Ok(())
+        self.elapsed.store(head.elapsed.as_millis() as u64, Ordering::Relaxed);
+        Ok(head)
     }
 }
 
-const MAGIC: &[u8] = b"yugen checkpoint 4\n";
-
-struct Reader<'a>(&'a [u8]);
-
-impl Reader<'_> {
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], ResumeError> {
-        let (head, rest) = self.0.split_first_chunk::<N>().ok_or(ResumeError::Damaged("cut short"))?;
-        self.0 = rest;
-        Ok(*head)
-    }
+/// What a picture is made from, for people to whom a difference is told: what they typed first.
+fn parts(scene: &Scene, camera: &Camera, integrator: &Integrator, aovs: &[Aov], seed: u32) -> Vec<Part> {
+    let Film { width, height, crop, filter } = &camera.film;
+    let Integrator { kind, max_depth, rr_depth, clamp, hide_emitters, aovs: _ } = integrator;
+    let or = |value: Option<String>, none: &str| value.unwrap_or_else(|| none.to_string());
+    let layers: Vec<&str> = aovs.iter().map(|a| a.name()).collect();
+    let mut parts = vec![
+        Part::text("the size", format!("{width}x{height}")),
+        Part::text("the crop", or(crop.map(|c| format!("{c:?}")), "the whole picture")),
+        Part::text("the filter", format!("{filter:?}")),
+        Part::text("the seed", seed),
+        Part::text("the list of layers", or((!layers.is_empty()).then(|| layers.join(",")), "empty")),
+        Part::text("the integrator", format!("{kind:?}").to_lowercase()),
+        Part::text("the longest path", or(max_depth.map(|d| d.to_string()), "unlimited")),
+        Part::text("the length from which roulette ends paths", rr_depth),
+        Part::text("the clamp", or(clamp.map(|c| c.to_string()), "none")),
+        Part::text("hiding of lights", if *hide_emitters { "on" } else { "off" }),
+    ];
+    parts.extend(scene.parts().into_iter().map(|(name, hash)| Part::hash(name, hash)));
+    let Camera { name, to_world, projection, near_far, film: _, samples_per_pixel: _ } = camera;
+    let mut print = Fingerprint::default();
+    print.debug(&(to_world, projection, near_far));
+    parts.push(Part::hash(format!("the camera '{name}'"), print.finish()));
+    parts
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     // A panic elsewhere already ends the run; the data is plain numbers.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -670,6 +663,7 @@ mod tests {
             rejected: 16,
             sums: Vec::new(),
             moments,
+            before: None,
         };
         let tiles = [Mutex::new(tile)];
         let noise = Noise::of(&tiles);

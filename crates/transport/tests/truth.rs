@@ -10,7 +10,8 @@ use yugen_archive::scene::{
 use yugen_optics::{ColourSpace, Frame};
 use yugen_reflectance::btf::{Btf, Texel};
 use yugen_reflectance::{Choice, Kind, Model};
-use yugen_transport::render::{Action, Budget, Job, Options, ResumeError};
+use yugen_transport::checkpoint::ResumeError;
+use yugen_transport::render::{Action, Budget, Job, Options};
 
 fn camera(width: u32, height: u32, from: Vec3, to: Vec3) -> Camera {
     let z = (to - from).normalize();
@@ -364,14 +365,58 @@ fn a_resumed_render_gives_the_same_bits_and_refuses_what_is_not_its_own() {
     let (a, b) = (whole.image(), second.image());
     assert!(a.data.iter().zip(&b.data).all(|(a, b)| a.to_bits() == b.to_bits()));
 
-    let other = Job::new(&scene, &options(1, 65)).expect("a job");
-    assert_eq!(other.resume(&saved), Err(ResumeError::Other));
+    let other = Job::new(&scene, &Options { seed: 9, ..options(1, 64) }).expect("a job");
+    let why = other.resume(&saved).expect_err("another seed").to_string();
+    assert!(why.ends_with("the seed was 0 in it, and is 9 now"), "{why}");
     for cut in [0, 10, saved.len() / 2, saved.len() - 1] {
         assert!(matches!(second.resume(&saved[..cut]), Err(ResumeError::Damaged(_))));
     }
     let mut bent = saved.clone();
     bent[saved.len() / 3] ^= 4;
     assert!(matches!(second.resume(&bent), Err(ResumeError::Damaged(_))));
+}
+
+/// Samples are added to a render that has ended, in numbers that do and do not fill its visits.
+#[test]
+fn more_samples_give_the_bits_that_they_would_have_given_at_once() {
+    let scene = busy_scene();
+    let mut saved: Option<Vec<u8>> = None;
+    for (spp, kept) in [(10, 0), (32, 32), (50, 48), (50, 48), (64, 64)] {
+        let job = Job::new(&scene, &options(2, spp)).expect("a job");
+        if let Some(saved) = &saved {
+            job.resume(saved).expect("fewer samples of the same");
+        }
+        assert!(job.run(|_, _| Action::Continue));
+        let whole = Job::new(&scene, &options(1, spp)).expect("a job");
+        whole.run(|_, _| Action::Continue);
+        let (a, b) = (whole.image(), job.image());
+        assert!(a.data.iter().zip(&b.data).all(|(a, b)| a.to_bits() == b.to_bits()), "{spp}");
+        assert_eq!(whole.status().samples, job.status().samples);
+        let head = job.head();
+        assert!(head.finished && head.samples == kept, "{head:?}");
+        saved = Some(job.checkpoint());
+    }
+    let saved = saved.expect("a checkpoint");
+    let fewer = Job::new(&scene, &options(2, 40)).expect("a job");
+    assert_eq!(fewer.resume(&saved), Err(ResumeError::Fewer { done: 64, asked: 40 }));
+
+    // Noise takes over where numbers have ended, but not the other way round.
+    let by_noise = |target| {
+        let budget = Some(Budget::Error(target));
+        Job::new(&scene, &Options { budget, ..options(2, 1) }).expect("a job")
+    };
+    let coarse = by_noise(1e-5);
+    coarse.resume(&saved).expect("samples for all");
+    let target = 0.5 * coarse.error();
+    let job = by_noise(target);
+    job.resume(&saved).expect("samples for all");
+    assert!(job.run(|_, _| Action::Continue) && job.error() <= target);
+    let saved = job.checkpoint();
+    assert_eq!(fewer.resume(&saved), Err(ResumeError::SharedOut));
+    let finer = by_noise(0.8 * target);
+    finer.resume(&saved).expect("the same, finer");
+    assert!(finer.run(|_, _| Action::Continue) && finer.error() <= 0.8 * target);
+    assert!(finer.status().samples > job.status().samples);
 }
 
 #[test]

@@ -6,54 +6,126 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use yugen_optics::{Fingerprint, Image};
 
+/// Up to so many parts of a kind are told apart; of more it is only told that one of them has changed.
+const FEW: usize = 64;
+
 impl Scene {
-    /// A hash of everything in it: a vertex moved in a mesh, a texel painted over or a table measured anew give
-    /// another one, though no scene file changed; a comment in a file does not. About as fast as memory is read.
-    pub fn fingerprint(&self) -> u64 {
+    /// Everything in it but its cameras and its integrator, part by part: a name for people and a hash. A vertex moved
+    /// in a mesh, a texel painted over or a table measured anew give another hash, though no scene file changed; a
+    /// comment in a file does not. About as fast as memory is read. A name may stand for several parts.
+    pub fn parts(&self) -> Vec<(String, u64)> {
         // By name, so that a new field of the scene cannot be forgotten here.
-        let Self { working_space, cameras, textures, materials, shapes, groups, lights, integrator } = self;
-        let mut print = Fingerprint::default();
-        print.debug(&(working_space, cameras, integrator));
-        for texture in textures {
-            match texture {
-                Texture::Image { image, filter, wrap, to_uv, channel } => {
-                    picture(&mut print, image);
-                    print.debug(&(filter, wrap, to_uv, channel));
-                }
-                Texture::Cloth { maps, wrap, to_uv } => {
-                    picture(&mut print, &crate::formats::btf::image(maps));
-                    print.debug(&(maps.colour_space, wrap, to_uv));
-                }
-                small => print.debug(small),
-            }
-        }
-        for material in materials {
-            match material {
-                Material::Model { kind, params, table } => {
-                    print.debug(&(kind, params));
-                    print.bytes(cast_slice(table));
-                }
-                small => print.debug(small),
-            }
-        }
+        let Self { working_space, cameras: _, textures, materials, shapes, groups, lights, integrator: _ } =
+            self;
+        let mut parts = Parts::default();
+        let of = |write: &dyn Fn(&mut Fingerprint)| {
+            let mut print = Fingerprint::default();
+            write(&mut print);
+            print.finish()
+        };
+        parts.all.push(("the working space".into(), of(&|p| p.debug(working_space))));
+
         // A mesh may serve many shapes.
+        let everything = || groups.iter().flatten().chain(shapes);
         let mut meshes = HashMap::new();
-        for group in groups.iter().chain([shapes]) {
-            print.word(group.len() as u64);
-            for shape in group {
-                self::shape(&mut print, shape, &mut meshes);
+        let mut hashes = Vec::new();
+        for shape in everything() {
+            if let Geometry::Mesh(m) = &shape.geometry {
+                meshes.entry(Arc::as_ptr(m)).or_insert_with(|| {
+                    hashes.push((format!("the mesh of '{}'", shape.name), mesh(m)));
+                    hashes.len()
+                });
             }
         }
-        for light in lights {
-            match light {
-                Light::Environment { image, scale, to_world } => {
-                    picture(&mut print, image);
-                    print.debug(&(scale, to_world));
-                }
-                small => print.debug(small),
+        parts.add("the meshes", hashes);
+        let each = textures.iter().enumerate();
+        parts.add("the textures", each.map(|(i, t)| (texture_name(i, t), of(&|p| texture(p, t)))).collect());
+        let mut user = vec![None; materials.len()];
+        for shape in everything() {
+            if let Some(user) = user.get_mut(shape.material) {
+                user.get_or_insert(&shape.name);
             }
         }
-        print.finish()
+        let name = |i: usize| match user[i] {
+            Some(shape) => format!("the material of '{shape}'"),
+            None => format!("material {}", i + 1),
+        };
+        let each = materials.iter().enumerate();
+        parts.add("the materials", each.map(|(i, m)| (name(i), of(&|p| material(p, m)))).collect());
+        let each = groups.iter().enumerate().map(|(i, group)| {
+            let hash = |p: &mut Fingerprint| group.iter().for_each(|s| shape(p, s, &meshes));
+            (format!("group {}", i + 1), of(&hash))
+        });
+        parts.add("the groups", each.collect());
+        let each = shapes.iter().map(|s| (format!("shape '{}'", s.name), of(&|p| shape(p, s, &meshes))));
+        parts.add("the shapes", each.collect());
+        let each = lights.iter().enumerate();
+        parts.add(
+            "the lights",
+            each.map(|(i, l)| (format!("light {}", i + 1), of(&|p| light(p, l)))).collect(),
+        );
+        parts.all
+    }
+}
+
+#[derive(Default)]
+struct Parts {
+    all: Vec<(String, u64)>,
+}
+
+impl Parts {
+    /// One by one while they are few, else together as `kind`.
+    fn add(&mut self, kind: &str, each: Vec<(String, u64)>) {
+        if each.len() <= FEW {
+            self.all.extend(each);
+            return;
+        }
+        let mut print = Fingerprint::default();
+        each.iter().for_each(|(_, hash)| print.word(*hash));
+        self.all.push((kind.into(), print.finish()));
+    }
+}
+
+fn texture_name(i: usize, texture: &Texture) -> String {
+    match texture {
+        Texture::Image { image, .. } => {
+            format!("texture {} (a picture of {}x{})", i + 1, image.width, image.height)
+        }
+        _ => format!("texture {}", i + 1),
+    }
+}
+
+fn texture(print: &mut Fingerprint, texture: &Texture) {
+    match texture {
+        Texture::Image { image, filter, wrap, to_uv, channel } => {
+            picture(print, image);
+            print.debug(&(filter, wrap, to_uv, channel));
+        }
+        Texture::Cloth { maps, wrap, to_uv } => {
+            picture(print, &crate::formats::btf::image(maps));
+            print.debug(&(maps.colour_space, wrap, to_uv));
+        }
+        small => print.debug(small),
+    }
+}
+
+fn material(print: &mut Fingerprint, material: &Material) {
+    match material {
+        Material::Model { kind, params, table } => {
+            print.debug(&(kind, params));
+            print.bytes(cast_slice(table));
+        }
+        small => print.debug(small),
+    }
+}
+
+fn light(print: &mut Fingerprint, light: &Light) {
+    match light {
+        Light::Environment { image, scale, to_world } => {
+            picture(print, image);
+            print.debug(&(scale, to_world));
+        }
+        small => print.debug(small),
     }
 }
 
@@ -63,7 +135,8 @@ fn picture(print: &mut Fingerprint, image: &Image) {
     print.bytes(cast_slice(data));
 }
 
-fn shape(print: &mut Fingerprint, shape: &Shape, meshes: &mut HashMap<*const Mesh, u64>) {
+/// All of a shape but the content of its mesh, of which `meshes` has the number.
+fn shape(print: &mut Fingerprint, shape: &Shape, meshes: &HashMap<*const Mesh, usize>) {
     let Shape {
         name: _, // For messages only.
         geometry,
@@ -76,7 +149,7 @@ fn shape(print: &mut Fingerprint, shape: &Shape, meshes: &mut HashMap<*const Mes
     } = shape;
     print.debug(&(to_world, flip_normals, face_normals, material, emission, two_sided_emission));
     match geometry {
-        Geometry::Mesh(m) => print.word(*meshes.entry(Arc::as_ptr(m)).or_insert_with(|| mesh(m))),
+        Geometry::Mesh(m) => print.debug(&meshes.get(&Arc::as_ptr(m))),
         small => print.debug(small),
     }
 }
@@ -125,12 +198,13 @@ mod tests {
     }
 
     #[test]
-    fn one_vertex_texel_or_number_of_a_table_gives_another() {
+    fn one_vertex_texel_or_number_of_a_table_changes_the_part_it_is_in() {
         let (mesh, image, table) = (primitives::ball(12), Image::rgb(3, 2), vec![0.5; 5]);
-        let of = |m: &Mesh, i: &Image, t: &[f32]| scene(m.clone(), i.clone(), t.to_vec()).fingerprint();
+        let of = |m: &Mesh, i: &Image, t: &[f32]| scene(m.clone(), i.clone(), t.to_vec()).parts();
         let whole = of(&mesh, &image, &table);
         assert_eq!(whole, of(&mesh, &image, &table));
-        let mut changed: Vec<(&str, u64)> = Vec::new();
+        type Named = Vec<(String, u64)>;
+        let mut changed: Vec<(&str, &str, Named)> = Vec::new();
         for (what, change) in [
             ("vertex", (|m| m.positions[7].y += 1e-6) as fn(&mut Mesh)),
             ("normal", |m| m.normals[7].y += 1e-3),
@@ -140,23 +214,39 @@ mod tests {
         ] {
             let mut m = mesh.clone();
             change(&mut m);
-            changed.push((what, of(&m, &image, &table)));
+            changed.push((what, "the mesh of 's'", of(&m, &image, &table)));
         }
         let mut i = image.clone();
         i.data[17] = 1e-3;
-        changed.push(("texel", of(&mesh, &i, &table)));
+        // It is the environment, too.
+        changed.push(("texel", "texture 1 (a picture of 3x2), light 1", of(&mesh, &i, &table)));
         let mut t = table.clone();
         t[4] = 0.25;
-        changed.push(("table", of(&mesh, &image, &t)));
+        changed.push(("table", "the material of 's'", of(&mesh, &image, &t)));
         let mut s = scene(mesh.clone(), image.clone(), table.clone());
         s.shapes[1].to_world.w_axis.x += 1e-3;
-        changed.push(("place", s.fingerprint()));
-        s = scene(mesh, image, table);
-        s.shapes.pop();
-        changed.push(("shape", s.fingerprint()));
-        for (n, (what, print)) in changed.iter().enumerate() {
-            assert_ne!(*print, whole, "{what}");
-            assert!(changed[..n].iter().all(|(_, other)| other != print), "{what}");
+        changed.push(("place", "shape 's'", s.parts()));
+        for (n, (what, named, parts)) in changed.iter().enumerate() {
+            let different = parts.iter().zip(&whole).filter(|(a, b)| a != b).map(|(a, _)| a.0.as_str());
+            assert_eq!(different.collect::<Vec<_>>().join(", "), *named, "{what}");
+            assert!(changed[..n].iter().all(|(.., other)| other != parts), "{what}");
         }
+        let mut s = scene(mesh.clone(), image.clone(), table.clone());
+        s.shapes.pop();
+        assert_eq!(s.parts().len() + 1, whole.len());
+        // Which of two meshes a shape has.
+        let two = |of_last: usize| {
+            let mut s = scene(mesh.clone(), image.clone(), table.clone());
+            let meshes = [Arc::new(mesh.clone()), Arc::new(primitives::ball(8))];
+            s.shapes = [0, 1, of_last]
+                .map(|i| Shape::new("s", Geometry::Mesh(meshes[i].clone()), Mat4::IDENTITY, 0))
+                .to_vec();
+            s.parts()
+        };
+        assert_ne!(two(0), two(1));
+        // Too many to be told one by one.
+        let mut s = scene(mesh, image, table);
+        s.shapes = (0..100).map(|i| Shape { name: i.to_string(), ..s.shapes[0].clone() }).collect();
+        assert!(s.parts().iter().any(|(name, _)| name == "the shapes"));
     }
 }

@@ -1,24 +1,30 @@
 //! `yugen render`: a scene file to a picture.
 
+mod checkpoint;
+mod interrupt;
 mod parse;
 mod report;
 
 use crate::{argument, progress};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
+use checkpoint::{Checkpoint, Pace, command_to_go_on};
 use clap::Args;
 use indicatif::HumanDuration;
+use interrupt::Interrupt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use yugen_archive::Scene;
+use yugen_archive::check_outputs;
 use yugen_archive::formats::{self, Moment, image};
 use yugen_archive::scene::{Aov, IntegratorKind};
-use yugen_archive::{Scene, atomic_write, check_outputs, read_own};
 use yugen_optics::{ColourSpace, Image};
 use yugen_transport::render::{Action, Budget, Job, Options};
 
 /// Renders a scene by path tracing: Mitsuba 3 XML, glTF 2.0 (.gltf, .glb) or Yugen's own TOML.
 ///
 /// `yugen render scene.toml -o picture.exr` is the common case; `--spp`, `--time` or `--error` say how good it has to be.
-/// A render that was interrupted goes on with `--resume`, to the same bits.
+/// Ctrl-C writes what there is so far, and `--resume` goes on from there, to the same bits; a second Ctrl-C ends at once.
+/// `--resume` with a larger `--spp` adds samples to a picture that is done.
 #[derive(Args)]
 pub struct Render {
     /// The scene file.
@@ -76,13 +82,28 @@ pub struct Render {
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
 
-    /// Go on from the checkpoint that an interrupted render left beside the output.
+    /// Go on from the checkpoint beside the output: of a render that was interrupted, or of one that has ended, with
+    /// more samples, more time or a smaller error. Samples that are added give the bits they would have given at once.
     #[arg(long)]
     resume: bool,
 
-    /// Seconds between checkpoints; 0 writes none.
+    /// Start anew although an unfinished render has left its checkpoint beside the output: it is thrown away.
+    #[arg(long, conflicts_with = "resume")]
+    restart: bool,
+
+    /// Seconds between checkpoints; 0 writes none. A render that took five seconds or more keeps its last one, so that
+    /// --resume can add samples; the next render to the same output replaces it.
     #[arg(long, default_value_t = 30.0, value_name = "S", value_parser = parse::seconds)]
     checkpoint: f64,
+
+    /// Keep the checkpoint however short the render was.
+    #[arg(long)]
+    keep: bool,
+
+    /// Write the picture as it grows, every five seconds or as many as are given: for viewers that reload a file.
+    #[arg(long, value_name = "S", num_args = 0..=1, require_equals = true, default_missing_value = "5",
+          value_parser = parse::seconds)]
+    watch: Option<f64>,
 
     #[command(flatten)]
     reading: argument::Reading,
@@ -108,12 +129,12 @@ impl Render {
     pub fn run(self) -> Result<()> {
         image::can_write(&self.output)?;
         self.display.of(&self.output, ColourSpace::default())?;
+        let checkpoint = Checkpoint::beside(&self.output, &self)?;
         let started = Instant::now();
         let moment = |seconds| Moment { seconds: seconds as f32, animation: self.animation.clone() };
         let options = formats::Options { moment: self.at.map(moment), ..self.reading.options() };
         let scene = formats::load_scene(&self.scene, &options)?;
-        let checkpoint = checkpoint_path(&self.output);
-        check_outputs([&self.output, &checkpoint])?;
+        check_outputs([&self.output, &checkpoint.path])?;
         let loaded = started.elapsed();
         let options = self.options(&scene)?;
         let light = !scene.lights.is_empty() || scene.shapes.iter().any(|s| s.emission.is_some());
@@ -127,48 +148,75 @@ impl Render {
         let job = Job::new(&scene, &options)?;
         let prepared = started.elapsed() - loaded;
 
-        if self.resume && !checkpoint.exists() {
-            eprintln!("there is no checkpoint {}: starting from the beginning", checkpoint.display());
-        } else if self.resume {
-            let bytes = read_own(&checkpoint, u64::MAX)?;
-            job.resume(&bytes).with_context(|| format!("{}", checkpoint.display()))?;
-            if !self.json {
-                eprintln!("going on from {}", checkpoint.display());
-            }
+        if self.resume {
+            checkpoint.resume(&job, self.json)?;
         }
+        let ended = self.work(&job, &scene, &checkpoint)?;
+        let samples = job.status().samples;
+        if samples > 0
+            && let Err(e) = self.write_picture(&job, &scene)
+        {
+            // What cannot be written here may be written there.
+            return Err(match checkpoint.write(&job) {
+                Ok(true) => e.context(format!("what was rendered is in {}", checkpoint.path.display())),
+                _ => e,
+            });
+        }
+        let kept = if ended { checkpoint.close(&job, self.keep)? } else { checkpoint.write(&job)? };
+        let kept = kept.then_some(checkpoint.path.as_path());
+        self.report(&job, &Outcome { loaded, prepared, ended, kept });
+        if !ended {
+            if samples == 0 {
+                eprintln!("interrupted before the first sample: {} is as it was", self.output.display());
+            }
+            if kept.is_some() {
+                eprintln!("interrupted; this goes on from here, to the same result:");
+                eprintln!("  {}", command_to_go_on(std::env::args()));
+            }
+            std::process::exit(interrupt::STATUS);
+        }
+        Ok(())
+    }
 
+    /// Renders until the budget is spent, which it returns, or somebody presses Ctrl-C.
+    fn work(&self, job: &Job, scene: &Scene, checkpoint: &Checkpoint) -> Result<bool> {
+        let interrupt = Interrupt::listen()?;
         let bar = progress::bar_of_parts(self.json);
-        let every = Duration::from_secs_f64(self.checkpoint);
-        let mut saved = Instant::now();
-        let mut failure = None;
-        job.run(|job, p| {
+        let mut save = Pace::new(self.checkpoint);
+        let mut watch = self.watch.map(Pace::new);
+        let complain = |outcome: Result<()>, what: &str| {
+            // Hours of work are not thrown away for that; the disk may have room again.
+            if let Err(e) = outcome {
+                tracing::warn!("{what}: {e:#}; rendering goes on");
+            }
+        };
+        let ended = job.run(|job, p| {
             bar.set_position((p.fraction * 1000.0) as u64);
             let left = p.remaining.map_or(String::new(), |r| format!("{} left", HumanDuration(r)));
             bar.set_message(left);
-            if self.checkpoint > 0.0 && saved.elapsed() >= every {
-                saved = Instant::now();
-                if let Err(e) = atomic_write(&checkpoint, &job.checkpoint()) {
-                    failure = Some(e);
-                    return Action::Stop;
-                }
+            if interrupt.came() {
+                return Action::Stop;
+            }
+            if let Some(watch) = &mut watch {
+                watch.keep(|| complain(self.write_picture(job, scene), "the picture so far is not written"));
+            }
+            if self.checkpoint > 0.0 {
+                let write = || checkpoint.write(job).map(|_| ()).map_err(Into::into);
+                save.keep(|| complain(write(), "a checkpoint is not written"));
             }
             Action::Continue
         });
         bar.finish_and_clear();
-        if let Some(e) = failure {
-            return Err(e).context("cannot write a checkpoint (--checkpoint 0 renders without)");
-        }
-        let picture = job.image();
+        Ok(ended)
+    }
+
+    /// The picture as it stands, whole or not at all.
+    fn write_picture(&self, job: &Job, scene: &Scene) -> Result<()> {
         let write = image::WriteOptions {
-            metadata: self.metadata(&job),
+            metadata: self.metadata(job),
             ..self.display.of(&self.output, scene.working_space)?
         };
-        image::write(&self.output, &for_format(picture, &self.output), &write)?;
-        if checkpoint.exists() {
-            let _ = std::fs::remove_file(&checkpoint);
-        }
-        self.report(&job, loaded, prepared);
-        Ok(())
+        Ok(image::write(&self.output, &for_format(job.image(), &self.output), &write)?)
     }
 
     fn options(&self, scene: &Scene) -> Result<Options> {
@@ -214,16 +262,22 @@ impl Render {
     }
 }
 
+/// How it went.
+struct Outcome<'a> {
+    /// Time for reading.
+    loaded: Duration,
+    /// Time for hierarchy and tables.
+    prepared: Duration,
+    /// The budget was spent.
+    ended: bool,
+    /// The checkpoint that is there now.
+    kept: Option<&'a Path>,
+}
+
 /// Display formats get the picture only.
 fn for_format(picture: Image, path: &Path) -> Image {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
         return picture;
     }
     picture.select(&["R", "G", "B"]).unwrap_or(picture)
-}
-
-fn checkpoint_path(output: &Path) -> PathBuf {
-    let mut name = output.file_name().unwrap_or_default().to_os_string();
-    name.push(".checkpoint");
-    output.with_file_name(name)
 }

@@ -1,9 +1,9 @@
 //! What `yugen render` says of its work: on the terminal, as JSON and in the picture.
 
-use super::Render;
+use super::{Outcome, Render};
 use crate::json;
+use indicatif::HumanBytes;
 use serde_json::json;
-use std::time::Duration;
 use yugen_transport::render::{Job, MAX_SAMPLES};
 
 impl Render {
@@ -21,7 +21,7 @@ impl Render {
     }
 
     /// Prints what was done.
-    pub(super) fn report(&self, job: &Job, loaded: Duration, prepared: Duration) {
+    pub(super) fn report(&self, job: &Job, outcome: &Outcome) {
         let status = job.status();
         let [w, h] = job.size();
         let pixels = u64::from(w) * u64::from(h);
@@ -31,14 +31,16 @@ impl Render {
         if self.json {
             let report = json!({
                 "output": self.output.display().to_string(),
+                "finished": outcome.ended,
+                "checkpoint": outcome.kept.map(|p| p.display().to_string()),
                 "width": w,
                 "height": h,
                 "samples": status.samples,
                 "samples_per_pixel": status.samples as f64 / pixels as f64,
                 "render_seconds": seconds,
                 "samples_per_second": rate,
-                "load_seconds": loaded.as_secs_f64(),
-                "prepare_seconds": prepared.as_secs_f64(),
+                "load_seconds": outcome.loaded.as_secs_f64(),
+                "prepare_seconds": outcome.prepared.as_secs_f64(),
                 "relative_error": job.error(),
                 "rejected_samples": status.rejected,
                 "clamped_light": status.clamped,
@@ -62,7 +64,11 @@ impl Render {
         if status.rejected > 0 {
             println!("{} samples were not finite and were left out", status.rejected);
         }
-        if let Some(target) = self.error.filter(|target| job.error() > *target) {
+        if let (true, Some(path)) = (outcome.ended, outcome.kept) {
+            let size = std::fs::metadata(path).map_or(0, |m| m.len());
+            println!("{} ({}) is kept: --resume adds samples to it", path.display(), HumanBytes(size));
+        }
+        if let Some(target) = self.error.filter(|target| outcome.ended && job.error() > *target) {
             println!(
                 "the relative error is {:.4}: {target} was not reached within {MAX_SAMPLES} samples a pixel",
                 job.error()

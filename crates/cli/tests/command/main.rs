@@ -12,6 +12,7 @@ mod info;
 mod messages;
 mod overwrite;
 mod render;
+mod render_interrupt;
 
 use serde_json::Value;
 use std::ffi::OsStr;
