@@ -583,7 +583,7 @@ impl Libraries {
             };
             self.say(format!("{}: the option {option} of pictures is skipped: {why}", file.display()));
         }
-        let path = match locate(&self.folders, &map.file, file) {
+        let path = match locate(&self.folders.inside(file), &map.file, file) {
             Ok(path) => path,
             Err(problem) => {
                 self.say(format!("{problem}; '{keyword}' of material '{}' is skipped", mtl.name));

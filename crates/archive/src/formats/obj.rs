@@ -157,6 +157,8 @@ struct Omissions {
     more: usize,
     /// Faces of fewer than three corners.
     thin: usize,
+    /// Faces whose outlines cross themselves.
+    crossed: usize,
     /// Corners with an index of zero.
     zeros: usize,
     /// Numbers of normals and texture coordinates that are none.
@@ -195,6 +197,12 @@ impl Omissions {
         }
         if self.thin > 0 {
             tracing::warn!("{path}: faces of fewer than three corners are skipped: {}", self.thin);
+        }
+        if self.crossed > 0 {
+            tracing::warn!(
+                "{path}: faces that cross themselves are cut into triangles as well as can be: {}",
+                self.crossed
+            );
         }
         if self.zeros > 0 {
             tracing::warn!(
@@ -374,6 +382,12 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
     ]) {
         ahead.check(count, what, &s)?;
     }
+    let keys = &corners.keys;
+    obj.mesh.positions = keys.iter().map(|k| points[k[0] as usize]).collect();
+    for [first, count] in polygons {
+        let clean = polygon::cut(&obj.mesh.positions, &mut obj.mesh.triangles[first..first + count]);
+        omitted.crossed += usize::from(!clean);
+    }
     omitted.say(path);
     if obj.mesh.triangles.is_empty() {
         return Err(Error::invalid(
@@ -383,11 +397,6 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
     }
     obj.parts.push(Part { material, triangles: run..obj.mesh.triangles.len() });
 
-    let keys = &corners.keys;
-    obj.mesh.positions = keys.iter().map(|k| points[k[0] as usize]).collect();
-    for [first, count] in polygons {
-        polygon::cut(&obj.mesh.positions, &mut obj.mesh.triangles[first..first + count]);
-    }
     if keys.iter().any(|k| k[1] != NONE) {
         obj.mesh.uvs =
             keys.iter().map(|k| if k[1] == NONE { Vec2::ZERO } else { uvs[k[1] as usize] }).collect();

@@ -70,12 +70,11 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
     let start = s.offset();
     let mut mesh =
         Mesh { name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), ..Mesh::default() };
-    let faces = match encoding {
+    let mut faces = match encoding {
         Encoding::Text => body(Text(Scanner::resume(bytes, &s)), &elements, &mut mesh)?,
         Encoding::Little => body(Binary::<true> { bytes, at: start, path }, &elements, &mut mesh)?,
         Encoding::Big => body(Binary::<false> { bytes, at: start, path }, &elements, &mut mesh)?,
     };
-    say_omissions(&elements, &faces, path);
     if mesh.triangles.is_empty() {
         return Err(Error::invalid(Place::file(path), "the file has no faces; a point cloud is no mesh"));
     }
@@ -105,9 +104,11 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
         mesh.uvs =
             corners.keys.iter().map(|k| Vec2::new(f32::from_bits(k[1]), f32::from_bits(k[2]))).collect();
     }
-    for &[first, count] in &faces.polygons {
-        polygon::cut(&mesh.positions, &mut mesh.triangles[first..first + count]);
+    for [first, count] in std::mem::take(&mut faces.polygons) {
+        let clean = polygon::cut(&mesh.positions, &mut mesh.triangles[first..first + count]);
+        faces.crossed += usize::from(!clean);
     }
+    say_omissions(&elements, &faces, path);
     for (name, width, values) in faces.attributes {
         // Strips have triangles that are no faces.
         if values.len() == width * mesh.triangles.len() {
@@ -133,6 +134,8 @@ struct Faces {
     attributes: Vec<(String, usize, Vec<f32>)>,
     /// Faces of fewer than three corners.
     thin: usize,
+    /// Faces whose outlines cross themselves.
+    crossed: usize,
     /// Lists of texture coordinates that are not two numbers for each corner.
     unmapped: usize,
 }
@@ -151,6 +154,12 @@ fn say_omissions(elements: &[Element], faces: &Faces, path: &Path) {
     }
     if faces.thin > 0 {
         tracing::warn!("{path}: faces of fewer than three corners are skipped: {}", faces.thin);
+    }
+    if faces.crossed > 0 {
+        let crossed = faces.crossed;
+        tracing::warn!(
+            "{path}: faces that cross themselves are cut into triangles as well as can be: {crossed}"
+        );
     }
     if faces.unmapped > 0 {
         tracing::warn!(

@@ -377,6 +377,14 @@ fn mtl() {
         ),
     ];
 
+    // Pictures lie beside the library that names them.
+    let mut beside = finish("picture beside its library", "", refused, quarter(), &[]);
+    let files = &mut beside.files;
+    files.retain(|(name, _)| *name != "a.mtl" && *name != "split.png");
+    files[1].1 = format!("mtllib sub/a.mtl\n{CORNERS}{MAPPED}").into_bytes();
+    files.extend([("sub/a.mtl", map("split.png").into_bytes()), ("sub/split.png", split())]);
+    cases.push(beside);
+
     // A lamp above a floor; only Ke shines.
     let lamp = "mtllib a.mtl\nv -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nv -.5 1 -.5\nv .5 1 -.5\nv .5 1 .5\nv -.5 1 .5\n\
                 usemtl white\nf 1 4 3 2\nusemtl lamp\nf 5 6 7 8\n";
