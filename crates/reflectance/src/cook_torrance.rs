@@ -1,10 +1,10 @@
 //! Cook and Torrance 1982, "A Reflectance Model for Computer Graphics".
 
 use crate::halfway::{
-    half_vector, lobe_share, pdf_gaussian_reflection, sample_gaussian_reflection, v_grooves,
+    g_grooves, half_vector, lobe_share, pdf_gaussian_reflection, sample_gaussian_reflection, v_grooves,
 };
 use crate::microfacet::{d_beckmann, f_dielectric};
-use crate::model::{Choice, Laws, Model, Preset, Sample, Spec, params};
+use crate::model::{Choice, Laws, Model, Preset, Sample, Spec, Terms, params};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 use yugen_optics::ColourSpace;
@@ -122,6 +122,15 @@ impl Model for CookTorrance {
 
     fn albedo(&self, _: &[f32]) -> Vec3 {
         self.f0 * self.s + self.diffuse * (1.0 - self.s)
+    }
+
+    /// Those of the highlight.
+    fn terms(&self, wo: Vec3, wi: Vec3) -> Option<Terms> {
+        let (h, cos) = half_vector(wo, wi);
+        // As printed, D lacks its 1/π.
+        let scale = if self.form.index() == 0 { 1.0 } else { std::f32::consts::PI };
+        let d = scale * d_beckmann(h, self.m, self.m);
+        Some(Terms { d, g: g_grooves(wo, wi, h, cos), f: self.f(cos) })
     }
 }
 

@@ -2,8 +2,9 @@
 //! Masking-Shadowing Function in Microfacet-Based BRDFs": the rough mirror most programs agree on.
 
 use crate::energy;
+use crate::halfway::half_vector;
 use crate::microfacet::{DISTRIBUTIONS, MASKINGS, Microfacets, f_schlick};
-use crate::model::{Choice, Laws, Model, ModelError, Sample, Spec, params};
+use crate::model::{Choice, Laws, Model, ModelError, Sample, Spec, Terms, params};
 use glam::Vec3;
 use yugen_optics::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
@@ -99,6 +100,12 @@ impl Model for Ggx {
             self.facets().sample_reflection(wo, u.truncate())
         };
         Sample::of(self, table, wo, wi)
+    }
+
+    /// Those of the light that meets one facet.
+    fn terms(&self, wo: Vec3, wi: Vec3) -> Option<Terms> {
+        let (facets, (h, cos)) = (self.facets(), half_vector(wo, wi));
+        Some(Terms { d: facets.d(h), g: facets.g2(wo, wi), f: f_schlick(self.f0, Vec3::ONE, cos) })
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

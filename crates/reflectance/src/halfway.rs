@@ -75,6 +75,12 @@ pub fn v_grooves(wo: Vec3, wi: Vec3, h: Vec3, h_dot_wo: f32) -> f32 {
     open.min(masked)
 }
 
+/// G of V-shaped grooves itself, 0 to 1.
+#[inline]
+pub fn g_grooves(wo: Vec3, wi: Vec3, h: Vec3, h_dot_wo: f32) -> f32 {
+    (2.0 * h.z * wo.z.min(wi.z) / h_dot_wo).clamp(0.0, 1.0)
+}
+
 /// The wall of the groove of `h` (itself or its mirror image about the normal) that `wo` sees, each in proportion
 /// to the area seen. Heitz and d'Eon 2014, "Importance Sampling Microfacet-Based BSDFs using the Distribution of
 /// Visible Normals".

@@ -217,6 +217,18 @@ impl Sample {
     }
 }
 
+/// The three terms of a model that is D G F over cosines, each as the model itself computes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Terms {
+    /// Distribution of normals at the half vector, in 1/sr where it is normalised (∫ D cos θ_h dω = 1); a form that
+    /// is printed without its normaliser gives what is printed.
+    pub d: f32,
+    /// Masking and shadowing: the part of the facets that both directions see, 0 to 1.
+    pub g: f32,
+    /// Fresnel reflectance at the angle between either direction and the half vector, linear RGB.
+    pub f: Vec3,
+}
+
 /// Where a model's table comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Data {
@@ -338,6 +350,12 @@ pub trait Model: Params + Send + Sync + 'static {
         (self.eval(table, wo, wi), self.pdf(table, wo, wi))
     }
 
+    /// D, G and F for two directions above the surface; `None` for a model that is not made of them.
+    fn terms(&self, wo: Vec3, wi: Vec3) -> Option<Terms> {
+        let _ = (wo, wi);
+        None
+    }
+
     /// Albedo guess for denoisers and AOVs: colour of the surface as seen head on.
     fn albedo(&self, table: &[f32]) -> Vec3 {
         // f·π at a typical pair: exact for Lambert, a fair hue for the rest.
@@ -434,6 +452,10 @@ macro_rules! models {
             /// What the model promises with these parameters (its form may break a law the default keeps).
             pub fn laws(&self) -> Laws {
                 match self.kind { $( Kind::$model => self.params::<$module::$model>().laws() ),* }
+            }
+            /// D, G and F for two directions above the surface; `None` for a model that is not made of them.
+            pub fn terms(&self, wo: glam::Vec3, wi: glam::Vec3) -> Option<Terms> {
+                match self.kind { $( Kind::$model => self.params::<$module::$model>().terms(wo, wi) ),* }
             }
             /// Albedo guess for AOVs.
             pub fn albedo(&self) -> glam::Vec3 {

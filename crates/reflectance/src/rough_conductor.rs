@@ -1,9 +1,10 @@
 //! Torrance and Sparrow 1967, in the form of Walter et al. 2007, "Microfacet Models for Refraction through
 //! Rough Surfaces": a rough metal with its exact Fresnel reflectance.
 
+use crate::halfway::half_vector;
 use crate::metals::Metal;
 use crate::microfacet::{DISTRIBUTIONS, MASKINGS, Microfacets, f_conductor};
-use crate::model::{Choice, Laws, Model, Preset, Sample, Spec, params};
+use crate::model::{Choice, Laws, Model, Preset, Sample, Spec, Terms, params};
 use glam::Vec3;
 use yugen_optics::ColourSpace;
 
@@ -71,6 +72,12 @@ impl Model for RoughConductor {
         }
         let weight = f * wi.z / pdf * f_conductor(cos, self.eta, self.k) * self.specular_reflectance;
         Some(Sample { wi, weight, pdf, delta: false, eta: 1.0 })
+    }
+
+    fn terms(&self, wo: Vec3, wi: Vec3) -> Option<Terms> {
+        let (facets, (h, cos)) = (self.facets(), half_vector(wo, wi));
+        let f = f_conductor(cos, self.eta, self.k) * self.specular_reflectance;
+        Some(Terms { d: facets.d(h), g: facets.g2(wo, wi), f })
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

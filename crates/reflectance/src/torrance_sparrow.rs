@@ -1,11 +1,11 @@
 //! Torrance and Sparrow 1967, "Theory for Off-Specular Reflection From Roughened Surfaces".
 
 use crate::halfway::{
-    half_vector, pdf_cosine_power, pdf_gaussian_slopes, pdf_reflected, pdf_seen_wall, reflect,
+    g_grooves, half_vector, pdf_cosine_power, pdf_gaussian_slopes, pdf_reflected, pdf_seen_wall, reflect,
     sample_cosine_power, sample_gaussian_slopes, seen_wall, v_grooves,
 };
 use crate::microfacet::{d_ggx, f_dielectric, f_schlick};
-use crate::model::{Choice, Laws, Model, Sample, Spec, params};
+use crate::model::{Choice, Laws, Model, Sample, Spec, Terms, params};
 use glam::Vec3;
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -200,6 +200,13 @@ impl Model for TorranceSparrow {
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
         let h = seen_wall(wo, self.sample_normal(u), u.z);
         Sample::of(self, table, wo, reflect(wo, h))
+    }
+
+    fn terms(&self, wo: Vec3, wi: Vec3) -> Option<Terms> {
+        let (h, cos) = half_vector(wo, wi);
+        let scale = if self.form.index() == 0 { 1.0 / self.normaliser() } else { 1.0 };
+        let g = if self.masking.index() == 0 { g_grooves(wo, wi, h, cos) } else { 1.0 };
+        Some(Terms { d: scale * self.d(h), g, f: self.specular * self.f(cos) })
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {
