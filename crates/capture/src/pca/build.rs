@@ -100,8 +100,8 @@ pub fn basis<T: Tables>(
     let (columns, bands) = (3 * tables.count(), BINS / BAND);
     let (values, vectors) = eigen(gram, columns);
     let singular: Vec<f32> = values.iter().map(|v| v.sqrt() as f32).collect();
-    // Rounding of the squares leaves a millionth of the largest.
-    let real = singular.iter().filter(|s| **s > 1e-6 * singular[0] && **s > 0.0).count();
+    // Tables hold single precision: the three channels of a grey material differ by that much, and are no components.
+    let real = singular.iter().filter(|s| **s > 1e-5 * singular[0] && **s > 0.0).count();
     let k = components.min(real);
     if k == 0 {
         return Ok(None);

@@ -2,7 +2,7 @@
 
 use super::build::{Rows, basis, gram, rows};
 use super::linear::{eigen, ridge};
-use super::{BAND, BINS, EPSILON, RIDGE, Tables, cosines, directions_of, optimal_rows};
+use super::{BAND, BINS, EPSILON, RIDGE, Reach, Tables, cosines, directions_of, optimal_rows};
 use crate::parallel::parallel;
 use yugen_archive::formats::pca_basis::Basis;
 use yugen_reflectance::merl::{PHI_D, THETA_D, bin_centre};
@@ -51,7 +51,7 @@ pub fn leave_one_out<T: Tables>(
     let rows_of: Vec<Vec<usize>> = parallel(
         threads,
         numbers.len(),
-        |i| optimal_rows(&basis, numbers[i].min(basis.components), &|_| {}),
+        |i| optimal_rows(&basis, numbers[i].min(basis.components), Reach::ALL, &|_| {}),
         &|_| {},
     );
     progress(0.6);

@@ -19,7 +19,7 @@ mod tests;
 
 pub use build::build;
 pub use left_out::{LeftOut, Report, leave_one_out};
-pub use optimal::optimal_rows;
+pub use optimal::{Reach, optimal_rows};
 pub use sphere::Sphere;
 
 use glam::Vec3;
@@ -93,6 +93,33 @@ pub struct Observation {
     /// f in 1/sr, linear RGB.
     pub f: Vec3,
 }
+
+/// What a table is in a basis: the coefficients of its red, green and blue channel, so many as the basis has
+/// components. `rgb` is f in 1/sr of all bins, [`VALUES`] numbers; a row that the table lacks counts as the mean.
+///
+/// # Panics
+/// If `rgb` is shorter.
+pub fn coefficients(basis: &Basis, rgb: &[f32]) -> [Vec<f64>; 3] {
+    let k = basis.components;
+    let mut all: [Vec<f64>; 3] = std::array::from_fn(|_| vec![0.0; k]);
+    for (row, &bin) in basis.bins.iter().enumerate() {
+        let cosine = cosines(bin as usize).unwrap_or(1.0);
+        let q = &basis.q[row * k..][..k];
+        for (sums, f) in all.iter_mut().zip(&rgb[3 * bin as usize..][..3]) {
+            if !(f.is_finite() && *f >= 0.0) {
+                continue;
+            }
+            let y = (f64::from(*f) * cosine + EPSILON).ln() - f64::from(basis.mean[row]);
+            sums.iter_mut().zip(q).for_each(|(s, q)| *s += f64::from(*q) * y);
+        }
+    }
+    // Components are orthogonal, as long as their singular values.
+    for sums in &mut all {
+        sums.iter_mut().zip(&basis.singular).for_each(|(s, sigma)| *s /= f64::from(*sigma).powi(2));
+    }
+    all
+}
+
 /// The table that fits the observations best, as [`VALUES`] numbers in the order of MERL, −1 where the basis has no
 /// row; with the ridge `eta` and the first `components` of the basis (readings as few as these need no more).
 ///
@@ -114,10 +141,23 @@ pub fn reconstruct(basis: &Basis, observations: &[Observation], components: usiz
             .collect();
         ridge(&a, &y, k, eta)
     });
+    expand(basis, &coefficients)
+}
+
+/// The table that coefficients of the first components mean, one list a colour channel, each as long as the others: as
+/// [`VALUES`] numbers in the order of MERL, −1 where the basis has no row. A coefficient of a table of the basis has a
+/// mean square, over all columns, of one over their number.
+///
+/// # Panics
+/// If there are more coefficients than components.
+pub fn expand(basis: &Basis, coefficients: &[Vec<f64>; 3]) -> Vec<f32> {
+    let (k, all) = (coefficients[0].len(), basis.components);
+    assert!(k <= all);
+    let cosine = |row: usize| cosines(basis.bins[row] as usize).unwrap_or(1.0);
     let mut values = vec![-1.0; VALUES];
     for (row, &bin) in basis.bins.iter().enumerate() {
         let (q, c) = (&basis.q[row * all..][..k], cosine(row));
-        for (to, coefficients) in values[3 * bin as usize..].iter_mut().zip(&coefficients) {
+        for (to, coefficients) in values[3 * bin as usize..].iter_mut().zip(coefficients) {
             let y: f64 = q.iter().zip(coefficients).map(|(q, c)| f64::from(*q) * c).sum();
             *to = (((y + f64::from(basis.mean[row])).exp() - EPSILON).max(0.0) / c) as f32;
         }

@@ -1,5 +1,6 @@
 //! Where few readings tell most.
 
+use super::directions_of;
 use super::linear::eigen;
 use yugen_archive::formats::pca_basis::Basis;
 use yugen_optics::random::Pcg32;
@@ -15,19 +16,40 @@ pub fn condition(basis: &Basis, rows: &[usize], n: usize) -> f64 {
     if values[m - 1] > 0.0 { (values[0] / values[m - 1]).sqrt() } else { f64::INFINITY }
 }
 
-/// Optimal rows for `n` readings: first that of the largest components; then, one after the other, the best of 500 at
+/// Which pairs of directions can be measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// The farthest that light and eye lie from the normal, radians.
+    pub most: f32,
+    /// The least angle between light and eye, radians: a lamp cannot stand where the camera is.
+    pub apart: f32,
+}
+
+impl Reach {
+    /// Everything above the surface.
+    pub const ALL: Self = Self { most: std::f32::consts::FRAC_PI_2, apart: 0.0 };
+
+    fn holds(self, bin: u32) -> bool {
+        let (wo, wi) = directions_of(bin as usize);
+        wo.z.min(wi.z) >= self.most.cos() && wo.angle_between(wi) >= self.apart
+    }
+}
+
+/// Optimal rows for `n` readings within `reach`: first that of the largest components; then, one after the other, the best of 500 at
 /// random by the condition of the first `n` components there, after each of which all take turns to step aside, by
-/// three bins and then by one, while that helps. The basis must have `n` components.
+/// three bins and then by one, while that helps. The basis must have `n` components. Empty where fewer than `n` rows
+/// lie within reach.
 ///
 /// # Panics
 /// If it has fewer.
-pub fn optimal_rows(basis: &Basis, n: usize, progress: &dyn Fn(f64)) -> Vec<usize> {
+pub fn optimal_rows(basis: &Basis, n: usize, reach: Reach, progress: &dyn Fn(f64)) -> Vec<usize> {
     const DRAWS: usize = 500;
     assert!(n <= basis.components);
     let k = basis.components;
     let length = |r: &usize| basis.q[r * k..][..n].iter().map(|v| f64::from(*v).powi(2)).sum::<f64>();
-    let all = 0..basis.bins.len();
-    let Some(first) = all.max_by(|a, b| length(a).total_cmp(&length(b))).filter(|_| n > 0) else {
+    let all: Vec<usize> = (0..basis.bins.len()).filter(|&row| reach.holds(basis.bins[row])).collect();
+    let first = all.iter().copied().max_by(|a, b| length(a).total_cmp(&length(b)));
+    let Some(first) = first.filter(|_| n > 0 && all.len() >= n) else {
         return Vec::new();
     };
     let mut rows = vec![first];
@@ -37,7 +59,7 @@ pub fn optimal_rows(basis: &Basis, n: usize, progress: &dyn Fn(f64)) -> Vec<usiz
         rows.push(0);
         let mut best = (f64::INFINITY, 0);
         for _ in 0..DRAWS {
-            let row = ((u64::from(rng.next_u32()) * basis.bins.len() as u64) >> 32) as usize;
+            let row = all[((u64::from(rng.next_u32()) * all.len() as u64) >> 32) as usize];
             if rows[..last].contains(&row) {
                 continue;
             }
@@ -57,7 +79,7 @@ pub fn optimal_rows(basis: &Basis, n: usize, progress: &dyn Fn(f64)) -> Vec<usiz
                 for i in 0..rows.len() {
                     for (axis, sign) in [(0, 1), (0, -1), (1, 1), (1, -1), (2, 1), (2, -1)] {
                         let Some(row) = aside(basis, rows[i], axis, sign * step) else { continue };
-                        if rows.contains(&row) {
+                        if rows.contains(&row) || all.binary_search(&row).is_err() {
                             continue;
                         }
                         let old = std::mem::replace(&mut rows[i], row);

@@ -120,8 +120,8 @@ fn components_are_orthogonal_and_hold_the_training_tables() {
 #[test]
 fn few_directions_or_a_photograph_tell_a_material_of_the_basis() {
     let b = basis();
-    let rows = optimal_rows(b, 5, &|_| {});
-    assert_eq!(rows, optimal_rows(b, 5, &|_| {}));
+    let rows = optimal_rows(b, 5, Reach::ALL, &|_| {});
+    assert_eq!(rows, optimal_rows(b, 5, Reach::ALL, &|_| {}));
     let mut rng = Pcg32::new(3, 3);
     let random = (0..40)
         .map(|_| {
@@ -186,4 +186,60 @@ fn leaving_one_out_gets_better_with_readings_and_does_not_depend_on_threads() {
         of.iter().sum::<f64>() / 5.0
     };
     assert!(mean(2) < mean(0) && mean(6) < mean(2), "{} {} {}", mean(0), mean(2), mean(6));
+}
+
+#[test]
+fn directions_stay_within_reach() {
+    let b = basis();
+    let reach = Reach { most: 60f32.to_radians(), apart: 10f32.to_radians() };
+    let rows = optimal_rows(b, 6, reach, &|_| {});
+    assert_eq!(rows.len(), 6);
+    for &row in &rows {
+        let (wo, wi) = directions_of(b.bins[row] as usize);
+        assert!(wo.z.min(wi.z) >= 0.5 - 1e-6 && wo.angle_between(wi) >= reach.apart - 1e-6, "{wo} {wi}");
+    }
+    // Among all there are better ones, or as good: reach costs something, not everything.
+    let free = condition(b, &optimal_rows(b, 6, Reach::ALL, &|_| {}), 6);
+    let within = condition(b, &rows, 6);
+    assert!(within > 0.9 * free && within < 10.0 * free, "{within} {free}");
+    assert!(optimal_rows(b, 6, Reach { most: 0.001, apart: 0.0 }, &|_| {}).is_empty());
+}
+
+#[test]
+fn coefficients_expand_to_the_table_that_they_were_taken_from() {
+    let b = basis();
+    let mut table = vec![0.0; VALUES];
+    Made(4).read(1, 0, &mut table).unwrap_or_else(|e| match e {});
+    let c = coefficients(b, &table);
+    // Measured 1.2e-5.
+    assert!(worst(&expand(b, &c), 1) < 1e-4, "{}", worst(&expand(b, &c), 1));
+    let mean = expand(b, &[vec![0.0], vec![0.0], vec![0.0]]);
+    let middle = coefficients(b, &mean);
+    assert!(middle.iter().flatten().all(|v| v.abs() < 1e-4), "{middle:?}");
+}
+
+/// Grey: three columns of each table are one.
+struct Grey;
+
+impl Tables for Grey {
+    type Error = std::convert::Infallible;
+
+    fn count(&self) -> usize {
+        3
+    }
+
+    fn read(&self, material: usize, first: usize, rgb: &mut [f32]) -> Result<(), Self::Error> {
+        Made(3).read(material, first, rgb)?;
+        for to in rgb.chunks_exact_mut(3) {
+            // As far apart as a file's rounding puts them.
+            to.copy_from_slice(&[to[0], to[0] * (1.0 + 2e-7), to[0] * (1.0 - 3e-7)]);
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn rounding_is_no_component() {
+    let b = build(&Grey, &names(3), 20, 2, &|_| {}).unwrap_or_else(|e| match e {}).unwrap();
+    assert_eq!(b.components, 2, "{:?}", b.singular);
 }
