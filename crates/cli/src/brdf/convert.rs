@@ -54,7 +54,8 @@ impl Convert {
         }
         check_writable(&self.output)?;
         let space = self.subject.space();
-        let source = self.subject.build()?;
+        let named = self.subject.named()?;
+        let source = named.build()?;
         check_outputs([&self.output])?;
         let bsdf = source.bsdf();
         let laws = bsdf.laws();
@@ -66,11 +67,11 @@ impl Convert {
         let bytes = match target {
             Kind::Merl if !isotropic => bail!(
                 "{} changes as the surface turns, which a MERL table cannot hold; write a .gonio or a .bsdf",
-                self.subject.title()
+                named.label
             ),
             Kind::Merl => merl::write(&tabulate(|wo, wi| bsdf.eval(wo, wi)), space),
             Kind::Tabulated => goniometer::write(&self.read_off(&bsdf, isotropic), space).into_bytes(),
-            _ => rgl::write(&self.measure(&bsdf, isotropic), &self.subject.title(), space),
+            _ => rgl::write(&self.measure(&bsdf, isotropic), &named.label, space),
         };
         atomic_write(&self.output, &bytes)?;
 

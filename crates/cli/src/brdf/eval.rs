@@ -60,7 +60,9 @@ impl Eval {
             }
         }
         if self.json {
-            json::print(json!({ "model": model.kind.name(), "space": self.subject.space, "values": rows }));
+            json::print(
+                json!({ "model": model.kind.name(), "space": self.subject.settings.space, "values": rows }),
+            );
         }
         Ok(())
     }

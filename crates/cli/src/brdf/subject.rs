@@ -4,15 +4,24 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::PathBuf;
 use yugen_archive::formats::measured;
+use yugen_archive::nearest;
 use yugen_optics::ColourSpace;
 use yugen_reflectance::{Bsdf, Data, Kind, ParamType};
 
 /// Which model with which parameters.
 #[derive(Args)]
 pub struct Subject {
-    /// The model, as `yugen brdf list` names it; or a measured file: MERL .binary, RGL .bsdf, goniometer .gonio.
+    /// The model, as `yugen brdf list` names it, perhaps with MODEL:NAME=VALUE,…; or a measured file: MERL .binary, RGL
+    /// .bsdf, goniometer .gonio.
     pub model: String,
 
+    #[command(flatten)]
+    pub settings: Settings,
+}
+
+/// With which parameters.
+#[derive(Args, Clone)]
+pub struct Settings {
     /// Named parameters to start from, as `yugen brdf show MODEL` lists them.
     #[arg(long, value_name = "NAME")]
     pub preset: Option<String>,
@@ -21,7 +30,7 @@ pub struct Subject {
     #[arg(long, value_name = "NAME")]
     pub form: Option<String>,
 
-    /// A parameter: name=number, name=r,g,b or name=choice. May be repeated.
+    /// A parameter: name=number, name=r,g,b or name=choice; alpha=V is both alpha_x and alpha_y. May be repeated.
     #[arg(short, long, value_name = "NAME=VALUE")]
     pub param: Vec<String>,
 
@@ -54,67 +63,185 @@ impl Model {
 /// The model called `name`, or an error that knows what may have been meant.
 pub fn find(name: &str) -> Result<Kind> {
     Kind::from_name(name).or_else(|e| {
-        let known = Kind::ALL.iter().map(|k| k.name());
-        if let Some(word) = yugen_archive::nearest(name, known) {
-            bail!("{e}; did you mean '{word}'?");
-        }
+        let names = || Kind::ALL.iter().map(|k| k.name());
         let has = |k: &&Kind| k.presets().iter().any(|p| p.name == name);
         let owners: Vec<&str> = Kind::ALL.iter().filter(has).map(|k| k.name()).collect();
+        // Names that share a whole word are near too: `gold` and `gold_thread`.
+        let shares = |n: &&str| n.split('_').any(|w| name.split('_').any(|v| v == w));
+        let near: Vec<&str> = match nearest(name, names()) {
+            Some(word) => vec![word],
+            None => names().filter(shares).collect(),
+        };
+        let near = match &near[..] {
+            [] => String::new(),
+            some => format!("; did you mean '{}'?", some.join("' or '")),
+        };
         match owners[..] {
-            [] => bail!("{e}; `yugen brdf list` lists them"),
+            [] if near.is_empty() => bail!("{e}; there are {}", names().collect::<Vec<_>>().join(", ")),
+            [] => bail!("{e}{near}"),
             [owner, ..] => bail!(
                 "{e}, but a preset of {}: name the model, and the preset with --preset, as in \
-                 `yugen brdf eval {owner} --preset {name}`; `yugen brdf show {owner}` lists them",
+                 `yugen brdf eval {owner} --preset {name}`; `yugen brdf show {owner}` lists them{near}",
                 owners.join(", ")
             ),
         }
     })
 }
 
-impl Subject {
+/// A model as it was typed, one of perhaps several that a line stands for.
+pub struct Named {
+    kind: Kind,
+    /// What a figure calls it: as it was asked for, in a line, or as `label` says.
+    pub label: String,
+    preset: Option<String>,
+    settings: Vec<(String, String)>,
+    /// The measured file, and whether it stood in the place of the model's name.
+    data: Option<PathBuf>,
+    space: ColourSpace,
+}
+
+/// Most models that slashes and `all` may make of one.
+const MOST: usize = 64;
+
+impl Settings {
     /// The colour space asked for.
     pub fn space(&self) -> ColourSpace {
         ColourSpace::from_name(&self.space).unwrap_or_default()
     }
 
-    /// What was asked for, in a line.
-    pub fn title(&self) -> String {
-        let name = |file: &PathBuf| file.file_name().map(|n| n.to_string_lossy().into_owned());
-        let mut words = vec![self.file().as_ref().and_then(name).unwrap_or_else(|| self.model.clone())];
-        words.extend(self.preset.clone());
-        words.extend(self.form.iter().map(|f| format!("form={f}")));
-        words.extend(self.param.iter().cloned());
-        words.extend(self.data.iter().filter_map(name));
-        words.join(" ")
+    /// The models that `model` stands for, with these settings and its own, which come later.
+    pub fn expand(&self, model: &str) -> Result<Vec<Named>> {
+        // A name of a file may have a colon; what follows that of a model has an equals sign.
+        let (model, own) = match model.split_once(':') {
+            Some((name, own)) if own.contains('=') => (name, own),
+            _ => (model, ""),
+        };
+        // No name of a model has a dot.
+        let file = model.contains('.').then(|| PathBuf::from(model));
+        let mut data = self.data.clone();
+        let mut label = None;
+        let mut settings: Vec<(String, String)> = Vec::new();
+        let pair = |text: &str| -> Result<(String, String)> {
+            let (name, value) =
+                text.split_once('=').with_context(|| format!("'{text}': expected name=value"))?;
+            Ok((name.trim().to_string(), value.trim().to_string()))
+        };
+        settings.extend(self.preset.iter().map(|p| ("preset".into(), p.clone())));
+        settings.extend(self.form.iter().map(|f| ("form".into(), f.clone())));
+        for text in &self.param {
+            settings.push(pair(text)?);
+        }
+        let shared = settings.len();
+        for piece in own.split(',').filter(|p| !p.is_empty()) {
+            match (piece.contains('='), settings.last_mut()) {
+                // r,g,b: the comma belongs to the value before it.
+                (false, Some((_, value))) if own.contains('=') => {
+                    *value = format!("{value},{}", piece.trim())
+                }
+                _ => settings.push(pair(piece)?),
+            }
+        }
+        let mut title = settings.split_off(shared);
+        title.retain(|(name, value)| match name.as_str() {
+            "data" => {
+                data = Some(PathBuf::from(value));
+                false
+            }
+            "label" => {
+                label = Some(value.clone());
+                false
+            }
+            _ => true,
+        });
+        settings.extend(title);
+        let (kind, data) = match (file, data) {
+            (Some(file), Some(_)) => bail!("{} and --data are two measured files", file.display()),
+            (Some(file), None) => (measured::kind(&file)?, Some(file)),
+            (None, data) => (find(model)?, data),
+        };
+        let stands = if model.contains('.') {
+            PathBuf::from(model).file_name().map(|n| n.to_string_lossy().into_owned())
+        } else {
+            None
+        };
+        let base = stands.unwrap_or_else(|| kind.name().to_string());
+
+        let mut all: Vec<Vec<(String, String)>> = vec![Vec::new()];
+        for (name, value) in settings {
+            let values: Vec<String> = match kind.param(&name) {
+                Ok((_, param)) if value == "all" && matches!(param.kind, ParamType::Choice(_)) => {
+                    let ParamType::Choice(names) = param.kind else { continue };
+                    names.iter().map(|n| n.to_string()).collect()
+                }
+                _ => value.split('/').map(str::to_string).collect(),
+            };
+            if all.len() * values.len() > MOST {
+                bail!("{model}: {name}={value} makes more than {MOST} models of one");
+            }
+            all = all
+                .iter()
+                .flat_map(|before| {
+                    values.iter().map(|v| [&before[..], &[(name.clone(), v.clone())]].concat())
+                })
+                .collect();
+        }
+        let labels: Option<Vec<&str>> = label.as_ref().map(|l| l.split('/').collect());
+        let count = all.len();
+        let named = all.into_iter().enumerate().map(|(i, mut settings)| {
+            let mut words = vec![base.clone()];
+            words.extend(
+                settings.iter().map(|(n, v)| if n == "preset" { v.clone() } else { format!("{n}={v}") }),
+            );
+            let preset = settings.iter().rposition(|(n, _)| n == "preset").map(|at| settings.remove(at).1);
+            settings.retain(|(n, _)| n != "preset");
+            if let (Some(file), false) = (&data, model.contains('.')) {
+                words.extend(file.file_name().map(|n| n.to_string_lossy().into_owned()));
+            }
+            let label = match &labels {
+                Some(all) if all.len() == count => all[i].to_string(),
+                Some(_) => format!("{} {}", label.as_deref().unwrap_or_default(), words[1..].join(" ")),
+                None => words.join(" "),
+            };
+            Named { kind, label, preset, settings, data: data.clone(), space: self.space() }
+        });
+        Ok(named.collect())
+    }
+}
+
+impl Subject {
+    /// The colour space asked for.
+    pub fn space(&self) -> ColourSpace {
+        self.settings.space()
     }
 
-    /// The measured file that stands in the place of a model's name. No name of a model has a dot.
-    fn file(&self) -> Option<PathBuf> {
-        self.model.contains('.').then(|| PathBuf::from(&self.model))
+    /// The one model that is meant.
+    pub fn named(&self) -> Result<Named> {
+        let mut all = self.settings.expand(&self.model)?;
+        match (all.pop(), all.len()) {
+            (Some(one), 0) => Ok(one),
+            (_, more) => bail!("{} stands for {} models; expected one", self.model, more + 1),
+        }
     }
 
     /// Builds it.
     pub fn build(&self) -> Result<Model> {
-        let file = self.file();
-        let kind = match &file {
-            Some(file) if self.data.is_some() => {
-                bail!("{} and --data are two measured files", file.display())
-            }
-            Some(file) => measured::kind(file)?,
-            None => find(&self.model)?,
-        };
+        self.named()?.build()
+    }
+}
+
+impl Named {
+    /// Builds it.
+    pub fn build(&self) -> Result<Model> {
+        let kind = self.kind;
         let (mut slots, mut data) = match &self.preset {
-            Some(name) => kind.preset(name, self.space())?,
+            Some(name) => kind.preset(name, self.space)?,
             None => (kind.defaults(), Vec::new()),
         };
-        let form = self.form.iter().map(|f| format!("form={f}"));
-        for setting in form.chain(self.param.iter().cloned()) {
-            let (name, value) =
-                setting.split_once('=').with_context(|| format!("'{setting}': expected name=value"))?;
-            set(kind, &mut slots, name.trim(), value.trim())?;
+        for (name, value) in &self.settings {
+            set(kind, &mut slots, name, value)?;
         }
-        if let Some(file) = self.data.as_ref().or(file.as_ref()) {
-            data = measured::read(file, kind, self.space())?;
+        if let Some(file) = &self.data {
+            data = measured::read(file, kind, self.space)?;
         }
         if let (Data::Required(what), true) = (kind.data(), data.is_empty()) {
             let presets: Vec<_> = kind.presets().iter().map(|p| p.name).collect();
@@ -129,8 +256,17 @@ impl Subject {
     }
 }
 
+/// Sets a parameter, or both of a pair that differ in their axis alone, as `alpha` for `alpha_x` and `alpha_y`.
 fn set(kind: Kind, slots: &mut [f32], name: &str, value: &str) -> Result<()> {
-    let (at, param) = kind.param(name)?;
+    let pair = [format!("{name}_x"), format!("{name}_y")];
+    if kind.param(name).is_err() && pair.iter().all(|n| kind.param(n).is_ok()) {
+        return pair.iter().try_for_each(|n| set(kind, slots, n, value));
+    }
+    let (at, param) =
+        kind.param(name).or_else(|e| match nearest(name, kind.params().iter().map(|p| p.name)) {
+            Some(word) => bail!("{e}; did you mean '{word}'?"),
+            None => bail!(e),
+        })?;
     if let ParamType::Choice(names) = param.kind {
         let Some(i) = names.iter().position(|n| *n == value) else {
             bail!("'{value}' is no {name} of {}; expected one of {}", kind.name(), names.join(", "));

@@ -7,11 +7,11 @@ fn yugen(args: &[&str]) -> Run {
     crate::yugen(&["brdf"], args)
 }
 
-fn good(args: &[&str]) -> String {
+pub fn good(args: &[&str]) -> String {
     crate::good(yugen(args))
 }
 
-fn bad(args: &[&str]) -> String {
+pub fn bad(args: &[&str]) -> String {
     crate::bad(yugen(args))
 }
 
@@ -21,7 +21,7 @@ fn models() -> Vec<String> {
 }
 
 /// A path of this test run, in a folder that goes with the build.
-fn scratch(name: &str) -> PathBuf {
+pub fn scratch(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("brdf");
     std::fs::create_dir_all(&folder).unwrap();
     folder.join(name)
@@ -138,48 +138,12 @@ fn the_page_of_models_is_up_to_date() {
 }
 
 /// Width and height of a PNG, from its header.
-fn png_size(file: &Path) -> (u32, u32) {
+pub fn png_size(file: &Path) -> (u32, u32) {
     let bytes = std::fs::read(file).unwrap();
     assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
     assert_eq!(bytes[12..16], *b"IHDR");
     let word = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
     (word(16), word(20))
-}
-
-#[test]
-fn plot_draws_every_kind_as_svg_and_png() {
-    for kind in ["polar", "lobe", "sphere", "slice", "albedo"] {
-        for (extension, size) in [("svg", "64"), ("png", "100")] {
-            let file = scratch(&format!("{kind}.{extension}"));
-            let _ = std::fs::remove_file(&file);
-            let name = file.to_str().unwrap();
-            good(&["plot", "blinn_phong", "--kind", kind, "--size", size, "-o", name]);
-            if extension == "png" {
-                let (width, height) = png_size(&file);
-                assert!(width == 100 && (40..200).contains(&height), "{kind}: {width} x {height}");
-            } else {
-                let text = std::fs::read_to_string(&file).unwrap();
-                assert!(text.starts_with("<svg ") && text.ends_with("</svg>\n"));
-                let mut drawn = text.split('"').filter(|w| !w.starts_with("data:"));
-                assert!(!drawn.any(|w| w.contains("NaN") || w.contains("inf")), "{kind}");
-                assert!(
-                    text.contains(if kind == "sphere" { "<image" } else { "blinn_phong</text>" }),
-                    "{kind}"
-                );
-            }
-        }
-    }
-    // A mirror has no lobe, but a picture.
-    let file = scratch("mirror.png");
-    let name = file.to_str().unwrap();
-    assert!(bad(&["plot", "conductor", "-o", name]).contains("--kind sphere"));
-    good(&["plot", "conductor", "--kind", "sphere", "--size", "64", "-o", name]);
-    assert_eq!(png_size(&file), (64, 64));
-    assert!(bad(&["plot", "lambert", "-o", "a.gif"]).contains("expected the name of an .svg or a .png"));
-    assert!(bad(&["plot", "lambert", "--theta-i", "95", "-o", name]).contains("0 to less than 90 degrees"));
-    let idle = ["plot", "lambert", "--theta-i", "30", "--kind", "albedo", "-o", name];
-    assert!(bad(&idle).contains("for --kind polar and --kind lobe"));
-    assert!(bad(&["plot", "lambert", "-o", "/nowhere/a.svg"]).contains("/nowhere/a.svg"));
 }
 
 /// The differences that `convert` found.
@@ -288,32 +252,4 @@ fn fit_says_what_is_wrong_with_its_data() {
     assert!(bad(&["fit", path, "-m", "conductor"]).contains("single directions only"));
     assert!(bad(&["fit", "a.jpeg"]).contains("expected .binary, .bsdf, .gonio, or .csv"));
     assert!(bad(&["fit", path, "--max-angle", "3"]).contains("expected 10 to 90"));
-}
-
-#[test]
-fn pca_says_what_is_wrong_before_the_work() {
-    let folder = scratch("tables");
-    std::fs::create_dir_all(&folder).unwrap();
-    let path = folder.to_str().unwrap();
-    assert!(
-        bad(&["pca", "build", path, "-o", "x.pca"])
-            .contains("has 0 MERL .binary tables; a basis needs at least 2")
-    );
-    for name in ["a.binary", "b.binary"] {
-        std::fs::write(folder.join(name), b"not a table").unwrap();
-    }
-    let error = bad(&["pca", "check", path]);
-    assert!(error.contains("a.binary") && error.contains("34992012 bytes"), "{error}");
-    std::fs::remove_dir_all(&folder).unwrap();
-    let basis = scratch("no.pca");
-    std::fs::write(&basis, b"nothing").unwrap();
-    let basis = basis.to_str().unwrap();
-    assert!(bad(&["pca", "directions", "-b", basis]).contains("is not a basis"));
-    let more = ["pca", "reconstruct", "-b", basis, "-o"];
-    assert!(
-        bad(&[&more[..], &["o.exr", "--values", "v.csv"]].concat())
-            .contains("expected the name of a .binary")
-    );
-    let photo = ["o.binary", "--photo", "a.exr", "--photo", "b.exr", "--light", "0,0,1"];
-    assert!(bad(&[&more[..], &photo].concat()).contains("each photograph needs its --light"));
 }

@@ -2,6 +2,8 @@
 #![allow(clippy::disallowed_methods)]
 
 mod brdf;
+mod brdf_pca;
+mod brdf_plot;
 mod calibrate;
 mod capture_fit;
 mod capture_relight;
@@ -9,6 +11,7 @@ mod cloth;
 mod formats;
 mod hdr;
 mod info;
+mod lecture;
 mod messages;
 mod overwrite;
 mod render;

@@ -1,7 +1,8 @@
 //! The lobe in three dimensions: a surface as far from the origin as the value is large.
 
-use super::Scene;
-use super::scale::digits;
+use super::plane::clustered;
+use super::{Scene, Shown};
+use crate::figure::scale::digits;
 use crate::figure::{Anchor, Figure, INK, RULE};
 use anyhow::{Result, bail};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
@@ -13,20 +14,10 @@ const RADIUS: f32 = 300.0;
 /// Where the eye stands: aside of the plane of incidence and a little above the surface.
 const EYE: (f32, f32) = (65.0 * PI / 180.0, -70.0 * PI / 180.0);
 
-/// `n` numbers from `low` to `high`, half of them even and half within about `width` of `centre`.
-pub fn clustered(n: usize, low: f32, high: f32, centre: f32, width: f32) -> Vec<f32> {
-    let (a, b) = (((low - centre) / width).atan(), ((high - centre) / width).atan());
-    let half = n / 2;
-    let mut all: Vec<f32> = (0..=half).map(|i| low + (high - low) * i as f32 / half as f32).collect();
-    all.extend((1..half).map(|i| centre + width * (a + (b - a) * i as f32 / half as f32).tan()));
-    all.sort_by(f32::total_cmp);
-    all
-}
-
-pub fn draw(scene: &Scene) -> Result<Figure> {
+pub fn draw(scene: &Scene, shown: &Shown) -> Result<Figure> {
     let theta_i = scene.theta_i[0];
     let wi = spherical(theta_i, scene.phi + PI);
-    let transmits = scene.model.bsdf().laws().transmits;
+    let transmits = scene.transmits();
     let height = if transmits { 700.0 } else { 520.0 };
     let mut figure = Figure::new(WIDTH, height);
     let origin = Vec2::new(WIDTH / 2.0, if transmits { height / 2.0 + 20.0 } else { height - 150.0 });
@@ -43,7 +34,7 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
     let peak = |low: f32, high: f32| {
         let at = |i: usize| low + (high - low) * i as f32 / 4000.0;
         let scan: Vec<f32> =
-            (0..=4000).map(|i| length(scene.value(spherical(at(i), scene.phi), wi))).collect();
+            (0..=4000).map(|i| length(scene.value(shown, spherical(at(i), scene.phi), wi))).collect();
         let best = (0..=4000).max_by(|&a, &b| scan[a].total_cmp(&scan[b])).unwrap_or(0);
         // As wide as it is at half its height.
         let width = scan.iter().filter(|v| **v > 0.5 * scan[best]).count() as f32 * (high - low) / 4000.0;
@@ -64,14 +55,14 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
             phis.iter()
                 .map(|&phi| {
                     let wo = spherical(theta, phi + scene.phi);
-                    (wo, scene.value(wo, wi))
+                    (wo, scene.value(shown, wo, wi))
                 })
                 .collect()
         })
         .collect();
     let max = nodes.iter().flatten().fold(0.0f32, |a, (_, v)| a.max(length(*v)));
     if !max.is_finite() || max <= 0.0 {
-        bail!("{} has no finite positive value at this angle", scene.title);
+        bail!("{} has no finite positive value at this angle", shown.name);
     }
     let point = |&(wo, v): &(Vec3, Vec3)| wo * scene.scale.unit(length(v), max);
 
@@ -92,8 +83,9 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
             let middle = p.iter().sum::<Vec3>() / 4.0;
             let value = corners.iter().map(|c| c.1).sum::<Vec3>();
             // Outwards; what is turned away is hidden by the rest, as every ray from the origin meets the lobe once.
+            // Facets turned away a little make a rim without steps.
             let normal = cross.normalize() * cross.dot(middle).signum();
-            if normal.dot(eye) <= 0.0 {
+            if normal.dot(eye) <= -0.4 {
                 continue;
             }
             let light = 0.25 + 0.75 * normal.dot(lamp).max(0.0);
@@ -124,24 +116,19 @@ pub fn draw(scene: &Scene) -> Result<Figure> {
     figure.dashes(vec![project(Vec3::ZERO), project(1.08 * Vec3::Z)], INK, 1.0);
     figure.text(normal.x, normal.y, Anchor::Middle, "n");
     // The light comes in as far as the surface of the lobe.
-    let inside = scene.scale.unit(length(scene.value(wi, wi)), max);
+    let inside = scene.scale.unit(length(scene.value(shown, wi, wi)), max);
     for (_, corners, colour) in above {
         figure.area(corners, colour, 1.0);
     }
     figure.arrow(project((inside + 0.35).max(1.15) * wi), project(inside * wi), INK);
 
-    figure.text(20.0, 26.0, Anchor::Start, scene.title.clone());
-    figure.text(
-        20.0,
-        46.0,
-        Anchor::Start,
-        format!(
-            "{}, {}; light at {}°, longest {} 1/sr",
-            scene.value.name(),
-            scene.scale.name(),
-            digits(theta_i.to_degrees()),
-            digits(max)
-        ),
+    let caption = format!(
+        "{}, {}; light at {}°, longest {} 1/sr",
+        scene.value.name(),
+        scene.scale.name(),
+        digits(theta_i.to_degrees()),
+        digits(max)
     );
+    figure.heading(&[&shown.name, &caption]);
     Ok(figure)
 }

@@ -1,28 +1,41 @@
 //! `yugen brdf plot`.
 
 mod albedo;
+mod cartesian;
 mod lobe;
+mod plane;
 mod polar;
-mod scale;
-mod slice;
+pub mod slice;
 pub mod sphere;
+mod term;
 
-use super::subject::{Model, Subject};
+use super::subject::{Model, Settings};
 use crate::figure::Colour;
+use crate::figure::scale::Scale;
 use crate::{argument, progress};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
-use scale::Scale;
 use std::path::PathBuf;
+use term::Term;
 use yugen_archive::{atomic_write, check_outputs, check_writable};
 use yugen_optics::tonemap::{Curve, Display};
 use yugen_optics::{ColourSpace, Vec3};
 
-/// Pictures of a model, as SVG or PNG: lobes, a lit sphere, a Rusinkiewicz slice, albedo against angle.
+/// Pictures of one model or several, as SVG or PNG: curves, lobes, lit spheres, Rusinkiewicz slices, albedo against
+/// angle, and the terms D, G and F.
+///
+/// `yugen brdf plot ward -o ward.svg`; several models with their own parameters, forms and names:
+/// `yugen brdf plot lambert ward:alpha=0.1/0.3 ggx:alpha=0.2,label=GGX --kind cartesian -o three.png`. A value with
+/// slashes stands for several models, and `form=all` for every form.
 #[derive(Args)]
 pub struct Plot {
+    /// Models, as `yugen brdf list` names them, each perhaps with MODEL:NAME=VALUE,… (parameters, preset, data and
+    /// label); or measured files: MERL .binary, RGL .bsdf, goniometer .gonio.
+    #[arg(required = true, value_name = "MODEL")]
+    models: Vec<String>,
+
     #[command(flatten)]
-    subject: Subject,
+    settings: Settings,
 
     /// What to draw.
     #[arg(long, value_enum, default_value = "polar")]
@@ -32,15 +45,15 @@ pub struct Plot {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// Angles of incidence in degrees, separated by commas [default: 15,45,75 for polar, 45 for lobe].
-    #[arg(long, value_name = "DEG,…", value_delimiter = ',')]
-    theta_i: Vec<f32>,
+    /// Angles of incidence in degrees, separated by commas [default: 15,45,75 for one model, 45 for several].
+    #[arg(long, alias = "theta-i", value_name = "DEG,…", value_delimiter = ',')]
+    angle: Vec<f32>,
 
-    /// Azimuth of the plane of incidence from the tangent, degrees (polar, lobe, albedo).
+    /// Azimuth of the plane of incidence from the tangent, degrees.
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true)]
     phi: f32,
 
-    /// The quantity of polar and lobe.
+    /// The quantity of polar, cartesian and lobe.
     #[arg(long, value_enum, default_value = "f-cos")]
     value: Value,
 
@@ -48,15 +61,21 @@ pub struct Plot {
     #[arg(long, value_enum)]
     scale: Option<Scale>,
 
-    /// Width in pixels, of the picture within an SVG too [default: 720; 400 for sphere].
+    /// Each curve over its own peak, to compare shapes (polar, cartesian, d).
+    #[arg(long)]
+    relative: bool,
+
+    /// Width in pixels, of the picture within an SVG too [default: 720; 400 for a sphere, 960 for slices].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(64..=4096))]
     size: Option<u32>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Kind {
-    /// The lobe in the plane of incidence, for one or more angles.
+    /// The lobe in the plane of incidence, as lengths in all directions.
     Polar,
+    /// The same over a straight axis.
+    Cartesian,
     /// The lobe in three dimensions.
     Lobe,
     /// A sphere under a lamp and a soft sky.
@@ -65,6 +84,18 @@ enum Kind {
     Slice,
     /// Directional albedo against angle.
     Albedo,
+    /// D of microfacet models, against the angle of the half vector.
+    D,
+    /// G of microfacet models, against the angle of the eye.
+    G,
+    /// F of microfacet models, against the angle of incidence.
+    F,
+}
+
+impl Kind {
+    fn has_angles(self) -> bool {
+        matches!(self, Self::Polar | Self::Cartesian | Self::Lobe | Self::G)
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -84,25 +115,59 @@ impl Value {
     }
 }
 
+/// A model with what it is called in the figure.
+pub struct Shown {
+    name: String,
+    model: Model,
+}
+
 /// What all kinds of figure need.
-struct Scene<'a> {
-    model: &'a Model,
+struct Scene {
+    /// One or more.
+    shown: Vec<Shown>,
     space: ColourSpace,
-    /// Model, preset and parameters as the person named them.
-    title: String,
     /// Radians.
     theta_i: Vec<f32>,
     /// Radians.
     phi: f32,
     value: Value,
     scale: Scale,
+    relative: bool,
     size: u32,
 }
 
-impl Scene<'_> {
-    fn value(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        let f = self.model.bsdf().eval(wo, wi);
+impl Scene {
+    fn value(&self, shown: &Shown, wo: Vec3, wi: Vec3) -> Vec3 {
+        let f = shown.model.bsdf().eval(wo, wi);
         if self.value == Value::FCos { f * wi.z.abs() } else { f }
+    }
+
+    /// Whether light goes through one of the models.
+    fn transmits(&self) -> bool {
+        self.shown.iter().any(|s| s.model.bsdf().laws().transmits)
+    }
+
+    /// The name of a model that stands alone; those of several are in the legend.
+    fn titles(&self) -> Vec<String> {
+        match &self.shown[..] {
+            [one] => vec![one.name.clone()],
+            _ => Vec::new(),
+        }
+    }
+
+    /// The heading of a figure of values.
+    fn heading(&self, channels: bool) -> Vec<String> {
+        let of = if channels { "red, green, blue" } else { "luminance" };
+        let unit = if self.relative { " over its peak" } else { ", 1/sr" };
+        let light = match self.theta_i[..] {
+            [theta] if self.shown.len() > 1 => {
+                format!("; light at {}°", crate::figure::scale::digits(theta.to_degrees()))
+            }
+            _ => String::new(),
+        };
+        let mut lines = self.titles();
+        lines.push(format!("{}{unit}, {of}; {}{light}", self.value.name(), self.scale.name()));
+        lines
     }
 
     /// Linear colour of the model's space as a display shows it, cut off at one.
@@ -127,50 +192,72 @@ impl Plot {
         if !["svg", "png"].contains(&extension.as_str()) {
             bail!("{}: expected the name of an .svg or a .png", self.output.display());
         }
-        if let Some(bad) = self.theta_i.iter().find(|t| !(0.0..90.0).contains(*t)) {
-            bail!("--theta-i {bad}: expected 0 to less than 90 degrees");
+        if let Some(bad) = self.angle.iter().find(|t| !(0.0..90.0).contains(*t)) {
+            bail!("--angle {bad}: expected 0 to less than 90 degrees");
         }
-        if !self.theta_i.is_empty() && !matches!(self.kind, Kind::Polar | Kind::Lobe) {
-            bail!("--theta-i is for --kind polar and --kind lobe");
+        if !self.angle.is_empty() && !self.kind.has_angles() {
+            bail!("--angle is for --kind polar, cartesian, lobe and g");
+        }
+        if self.relative && !matches!(self.kind, Kind::Polar | Kind::Cartesian | Kind::D) {
+            bail!("--relative is for --kind polar, cartesian and d");
         }
         if !self.phi.is_finite() {
             bail!("--phi {}: expected degrees", self.phi);
         }
+        check_writable(&self.output)?;
+        let mut shown = Vec::new();
+        for model in &self.models {
+            for named in self.settings.expand(model)? {
+                shown.push(Shown { name: named.label.clone(), model: named.build()? });
+            }
+        }
+        check_outputs([&self.output])?;
         let defaults: &[f32] = match self.kind {
-            Kind::Polar => &[15.0, 45.0, 75.0],
+            Kind::Polar | Kind::Cartesian if shown.len() == 1 => &[15.0, 45.0, 75.0],
             _ => &[45.0],
         };
-        let theta_i = if self.theta_i.is_empty() { defaults } else { &self.theta_i };
-        if self.kind == Kind::Lobe && theta_i.len() > 1 {
-            bail!("a lobe in three dimensions has one angle of incidence; --kind polar shows several");
+        let theta_i = if self.angle.is_empty() { defaults } else { &self.angle };
+        if self.kind == Kind::Lobe && theta_i.len() * shown.len() > 1 {
+            bail!(
+                "a lobe in three dimensions has one model and one angle of incidence; --kind polar shows several"
+            );
         }
-        check_writable(&self.output)?;
-        let model = self.subject.build()?;
-        check_outputs([&self.output])?;
-        if model.bsdf().laws().delta && matches!(self.kind, Kind::Polar | Kind::Lobe | Kind::Slice) {
+        let flat = matches!(self.kind, Kind::Polar | Kind::Cartesian | Kind::Lobe | Kind::Slice);
+        if let Some(mirror) = shown.iter().find(|s| flat && s.model.bsdf().laws().delta) {
             bail!(
                 "{} goes on in single directions only (Dirac peaks), which have no lobe to draw; try --kind sphere or \
                  --kind albedo",
-                model.kind.name()
+                mirror.model.kind.name()
             );
         }
-        let size = self.size.unwrap_or(if self.kind == Kind::Sphere { 400 } else { 720 });
+        let single = shown.len() == 1;
+        let size = self.size.unwrap_or(match self.kind {
+            Kind::Sphere if single => 400,
+            Kind::Slice if !single => 960,
+            _ => 720,
+        });
         let scene = Scene {
-            model: &model,
-            space: self.subject.space(),
-            title: self.subject.title(),
+            space: self.settings.space(),
             theta_i: theta_i.iter().map(|t| t.to_radians()).collect(),
             phi: self.phi.to_radians(),
             value: self.value,
             scale: self.scale.unwrap_or(if self.kind == Kind::Slice { Scale::Cbrt } else { Scale::Linear }),
-            size,
+            relative: self.relative,
+            // Of several spheres each has its share of the width.
+            size: if self.kind == Kind::Sphere { size / shown.len().clamp(1, 4) as u32 } else { size }
+                .max(16),
+            shown,
         };
         let figure = match self.kind {
             Kind::Polar => polar::draw(&scene)?,
-            Kind::Lobe => lobe::draw(&scene)?,
+            Kind::Cartesian => cartesian::draw(&scene)?,
+            Kind::Lobe => lobe::draw(&scene, &scene.shown[0])?,
             Kind::Sphere => sphere::draw(&scene)?,
             Kind::Slice => slice::draw(&scene)?,
             Kind::Albedo => albedo::draw(&scene)?,
+            Kind::D => term::draw(&scene, Term::D)?,
+            Kind::G => term::draw(&scene, Term::G)?,
+            Kind::F => term::draw(&scene, Term::F)?,
         };
         let bytes = if extension == "svg" { figure.svg()?.into_bytes() } else { figure.png(size)? };
         Ok(atomic_write(&self.output, &bytes)?)

@@ -1,7 +1,7 @@
 //! A sphere under a lamp and a soft sky, seen from far away.
 
 use super::{Scene, bytes};
-use crate::figure::{Colour, Figure};
+use crate::figure::{Anchor, Colour, Figure, LINE, wrapped};
 use anyhow::Result;
 use std::f32::consts::TAU;
 use yugen_optics::frame::Frame;
@@ -112,13 +112,44 @@ fn radiance(bsdf: &Sum, at: Vec2, for_sky: Vec3, for_lamp: Vec2) -> Vec3 {
     sum + f * wi.z.abs() * LAMP * lamp / (lamp + pdf)
 }
 
+/// One sphere fills the figure; several stand in rows, with their names below.
 pub(super) fn draw(scene: &Scene) -> Result<Figure> {
-    let rows = pixels(&Sum(vec![scene.model.bsdf()]), scene.space, scene.size);
     let side = scene.size as f32;
+    let mut pictures = scene
+        .shown
+        .iter()
+        .map(|shown| (shown.name.clone(), pixels(&Sum(vec![shown.model.bsdf()]), scene.space, scene.size)));
+    if scene.shown.len() > 1 {
+        return sheet(&pictures.collect::<Vec<_>>(), scene.size, 4);
+    }
     let mut figure = Figure::new(side, side);
-    figure.picture(Vec2::ZERO, Vec2::splat(side), scene.size, &rows)?;
+    if let Some((_, pixels)) = pictures.next() {
+        figure.picture(Vec2::ZERO, Vec2::splat(side), scene.size, &pixels)?;
+    }
     Ok(figure)
 }
+
+/// Square pictures of `size` pixels a side, so many in a row at most, with their names below.
+pub fn sheet(pictures: &[(String, Vec<Colour>)], size: u32, columns: usize) -> Result<Figure> {
+    let columns = pictures.len().clamp(1, columns);
+    let names: Vec<Vec<String>> = pictures.iter().map(|(name, _)| wrapped(name, SIDE - 12.0)).collect();
+    let lines = names.iter().map(Vec::len).max().unwrap_or(0);
+    let step = Vec2::new(SIDE, SIDE + LINE * lines as f32 + 12.0);
+    let rows = pictures.len().div_ceil(columns);
+    let mut figure = Figure::new(step.x * columns as f32, step.y * rows as f32);
+    for (i, ((_, pixels), name)) in pictures.iter().zip(&names).enumerate() {
+        let corner = step * Vec2::new((i % columns) as f32, (i / columns) as f32);
+        figure.picture(corner, Vec2::splat(SIDE), size, pixels)?;
+        for (k, line) in name.iter().enumerate() {
+            let at = corner + Vec2::new(0.5 * SIDE, SIDE + LINE * (k as f32 + 0.9));
+            figure.text(at.x, at.y, Anchor::Middle, line.as_str());
+        }
+    }
+    Ok(figure)
+}
+
+/// Side of a picture among others, in units of the figure.
+const SIDE: f32 = 220.0;
 
 /// The picture as `size` rows of `size` pixels; the colours of the lobes are of `space`.
 pub fn pixels(bsdf: &Sum, space: ColourSpace, size: u32) -> Vec<Colour> {

@@ -1,5 +1,8 @@
 //! `yugen brdf pca`.
 
+mod directions;
+mod plot;
+
 use crate::{argument, json, progress};
 use anyhow::{Context, Result, anyhow, bail};
 use clap::{Args, Subcommand};
@@ -14,15 +17,15 @@ use yugen_archive::formats::{merl, readings};
 use yugen_archive::{atomic_write, check_outputs, check_writable, list_folder, read_bounded};
 use yugen_capture::pca::{self, Observation, RIDGE, Sphere, Tables};
 use yugen_optics::{ColourSpace, Vec3};
-use yugen_reflectance::merl::{PHI_D, THETA_D, bin_centre};
 
 /// A basis of measured BRDFs, in which a few readings make a whole table (Nielsen, Jensen and Ramamoorthi 2015).
 // What a verb is for stands at its arguments.
 #[derive(Subcommand)]
 pub enum Pca {
     Build(Build),
-    Directions(Directions),
+    Directions(directions::Directions),
     Reconstruct(Reconstruct),
+    Plot(plot::Plot),
     Check(Check),
 }
 
@@ -42,22 +45,6 @@ pub struct Build {
 
     #[command(flatten)]
     how: How,
-}
-
-/// The best directions for a few readings.
-#[derive(Args)]
-pub struct Directions {
-    /// The basis.
-    #[arg(short, long, value_name = "BASIS.pca")]
-    basis: PathBuf,
-
-    /// How many readings.
-    #[arg(short = 'n', long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100))]
-    count: u32,
-
-    /// As JSON.
-    #[arg(long)]
-    json: bool,
 }
 
 /// Makes a MERL .binary of a few readings or of photographs of a sphere.
@@ -181,6 +168,7 @@ impl Pca {
             Self::Build(v) => v.run(),
             Self::Directions(v) => v.run(),
             Self::Reconstruct(v) => v.run(),
+            Self::Plot(v) => v.run(),
             Self::Check(v) => v.run(),
         }
     }
@@ -221,53 +209,6 @@ impl Build {
 }
 
 const NO_BASIS: &str = "the tables have no bin in common that is measured in all, or do not differ";
-
-/// θ_h, θ_d, φ_d of a row in degrees, and its directions.
-fn angles(basis: &Basis, row: usize) -> ([f32; 3], Vec3, Vec3) {
-    let bin = basis.bins[row] as usize;
-    let centre = bin_centre(bin / (THETA_D * PHI_D), bin / PHI_D % THETA_D, bin % PHI_D);
-    let (wo, wi) = pca::directions_of(bin);
-    (centre.map(f32::to_degrees), wo, wi)
-}
-
-fn listed(basis: &Basis, rows: &[usize]) -> Vec<serde_json::Value> {
-    rows.iter()
-        .map(|&row| {
-            let ([h, d, p], wo, wi) = angles(basis, row);
-            json!({ "theta_h": h, "theta_d": d, "phi_d": p, "wi": wi.to_array(), "wo": wo.to_array() })
-        })
-        .collect()
-}
-
-impl Directions {
-    fn run(self) -> Result<()> {
-        let basis = open(&self.basis)?;
-        let n = self.count as usize;
-        if n > basis.components {
-            bail!(
-                "{}: has {} components, too few for {n} readings; build it with --components {n}",
-                self.basis.display(),
-                basis.components
-            );
-        }
-        let bar = progress::bar(n as u64, self.json);
-        let rows = pca::optimal_rows(&basis, n, &|x| bar.set_position((x * n as f64) as u64));
-        bar.finish_and_clear();
-        if self.json {
-            json::print(json!(listed(&basis, &rows)));
-            return Ok(());
-        }
-        println!("# wi_x wi_y wi_z wo_x wo_y wo_z; theta_h, theta_d, phi_d in degrees after the hash");
-        for row in rows {
-            let ([h, d, p], wo, wi) = angles(&basis, row);
-            println!(
-                "{:.6} {:.6} {:.6} {:.6} {:.6} {:.6}  # {h:.2} {d:.2} {p:.2}",
-                wi.x, wi.y, wi.z, wo.x, wo.y, wo.z
-            );
-        }
-        Ok(())
-    }
-}
 
 fn open(file: &Path) -> Result<Basis> {
     Ok(pca_basis::read(&read_bounded(file, 4 << 30)?, file)?)
@@ -422,7 +363,7 @@ impl Check {
             rows.push(json!({
                 "readings": n, "log_rms_median": q[0], "log_rms_90": q[1], "cube_root_median": q[2],
                 "cube_root_90": q[3], "worst": tables.names[worst],
-                "directions": i.checked_sub(1).map(|i| listed(&report.basis, &report.rows[i])),
+                "directions": i.checked_sub(1).map(|i| directions::listed(&report.basis, &report.rows[i])),
                 "materials": of.iter().map(|e| json!({
                     "name": tables.names[e.material], "log_rms": e.log_rms, "cube_root": e.cube_root,
                 })).collect::<Vec<_>>(),

@@ -66,5 +66,5 @@ fn round_down(v: f32) -> f32 {
 /// A number with three digits at most.
 pub fn digits(v: f32) -> String {
     let v = format!("{v:.2e}").parse::<f32>().unwrap_or(v);
-    if v != 0.0 && !(1e-3..1e5).contains(&v) { format!("{v:e}") } else { format!("{v}") }
+    if v != 0.0 && !(1e-3..1e5).contains(&v.abs()) { format!("{v:e}") } else { format!("{v}") }
 }
