@@ -1,30 +1,34 @@
-//! The contact sheet: six fabrics, gold brocade by a fire, the lecture's red ball, measured and structural colour.
+//! The contact sheet: six fabrics, gold brocade by a fire, models from Lambert to a measurement, structural colour and
+//! the lecture's red ball.
 //!
 //! Writes `out/demo/sheet.png`, the single pictures, the scenes they were made from and a page that shows them,
-//! `out/demo/index.html`. `--samples N` changes the samples a pixel, `--merl FILE` the measured material.
+//! `out/demo/index.html`. Each picture has its share of the time, so that the sheet takes about as long on any machine
+//! and is the less noisy the faster it is; with `--samples N` it is the same on all.
 
 use anyhow::{Context, Result, bail};
-use std::f32::consts::PI;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use yugen_archive::atomic_write;
 use yugen_archive::formats::image::{self, WriteOptions};
-use yugen_archive::formats::{Options as LoadOptions, load_scene, merl};
-use yugen_optics::frame::spherical;
+use yugen_archive::formats::{Options as LoadOptions, load_scene};
 use yugen_optics::tonemap::Curve;
-use yugen_optics::{ColourSpace, Image, Vec3};
-use yugen_reflectance::merl::{PHI_D, THETA_D, THETA_H, VALUES};
-use yugen_reflectance::{Bsdf, Kind};
+use yugen_optics::{ColourSpace, Image};
 use yugen_transport::render::{Action, Budget, Job, Options};
 
-/// One picture: file stem, captions, the pieces its scene is put together from.
+/// One picture.
 struct Picture {
-    name: String,
+    /// Stem of its files.
+    name: &'static str,
     english: &'static str,
     japanese: &'static str,
     scene: String,
+    /// How long it takes, seconds.
+    seconds: u64,
 }
 
+const FABRIC: &str = include_str!("../scenes/fabric.toml");
+/// The preset of `fabric.toml`, which gives way to each of these.
+const PRESET: &str = "preset = \"silk_shot\"";
 const FABRICS: [(&str, &str, &str); 6] = [
     ("linen_plain", "Linen, plain weave", "麻・平織"),
     ("silk_crepe_de_chine", "Silk crêpe de Chine", "絹クレープデシン"),
@@ -34,81 +38,101 @@ const FABRICS: [(&str, &str, &str); 6] = [
     ("velvet", "Velvet", "ビロード"),
 ];
 
-const FABRIC: &str = include_str!("../scenes/fabric.toml");
-const BALL: &str = include_str!("../scenes/red_ball.toml");
-const MATERIALS: [(&str, &str, &str, &str); 2] = [
-    ("mat", include_str!("../scenes/red_ball_mat.toml"), "mat", "つや消し"),
-    ("glossy", include_str!("../scenes/red_ball_glossy.toml"), "glossy", "光沢"),
+/// Name, captions, scene, seconds.
+const SCENES: [(&str, &str, &str, &str, u64); 8] = [
+    ("brocade", "Gold brocade by a fire", "火明かりの金襴", include_str!("../scenes/brocade.toml"), 22),
+    (
+        "models",
+        "Six models: Lambert, Phong, Cook-Torrance; Ward, a table, a morpho wing",
+        "六つの反射モデル:ランバート、フォン、クック・トランス、ワード、計測表、モルフォ蝶",
+        include_str!("../scenes/models.toml"),
+        12,
+    ),
+    (
+        "measured",
+        "Brushed copper, as if measured",
+        "ヘアライン仕上げの銅(計測表)",
+        include_str!("../scenes/measured.toml"),
+        9,
+    ),
+    (
+        "films",
+        "Structural colour: morpho wing, gold leaf on lacquer",
+        "構造色:モルフォ蝶と漆地の金箔",
+        include_str!("../scenes/films.toml"),
+        10,
+    ),
+    (
+        "red_ball_glossy_surface",
+        "Red ball on a white desk, glossy, a surface light source",
+        "白い机の赤い球・光沢・面光源",
+        include_str!("../scenes/red_ball_glossy_surface.toml"),
+        7,
+    ),
+    (
+        "red_ball_glossy_point",
+        "The same, a point light source",
+        "同じ球・点光源",
+        include_str!("../scenes/red_ball_glossy_point.toml"),
+        7,
+    ),
+    (
+        "red_ball_glossy_five",
+        "The same, five point light sources",
+        "同じ球・五つの点光源",
+        include_str!("../scenes/red_ball_glossy_five.toml"),
+        7,
+    ),
+    (
+        "red_ball_mat_surface",
+        "The same ball mat, a surface light source",
+        "つや消しの球・面光源",
+        include_str!("../scenes/red_ball_mat_surface.toml"),
+        7,
+    ),
 ];
-const LIGHTS: [(&str, &str, &str, &str); 3] = [
-    ("surface", include_str!("../scenes/red_ball_surface.toml"), "a surface light source", "面光源"),
-    ("point", include_str!("../scenes/red_ball_point.toml"), "a point light source", "点光源"),
-    ("five", include_str!("../scenes/red_ball_five.toml"), "five point light sources", "五つの点光源"),
-];
+/// What the scene of the brocade reads.
+const HEXAGONS: &[u8] = include_bytes!("../scenes/hexagons.png");
 
 fn pictures() -> Vec<Picture> {
-    let mut all = Vec::new();
-    for (preset, english, japanese) in FABRICS {
-        all.push(Picture { name: preset.into(), english, japanese, scene: FABRIC.replace("PRESET", preset) });
-    }
-    let single = [
-        ("brocade", "Gold brocade by a fire", "火明かりの金襴", include_str!("../scenes/brocade.toml")),
-        (
-            "measured",
-            "A measured table (MERL format)",
-            "計測表(MERL形式)",
-            include_str!("../scenes/measured.toml"),
-        ),
-        (
-            "films",
-            "Structural colour: morpho wing, gold leaf on lacquer",
-            "構造色:モルフォ蝶と漆地の金箔",
-            include_str!("../scenes/films.toml"),
-        ),
-    ];
-    for (name, english, japanese, scene) in single {
-        all.push(Picture { name: name.into(), english, japanese, scene: scene.into() });
-    }
-    for (material, material_toml, mat_en, mat_ja) in MATERIALS {
-        for (light, light_toml, light_en, light_ja) in LIGHTS {
-            all.push(Picture {
-                name: format!("red_ball_{material}_{light}"),
-                english: Box::leak(
-                    format!("Red ball on a white desk, {mat_en}, {light_en}").into_boxed_str(),
-                ),
-                japanese: Box::leak(format!("白い机の赤い球・{mat_ja}・{light_ja}").into_boxed_str()),
-                scene: format!("{BALL}{material_toml}{light_toml}"),
-            });
-        }
-    }
-    all
+    let fabrics = FABRICS.map(|(name, english, japanese)| Picture {
+        name,
+        english,
+        japanese,
+        scene: FABRIC.replace(PRESET, &format!("preset = \"{name}\"")),
+        seconds: 11,
+    });
+    let scenes = SCENES.map(|(name, english, japanese, scene, seconds)| Picture {
+        name,
+        english,
+        japanese,
+        scene: scene.into(),
+        seconds,
+    });
+    fabrics.into_iter().chain(scenes).collect()
 }
 
 /// Pixels of a side of one picture, and pictures in a row.
-const SIZE: usize = 320;
+const SIZE: usize = 400;
 const COLUMNS: usize = 5;
 const GAP: usize = 6;
 
 struct Arguments {
     samples: Option<u32>,
-    merl: Option<PathBuf>,
     out: PathBuf,
     only: Option<String>,
 }
 
 fn arguments() -> Result<Arguments> {
-    let mut parsed = Arguments { samples: None, merl: None, out: PathBuf::from("out/demo"), only: None };
+    let mut parsed = Arguments { samples: None, out: PathBuf::from("out/demo"), only: None };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().with_context(|| format!("{word} needs a value"));
         match word.as_str() {
             "--samples" => parsed.samples = Some(value()?.parse().context("--samples needs a number")?),
-            "--merl" => parsed.merl = Some(value()?.into()),
             "--out" => parsed.out = value()?.into(),
             "--only" => parsed.only = Some(value()?),
-            other => {
-                bail!("there is no '{other}'; there are --samples N, --merl FILE, --out FOLDER, --only NAME")
-            }
+            other => bail!("there is no '{other}'; there are --samples N, --out FOLDER, --only NAME"),
         }
     }
     Ok(parsed)
@@ -118,28 +142,26 @@ fn main() -> Result<()> {
     let arguments = arguments()?;
     let out = &arguments.out;
     std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
-    image::write(&out.join("hexagons.png"), &hexagons(512), &WriteOptions::from(ColourSpace::LinearSrgb))?;
-    let table = match &arguments.merl {
-        Some(file) => std::fs::read(file).with_context(|| file.display().to_string())?,
-        None => merl::write(&bronze()?, ColourSpace::LinearSrgb),
-    };
-    atomic_write(&out.join("measured.binary"), &table)?;
+    atomic_write(&out.join("hexagons.png"), HEXAGONS)?;
 
     let started = Instant::now();
     let pictures = pictures();
     let rows = pictures.len().div_ceil(COLUMNS);
     let step = SIZE + GAP;
     let mut sheet = Image::rgb(COLUMNS * step + GAP, rows * step + GAP);
-    for (i, picture) in pictures.iter().enumerate() {
-        if arguments.only.as_ref().is_some_and(|name| *name != picture.name) {
-            continue;
-        }
+    let chosen = |p: &Picture| arguments.only.as_ref().is_none_or(|name| *name == p.name);
+    if !pictures.iter().any(chosen) {
+        let names: Vec<_> = pictures.iter().map(|p| p.name).collect();
+        bail!("--only: expected one of {}", names.join(", "));
+    }
+    for (i, picture) in pictures.iter().enumerate().filter(|(_, p)| chosen(p)) {
         let clock = Instant::now();
         let file = out.join(format!("{}.toml", picture.name));
         atomic_write(&file, picture.scene.as_bytes())?;
         let scene = load_scene(&file, &LoadOptions::default())?;
-        let options = Options { budget: arguments.samples.map(Budget::Samples), ..Options::default() };
-        let job = Job::new(&scene, &options)?;
+        let time = Budget::Time(Duration::from_secs(picture.seconds));
+        let budget = Some(arguments.samples.map_or(time, Budget::Samples));
+        let job = Job::new(&scene, &Options { budget, ..Options::default() })?;
         job.run(|_, _| Action::Continue);
         let rgb = job.image().select(&["R", "G", "B"]).context("a picture has colours")?;
         let write = WriteOptions { curve: Curve::Aces, ..WriteOptions::from(scene.working_space) };
@@ -173,74 +195,6 @@ fn paste(sheet: &mut Image, picture: &Image, left: usize, top: usize) {
             sheet.pixel_mut(left + x, top + y).copy_from_slice(picture.pixel(x, y));
         }
     }
-}
-
-/// A tile of the tortoise-shell pattern (kikkō): gold outlines and hearts of hexagons. Repeats at its edges: two
-/// rows of hexagons, squeezed by 15 % so that the tile is square.
-fn hexagons(size: usize) -> Image {
-    let mut image = Image::new(size, size, &["R"]);
-    for y in 0..size {
-        for x in 0..size {
-            let p = [(x as f32 + 0.5) / size as f32 * 3f32.sqrt(), (y as f32 + 0.5) / size as f32 * 3.0];
-            // Distance to the nearest and second nearest centre of a triangular lattice.
-            let mut nearest = [f32::MAX; 2];
-            for row in -1i32..=3 {
-                for column in -1i32..=2 {
-                    let c = [(column as f32 + 0.5 * (row & 1) as f32) * 3f32.sqrt(), row as f32 * 1.5];
-                    let d = (p[0] - c[0]).hypot(p[1] - c[1]);
-                    if d < nearest[0] {
-                        nearest = [d, nearest[0]];
-                    } else if d < nearest[1] {
-                        nearest[1] = d;
-                    }
-                }
-            }
-            let edge = nearest[1] - nearest[0];
-            let gold = edge < 0.22 || nearest[0] < 0.34 || (edge > 0.42 && edge < 0.56);
-            image.pixel_mut(x, y)[0] = f32::from(gold);
-        }
-    }
-    image
-}
-
-/// A table in the resolution of the MERL database, taken from models: worn bronze, a rough metal under a thin
-/// diffuse patina.
-fn bronze() -> Result<Vec<f32>> {
-    let metal = Kind::from_name("rough_conductor")?;
-    let mut slots = metal.defaults();
-    for (name, value) in [("alpha_x", 0.22), ("alpha_y", 0.22)] {
-        slots[metal.param(name)?.0] = value;
-    }
-    let (eta, _) = metal.param("eta")?;
-    slots[eta..eta + 3].copy_from_slice(&[0.35, 0.9, 1.2]);
-    let (k, _) = metal.param("k")?;
-    slots[k..k + 3].copy_from_slice(&[3.2, 2.4, 2.2]);
-    let table = metal.bake(&slots, &[])?;
-    let bsdf = Bsdf::new(metal, &slots, &table);
-    let patina = Vec3::new(0.02, 0.05, 0.035) / PI;
-    let mut values = vec![-1.0; VALUES];
-    for h in 0..THETA_H {
-        for d in 0..THETA_D {
-            for p in 0..PHI_D {
-                // Centres of the bins; θ_h is uniform in its root.
-                let theta_h = ((h as f32 + 0.5) / THETA_H as f32).powi(2) * PI / 2.0;
-                let theta_d = (d as f32 + 0.5) / THETA_D as f32 * PI / 2.0;
-                let phi_d = (p as f32 + 0.5) / PHI_D as f32 * PI;
-                let diff = spherical(theta_d, phi_d);
-                let half = spherical(theta_h, 0.0);
-                // Rusinkiewicz 1998: the incident direction is the difference turned by θ_h about y.
-                let (sin, cos) = theta_h.sin_cos();
-                let wi = Vec3::new(cos * diff.x + sin * diff.z, diff.y, -sin * diff.x + cos * diff.z);
-                let wo = 2.0 * half.dot(wi) * half - wi;
-                if wi.z > 0.0 && wo.z > 0.0 {
-                    let f = bsdf.eval(wo, wi) + patina;
-                    let at = 3 * ((h * THETA_D + d) * PHI_D + p);
-                    values[at..at + 3].copy_from_slice(&f.to_array());
-                }
-            }
-        }
-    }
-    Ok(values)
 }
 
 fn page(pictures: &[Picture]) -> String {
