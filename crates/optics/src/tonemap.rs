@@ -14,6 +14,9 @@ pub enum Curve {
     Reinhard,
     /// Narkowicz 2016, "ACES Filmic Tone Mapping Curve", channel by channel: contrast and a soft shoulder.
     Aces,
+    /// Sobotka 2022, "AgX" (github.com/sobotka/AgX): primaries drawn in, so that bright colours go to white as on film, a
+    /// logarithm and a sigmoid; without a look. The values of its configuration for OpenColorIO within 3e-4.
+    AgX,
 }
 
 /// The smallest luminance that [`Curve::Reinhard`] shows as white: four stops over a grey card's white.
@@ -21,7 +24,7 @@ pub const REINHARD_WHITE: f32 = 16.0;
 
 impl Curve {
     /// Every curve.
-    pub const ALL: [Self; 3] = [Self::Clip, Self::Reinhard, Self::Aces];
+    pub const ALL: [Self; 4] = [Self::Clip, Self::Reinhard, Self::Aces, Self::AgX];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -29,6 +32,7 @@ impl Curve {
             Self::Clip => "clip",
             Self::Reinhard => "reinhard",
             Self::Aces => "aces",
+            Self::AgX => "agx",
         }
     }
 
@@ -50,9 +54,37 @@ impl Curve {
                 let x = rgb.min(Vec3::splat(1e6));
                 (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
             }
+            // The sigmoid makes the numbers of a display of exponent 2.2.
+            Self::AgX => agx_log(rgb).map(|x| agx_sigmoid(x).powf(2.2)),
         };
         mapped.clamp(Vec3::ZERO, Vec3::ONE)
     }
+}
+
+/// Stops about which AgX's logarithm lies: ten below middle grey, .18, and six and a half above it.
+const AGX_STOPS: [f32; 2] = [-12.473_93, 4.026_069];
+
+/// AgX's log encoding of linear sRGB: black and white of the range are 0 and 1. The matrix is that of "AgX Log (Kraken)"
+/// in the configuration.
+fn agx_log(rgb: Vec3) -> Vec3 {
+    let inset = Mat3::from_cols(
+        Vec3::new(0.842_479_06, 0.042_328_24, 0.042_375_655),
+        Vec3::new(0.078_433_6, 0.878_468_64, 0.078_433_6),
+        Vec3::new(0.079_223_745, 0.079_166_13, 0.879_142_97),
+    );
+    let [low, high] = AGX_STOPS;
+    (inset * rgb).map(|x| ((x.max(1e-30).log2() - low) / (high - low)).clamp(0.0, 1.0))
+}
+
+/// AgX's contrast, from log encoding to the numbers of a display: a line of slope 2 through middle grey, which comes out
+/// at one half, bent to reach (0, 0) with exponent 3 and (1, 1) with exponent 3.25.
+fn agx_sigmoid(x: f32) -> f32 {
+    const MIDDLE: f32 = 10.0 / 16.5;
+    let (side, run, power) = if x < MIDDLE { (-1.0, MIDDLE, 3.0) } else { (1.0, 1.0 - MIDDLE, 3.25f32) };
+    // y = k t / (1 + tᵖ)^(1/p) for t = 2 |x - middle| / k, with the k that makes y one half at the end.
+    let k = 2.0 * run / ((4.0 * run).powf(power) - 1.0).powf(1.0 / power);
+    let t = 2.0 * (x - MIDDLE).abs() / k;
+    (0.5 + side * k * t / (1.0 + t.powf(power)).powf(1.0 / power)).max(0.0)
 }
 
 /// Brings a linear colour with negative channels into the gamut by mixing it with the grey of its luminance
@@ -101,7 +133,7 @@ mod tests {
     fn curves_rise_from_black_to_white_and_hit_their_published_points() {
         for curve in Curve::ALL {
             assert_eq!(Curve::from_name(curve.name()), Some(curve));
-            assert_eq!(curve.apply(Vec3::ZERO), Vec3::ZERO);
+            assert!(curve.apply(Vec3::ZERO).max_element() < 1e-12, "{curve:?}");
             let mut last = 0.0;
             for i in 0..200 {
                 let v = curve.apply(Vec3::splat(1.1f32.powi(i - 100))).x;
@@ -115,6 +147,26 @@ mod tests {
         assert!((Curve::Reinhard.apply(Vec3::splat(1e-3)).x / 1e-3 - 1.0).abs() < 2e-3);
         // Narkowicz's rational function at 1: 2.54 / 3.16.
         assert!((Curve::Aces.apply(Vec3::ONE).x - 2.54 / 3.16).abs() < 1e-6);
+    }
+
+    /// Values of "AgX Base" in Sobotka's configuration, by OpenColorIO 2.6.0.
+    #[test]
+    fn agx_has_the_values_of_its_configuration() {
+        for (light, shown) in [
+            ([0.18, 0.18, 0.18], [0.5, 0.5, 0.5]),
+            ([0.01, 0.01, 0.01], [0.09616, 0.09615, 0.09615]),
+            ([0.05, 0.04, 0.03], [0.27436, 0.24651, 0.21458]),
+            ([1.0, 1.0, 1.0], [0.78754, 0.78751, 0.78751]),
+            ([4.0, 4.0, 4.0], [0.93781, 0.9378, 0.9378]),
+            ([1.0, 0.2, 0.05], [0.76533, 0.53666, 0.40095]),
+            ([0.02, 0.3, 2.0], [0.5174, 0.64861, 0.8634]),
+            ([8.0, 0.0, 0.0], [0.96853, 0.61031, 0.61051]),
+            ([0.0, 0.0, 3.0], [0.5486, 0.54847, 0.90402]),
+        ] {
+            let ours = Curve::AgX.apply(Vec3::from_array(light)).map(|v| v.powf(1.0 / 2.2));
+            // The worst is 7e-5.
+            assert!((ours - Vec3::from_array(shown)).abs().max_element() < 3e-4, "{light:?}: {ours}");
+        }
     }
 
     #[test]

@@ -5,11 +5,12 @@
 
 use crate::accel::{Hit, Ray};
 use crate::geometry::{Geometry, Surface};
-use crate::lights::{Lights, Receiver};
+use crate::lights::{Lights, Receiver, Shares};
 use crate::material::{Materials, Point, Scratch, Shading, ShadingSample};
 use crate::sampler::Sampler;
 use crate::texture::{Lookup, Textures};
 use glam::Vec3;
+use std::cell::Cell;
 use yugen_archive::scene::{Integrator, IntegratorKind, Scene};
 
 /// A scene ready to be followed by rays.
@@ -50,6 +51,29 @@ pub enum PrepareError {
         height: u32,
         /// Most pixels.
         limit: u64,
+    },
+    /// A part of the picture that is not in it.
+    #[error(
+        "the crop {crop:?} (x, y, width, height) is not a part of a picture of {width} x {height} pixels"
+    )]
+    Crop {
+        /// What was asked for.
+        crop: [u32; 4],
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+    },
+    /// More layers than anybody looks at.
+    #[error(
+        "the lights go by {count} names, and each would get a layer of its own; at most {limit} do: let lights that belong \
+         together share a name"
+    )]
+    TooManyGroups {
+        /// Names.
+        count: usize,
+        /// The most.
+        limit: usize,
     },
     /// A camera called that does not exist.
     #[error("there is no camera called '{name}'{hint}")]
@@ -92,9 +116,9 @@ pub struct Radiance {
 }
 
 impl Radiance {
-    /// Adds light that came by so many bounces.
+    /// Adds light of the light number `from` that came by so many bounces.
     #[inline(always)]
-    fn bring(&mut self, follow: &Follow, bounces: u32, light: Vec3) {
+    fn bring(&mut self, follow: &Follow, bounces: u32, from: u32, light: Vec3) {
         let light = match follow.settings.clamp {
             Some(most) if bounces > 1 && light.max_element() > most => {
                 let kept = light * (most / light.max_element());
@@ -104,7 +128,19 @@ impl Radiance {
             _ => light,
         };
         self.rgb += light;
+        if let Some(groups) = &follow.groups {
+            groups.shares.give(from, light, groups.sums);
+        }
     }
+}
+
+/// Where light is summed by the group that it comes from.
+#[derive(Clone, Copy, Debug)]
+pub struct Groups<'a> {
+    /// Of which group a light is.
+    pub shares: &'a Shares,
+    /// One for each group.
+    pub sums: &'a [Cell<Vec3>],
 }
 
 /// How camera rays are followed.
@@ -114,6 +150,8 @@ pub struct Follow<'a> {
     pub settings: &'a Integrator,
     /// Whether the first surface's albedo is wanted.
     pub albedo: bool,
+    /// Light group by group, where that is wanted.
+    pub groups: Option<Groups<'a>>,
     /// Footprint of a ray at the camera, scene units.
     pub width: f32,
     /// And how it grows, radians.
@@ -196,6 +234,8 @@ pub(crate) struct Vertex<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Arriving {
     pub(crate) wi: Vec3,
+    /// Number of the light, where it comes straight from one.
+    pub(crate) from: u32,
     /// Over the density of having looked there.
     pub(crate) radiance: Vec3,
     /// f |cos| of the vertex.
@@ -291,8 +331,9 @@ impl World {
         loop {
             let Some(hit) = self.geometry.intersect(&walk.ray) else {
                 if walk.depth < max_depth && !(hide_emitters && walk.draw.delta && out.alpha == 0.0) {
-                    for (radiance, pdf) in self.lights.escaped(&walk.draw.from, walk.ray.dir) {
-                        out.bring(follow, walk.depth, walk.throughput * radiance * walk.draw.weight(pdf));
+                    for (radiance, pdf, from) in self.lights.escaped(&walk.draw.from, walk.ray.dir) {
+                        let light = walk.throughput * radiance * walk.draw.weight(pdf);
+                        out.bring(follow, walk.depth, from, light);
                     }
                 }
                 return None;
@@ -310,7 +351,7 @@ impl World {
             {
                 let pdf =
                     if walk.draw.delta { 0.0 } else { self.lights.pdf_hit(i, &walk.draw.from, &surface) };
-                out.bring(follow, walk.depth, walk.throughput * radiance * walk.draw.weight(pdf));
+                out.bring(follow, walk.depth, i, walk.throughput * radiance * walk.draw.weight(pdf));
             }
             let point = point(&surface, lookup);
             let shading = self.materials.shade(&self.textures, surface.material, &point, wo, room);
@@ -376,7 +417,7 @@ impl World {
         }
         let weight = if light.delta { 1.0 } else { power(light.pdf, pdf) };
         let radiance = self.lights.radiance(&light) * (weight * through / light.pdf);
-        Some(Arriving { wi: light.wi, radiance, f })
+        Some(Arriving { wi: light.wi, from: light.light, radiance, f })
     }
 
     /// Goes on from `vertex` into the direction `s`, if `u` finds it worth it: then one over the chance that it gave.
@@ -464,7 +505,12 @@ impl World {
         sampler.at_vertex(walk.depth);
         let (u_light, u_bsdf) = (sampler.next_4d(), sampler.next_4d());
         if let Some(arriving) = self.light(follow, walk, vertex, u_light, between) {
-            out.bring(follow, walk.depth + 1, walk.throughput * arriving.f * arriving.radiance);
+            out.bring(
+                follow,
+                walk.depth + 1,
+                arriving.from,
+                walk.throughput * arriving.f * arriving.radiance,
+            );
         }
         let s = vertex.shading.sample(u_bsdf, vertex.wo)?;
         let boost = self.scatter(follow, walk, vertex, &s, u_bsdf[3])?;

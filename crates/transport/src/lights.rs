@@ -9,6 +9,7 @@ use crate::environment::Environment;
 use crate::geometry::{BuildError, Geometry, ShapeSampler, Surface};
 use crate::texture::{Lookup, Textures};
 use glam::{Mat3, Mat4, Vec2, Vec3};
+use std::cell::Cell;
 use std::f32::consts::PI;
 use yugen_archive::scene::{Light, Scene, Value};
 use yugen_optics::distribution;
@@ -23,6 +24,8 @@ pub struct LightSample {
     /// How far the way must be free.
     pub distance: f32,
     brings: Brings,
+    /// Which of the lights, for [`Shares`].
+    pub light: u32,
     /// Solid-angle density times the probability of the light; for a Dirac light the probability alone.
     pub pdf: f32,
     /// Only this one direction exists: a material cannot find it by chance.
@@ -43,6 +46,39 @@ impl LightSample {
             *radiance *= factor;
         }
         self
+    }
+}
+
+/// The light that comes from beyond everything, the same from all around.
+pub(crate) const BACKGROUND: u32 = u32::MAX;
+
+/// Which group each light belongs to.
+#[derive(Clone, Debug, Default)]
+pub struct Shares {
+    names: Vec<String>,
+    of_emitters: Vec<u32>,
+    /// What part of each colour of the background a group has.
+    of_background: Vec<(u32, Vec3)>,
+}
+
+impl Shares {
+    /// The groups' names.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Gives `light` of the light number `from` to the sums of the groups.
+    pub(crate) fn give(&self, from: u32, light: Vec3, sums: &[Cell<Vec3>]) {
+        let to = |group: u32, light: Vec3| {
+            if let Some(sum) = sums.get(group as usize) {
+                sum.set(sum.get() + light);
+            }
+        };
+        if from == BACKGROUND {
+            self.of_background.iter().for_each(|(group, part)| to(*group, light * *part));
+        } else if let Some(group) = self.of_emitters.get(from as usize) {
+            to(*group, light);
+        }
     }
 }
 
@@ -96,6 +132,7 @@ pub struct Lights {
     /// Of many lights: the chance that each or one before it is chosen.
     fixed: Option<Vec<f32>>,
     luminance: Vec3,
+    shares: Shares,
 }
 
 /// A scene's lights could not be prepared.
@@ -132,12 +169,15 @@ impl Lights {
         }
         let mut emitters = Vec::new();
         let mut background = Vec3::ZERO;
+        let groups = scene.light_groups();
+        let mut shares = Shares { names: groups.names, ..Shares::default() };
         let mut of_shape = vec![None; scene.shapes.len()];
         for (i, shape) in scene.shapes.iter().enumerate() {
             let Some(radiance) = &shape.emission else { continue };
             let Some(sampler) = ShapeSampler::new(shape)? else { continue };
             let sampler = if matches!(radiance, Value::Texture(_)) { sampler } else { sampler.without_uv() };
             of_shape[i] = Some(emitters.len() as u32);
+            shares.of_emitters.push(groups.of_shapes[i].unwrap_or(0));
             let mean = luminance.dot(textures.mean(radiance));
             // The mean of a few points: all that choosing a light needs.
             let corners = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]];
@@ -151,7 +191,10 @@ impl Lights {
                 centre,
             });
         }
-        for light in &scene.lights {
+        for (light, group) in scene.lights.iter().zip(groups.of_lights) {
+            if !matches!(light, Light::Constant { .. }) {
+                shares.of_emitters.push(group);
+            }
             emitters.push(match light {
                 Light::Point { position, intensity } => {
                     Emitter::Point { position: *position, intensity: *intensity }
@@ -170,6 +213,7 @@ impl Lights {
                 },
                 Light::Constant { radiance } => {
                     background += *radiance;
+                    shares.of_background.push((group, *radiance));
                     continue;
                 }
                 Light::Environment { image, scale, to_world } => {
@@ -194,13 +238,17 @@ impl Lights {
                 }
             });
         }
+        for (_, part) in &mut shares.of_background {
+            *part = Vec3::select(background.cmpgt(Vec3::ZERO), *part / background, Vec3::ZERO);
+        }
         let environments = emitters
             .iter()
             .enumerate()
             .filter(|(_, e)| matches!(e, Emitter::Environment(_)))
             .map(|(i, _)| i as u32)
             .collect();
-        let mut lights = Self { emitters, of_shape, environments, background, fixed: None, luminance };
+        let mut lights =
+            Self { emitters, of_shape, environments, background, fixed: None, luminance, shares };
         if lights.emitters.len() > FEW {
             let bounds = geometry.bounds();
             let position = (bounds.lo + bounds.hi) * 0.5;
@@ -323,6 +371,7 @@ impl Lights {
                 wi: to / distance,
                 distance,
                 brings: Brings::This(intensity / d2),
+                light: i as u32,
                 pdf: probability,
                 delta: true,
             }
@@ -342,6 +391,7 @@ impl Lights {
                     wi,
                     distance,
                     brings: Brings::This(textures.rgb(radiance, &at)),
+                    light: i as u32,
                     pdf: s.pdf * probability,
                     delta: false,
                 }
@@ -372,13 +422,21 @@ impl Lights {
                 wi: -*direction,
                 distance: f32::INFINITY,
                 brings: Brings::This(*irradiance),
+                light: i as u32,
                 pdf: probability,
                 delta: true,
             },
             Emitter::Environment(e) => {
                 let (wi, pdf, cell) = e.sample(to.facing, uv)?;
                 let brings = Brings::Cell(i as u32, cell);
-                LightSample { wi, distance: f32::INFINITY, brings, pdf: pdf * probability, delta: false }
+                LightSample {
+                    wi,
+                    distance: f32::INFINITY,
+                    brings,
+                    light: i as u32,
+                    pdf: pdf * probability,
+                    delta: false,
+                }
             }
             Emitter::Projector { to_local, position, axis, texture, scale, half } => {
                 let local = to_local.transform_point3(p);
@@ -398,6 +456,11 @@ impl Lights {
             }
         };
         Some(sample)
+    }
+
+    /// Which group each light belongs to.
+    pub fn shares(&self) -> &Shares {
+        &self.shares
     }
 
     /// Radiance that the surface a ray met sends back along it.
@@ -432,16 +495,16 @@ impl Lights {
         sampler.pdf(to.position, surface) * self.probability(to, i as usize)
     }
 
-    /// Radiance from infinity along `direction`, light by light, and the density with which `sample` for `to` finds
+    /// Radiance from infinity along `direction`, light by light, its number and the density with which `sample` for `to` finds
     /// that direction on it.
-    pub fn escaped(&self, to: &Receiver, direction: Vec3) -> impl Iterator<Item = (Vec3, f32)> + '_ {
+    pub fn escaped(&self, to: &Receiver, direction: Vec3) -> impl Iterator<Item = (Vec3, f32, u32)> + '_ {
         let to = *to;
         let environments = self.environments.iter().filter_map(move |&i| {
             let Emitter::Environment(e) = &self.emitters[i as usize] else { return None };
             let (radiance, pdf) = e.radiance_pdf(direction, to.facing);
-            Some((radiance, pdf * self.probability(&to, i as usize)))
+            Some((radiance, pdf * self.probability(&to, i as usize), i))
         });
-        std::iter::once((self.background, 0.0)).chain(environments)
+        std::iter::once((self.background, 0.0, BACKGROUND)).chain(environments)
     }
 
     /// What a sample brings: radiance along it; for a Dirac light irradiance on a surface that faces it.

@@ -8,20 +8,21 @@ use crate::accel::NO_INSTANCE;
 use crate::camera::Lens;
 use crate::checkpoint::{self, Counting, Head, Part, ResumeError};
 use crate::film::{FilmLayout, Tile};
-use crate::integrator::{FirstHit, Follow, PrepareError, Radiance, Walk, World};
+use crate::integrator::{FirstHit, Follow, Groups, PrepareError, Radiance, Walk, World};
 use crate::reuse::{GROUP, Rooms};
 use crate::sampler::Sampler;
 use glam::{Vec2, Vec3};
+use std::cell::Cell;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yugen_archive::Scene;
-use yugen_archive::scene::{Aov, Camera, Film, Integrator, IntegratorKind};
+use yugen_archive::scene::{Aov, Camera, Film, FovAxis, Integrator, IntegratorKind, Projection};
 use yugen_optics::{Fingerprint, Image};
 
-/// Channels an AOV adds to the filtered sums; id and variance are made otherwise.
+/// Channels an AOV adds to the filtered sums; id, variance and lights are made otherwise.
 fn channels(aov: Aov) -> &'static [&'static str] {
     match aov {
         Aov::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
@@ -30,7 +31,7 @@ fn channels(aov: Aov) -> &'static [&'static str] {
         Aov::Depth => &["depth.Z"],
         Aov::Position => &["position.X", "position.Y", "position.Z"],
         Aov::Uv => &["uv.U", "uv.V"],
-        Aov::Id | Aov::Variance => &[],
+        Aov::Id | Aov::Variance | Aov::Lights => &[],
     }
 }
 
@@ -42,7 +43,7 @@ fn push(aov: Aov, first: &FirstHit, out: &mut Vec<f32>) {
         Aov::Depth => out.push(first.depth),
         Aov::Position => out.extend(first.position.to_array()),
         Aov::Uv => out.extend(first.uv.to_array()),
-        Aov::Id | Aov::Variance => {}
+        Aov::Id | Aov::Variance | Aov::Lights => {}
     }
 }
 
@@ -62,6 +63,8 @@ pub enum Budget {
 pub const MAX_SAMPLES: u32 = 1 << 16;
 /// Most pixels of a picture: 16 GB of sums and moments.
 const MAX_PIXELS: u64 = 1 << 28;
+/// Most light groups: each is three more sums for every pixel.
+const MAX_GROUPS: usize = 64;
 /// Samples of every pixel before the noise of a tile is believed.
 const FIRST_ROUND: u32 = 16;
 /// Samples per pixel of one visit to a tile.
@@ -76,6 +79,8 @@ pub struct Options {
     pub camera: Option<String>,
     /// Width and height instead of the camera's, as [`Camera::resize`] does it.
     pub size: Option<[u32; 2]>,
+    /// x, y, width, height in pixels of the part of the picture that is rendered, instead of the camera's.
+    pub crop: Option<[u32; 4]>,
     /// When to stop; the camera's own number of samples where absent.
     pub budget: Option<Budget>,
     /// Same seed, same picture.
@@ -138,6 +143,21 @@ impl Job {
         let mut camera = choose_camera(scene, options.camera.as_deref())?.clone();
         if let Some([w, h]) = options.size {
             camera.resize(w, h);
+            // One that was made for the scene is made for the shape of the picture, too.
+            if matches!(camera.projection, Projection::Perspective { fov_axis: FovAxis::Framing, .. }) {
+                let samples_per_pixel = camera.samples_per_pixel;
+                camera = Camera { samples_per_pixel, ..scene.framing_camera(camera.film) };
+            }
+        }
+        if let Some(crop) = options.crop {
+            let Film { width, height, .. } = camera.film;
+            let inside = |start: u32, length: u32, whole| {
+                length > 0 && start.checked_add(length).is_some_and(|end| end <= whole)
+            };
+            if !inside(crop[0], crop[2], width) || !inside(crop[1], crop[3], height) {
+                return Err(PrepareError::Crop { crop, width, height });
+            }
+            camera.film.crop = Some(crop);
         }
         let integrator = options.integrator.clone().unwrap_or_else(|| scene.integrator.clone());
         let mut aovs = options.aovs.clone();
@@ -147,14 +167,23 @@ impl Job {
             }
         }
         let named = aovs.iter().flat_map(|a| channels(*a)).copied();
-        let channels = ["R", "G", "B", "A"].into_iter().chain(named).map(String::from).collect();
+        let mut channels: Vec<String> =
+            ["R", "G", "B", "A"].into_iter().chain(named).map(String::from).collect();
+        let mut groups = Vec::new();
+        if aovs.contains(&Aov::Lights) {
+            groups = scene.light_groups().names;
+            if groups.len() > MAX_GROUPS {
+                return Err(PrepareError::TooManyGroups { count: groups.len(), limit: MAX_GROUPS });
+            }
+            channels.extend(groups.iter().flat_map(|g| ["R", "G", "B"].map(|c| format!("light.{g}.{c}"))));
+        }
         let layout = FilmLayout::new(&camera.film, channels);
         let [_, _, width, height] = layout.window;
         if u64::from(width) * u64::from(height) > MAX_PIXELS {
             return Err(PrepareError::TooLarge { width, height, limit: MAX_PIXELS });
         }
         let budget = options.budget.unwrap_or(Budget::Samples(camera.samples_per_pixel.max(1)));
-        let parts = parts(scene, &camera, &integrator, &aovs, options.seed);
+        let parts = parts(scene, &camera, &integrator, &aovs, options.seed, &groups);
         let tiles = layout.tiles().into_iter().map(Mutex::new).collect();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Ok(Self {
@@ -350,8 +379,12 @@ impl Job {
         let mut rooms = Rooms::new();
         let (mut pixels, mut positions) = (Vec::new(), Vec::new());
         let (mut paths, mut radiances) = (Vec::new(), Vec::new());
+        let shares = self.world.lights.shares();
+        let by_light = self.aovs.contains(&Aov::Lights);
+        let sums = vec![Cell::new(Vec3::ZERO); if by_light { shares.names().len() } else { 0 }];
         let follow = Follow {
             settings: &self.integrator,
+            groups: by_light.then_some(Groups { shares, sums: &sums }),
             albedo: self.aovs.contains(&Aov::Albedo),
             width: width * sharpen,
             spread: spread * sharpen,
@@ -398,6 +431,9 @@ impl Job {
                     values.push(r.alpha);
                     for aov in &self.aovs {
                         push(*aov, &r.first, &mut values);
+                    }
+                    for sum in &sums {
+                        values.extend(sum.take().to_array());
                     }
                     self.layout.add(tile, &mut visit, *pixel, position.to_array(), &values);
                 }
@@ -490,7 +526,14 @@ impl Job {
 }
 
 /// What a picture is made from, for people to whom a difference is told: what they typed first.
-fn parts(scene: &Scene, camera: &Camera, integrator: &Integrator, aovs: &[Aov], seed: u32) -> Vec<Part> {
+fn parts(
+    scene: &Scene,
+    camera: &Camera,
+    integrator: &Integrator,
+    aovs: &[Aov],
+    seed: u32,
+    groups: &[String],
+) -> Vec<Part> {
     let Film { width, height, crop, filter } = &camera.film;
     let Integrator { kind, max_depth, rr_depth, clamp, hide_emitters, aovs: _ } = integrator;
     let or = |value: Option<String>, none: &str| value.unwrap_or_else(|| none.to_string());
@@ -501,6 +544,7 @@ fn parts(scene: &Scene, camera: &Camera, integrator: &Integrator, aovs: &[Aov], 
         Part::text("the filter", format!("{filter:?}")),
         Part::text("the seed", seed),
         Part::text("the list of layers", or((!layers.is_empty()).then(|| layers.join(",")), "empty")),
+        Part::text("the list of light groups", or((!groups.is_empty()).then(|| groups.join(",")), "empty")),
         Part::text("the integrator", format!("{kind:?}").to_lowercase()),
         Part::text("the longest path", or(max_depth.map(|d| d.to_string()), "unlimited")),
         Part::text("the length from which roulette ends paths", rr_depth),

@@ -9,6 +9,7 @@
 
 use crate::geometry::offset_origin;
 use crate::integrator::{Arriving, Follow, Radiance, Vertex, Walk, World};
+use crate::lights::BACKGROUND;
 use crate::material::{Scratch, scratch};
 use crate::sampler::Sampler;
 use glam::Vec3;
@@ -76,6 +77,8 @@ impl World {
         // it clear what a path brings that many share, and so what of it to clamp.
         follow.max_depth() > 2
             && follow.settings.clamp.is_none()
+            // Nor from which light what many share has come.
+            && follow.groups.is_none()
             && !self.see_through()
             && self.materials.any_matt()
     }
@@ -156,7 +159,7 @@ impl World {
         let mut found = Radiance { alpha: 1.0, ..Radiance::default() };
         self.radiance(follow, walk, sampler, [&mut *later, &mut *between], &mut found);
         let (f, _) = vertex.shading.eval_pdf(s.wi);
-        [straight, Some(Arriving { wi: s.wi, radiance: found.rgb / s.pdf, f })]
+        [straight, Some(Arriving { wi: s.wi, from: BACKGROUND, radiance: found.rgb / s.pdf, f })]
     }
 
     /// Gives the end of path `j` to all of the group; returns what that was.

@@ -15,6 +15,7 @@ mod json;
 pub mod lp;
 pub mod measured;
 pub mod merl;
+pub mod mesh;
 pub mod mitsuba;
 pub mod mtl;
 pub mod neural_brdf;
@@ -48,6 +49,8 @@ pub struct Options {
     pub folders: Vec<PathBuf>,
     /// When a scene that moves is read; as its file stands where absent.
     pub moment: Option<Moment>,
+    /// Which way is up in a mesh that is read as a scene; y where absent.
+    pub up: Option<mesh::Up>,
 }
 
 /// A moment of an animation.
@@ -113,11 +116,15 @@ pub fn features() -> Vec<(&'static str, Vec<Feature>)> {
     ]
 }
 
-/// Reads a scene in the format that the extension of its file names.
+/// Reads a scene in the format that the extension of its file names. A mesh is one, too.
 pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let Some(format) = FORMATS.iter().find(|f| f.extensions.contains(&extension.as_str())) else {
-        let known = FORMATS.iter().flat_map(|f| f.extensions).copied();
+        let meshes = || MESH_FORMATS.iter().flat_map(|(_, extensions)| *extensions).copied();
+        if meshes().any(|e| e == extension) {
+            return load_mesh(path, options);
+        }
+        let known = FORMATS.iter().flat_map(|f| f.extensions).copied().chain(meshes());
         return Err(match path.is_dir() {
             true => Error::io(path, std::io::ErrorKind::IsADirectory.into()),
             false => Error::unknown(Place::file(path), "scene file extension", &extension, known),
@@ -126,6 +133,11 @@ pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
     if let (false, Some((name, _))) = (format.parameters, options.defines.first()) {
         let problem =
             format!("a {} scene has no parameters, so '{name}' cannot be given a value", format.name);
+        return Err(Error::invalid(Place::file(path), problem));
+    }
+    if options.up.is_some() {
+        let problem =
+            format!("a {} scene says itself which way is up; only for a mesh can it be said", format.name);
         return Err(Error::invalid(Place::file(path), problem));
     }
     if !format.animations && options.moment.is_some() {
@@ -152,15 +164,40 @@ pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
     Ok(scene)
 }
 
+fn load_mesh(path: &Path, options: &Options) -> Result<Scene, Error> {
+    if let Some((name, _)) = options.defines.first() {
+        let problem = format!("a mesh has no parameters, so '{name}' cannot be given a value");
+        return Err(Error::invalid(Place::file(path), problem));
+    }
+    if options.moment.is_some() {
+        return Err(Error::invalid(Place::file(path), "a mesh does not move; a glTF file may"));
+    }
+    let _span = tracing::info_span!("read_scene", file = %path.display()).entered();
+    let scene = mesh::read(path, options)?;
+    if scene.bounds().is_none() {
+        return Err(Error::invalid(
+            Place::file(path),
+            "there is nothing to be seen in this mesh: it has no vertices",
+        ));
+    }
+    Ok(scene)
+}
+
 /// The largest file that is read as a whole: a mesh of some fifty million triangles.
 const MAX_FILE: u64 = 8 << 30;
 
 /// All of a regular file.
 pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
+    check_regular(path)?;
+    read_bounded(path, MAX_FILE)
+}
+
+/// Refuses what is no regular file.
+fn check_regular(path: &Path) -> Result<(), Error> {
     let meta = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
     // A pipe or a device may never end.
     if !meta.is_file() {
         return Err(Error::invalid(Place::file(path), "expected a file, found a folder, a pipe or a device"));
     }
-    read_bounded(path, MAX_FILE)
+    Ok(())
 }

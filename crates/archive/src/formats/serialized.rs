@@ -40,6 +40,16 @@ pub fn read(bytes: &[u8], shape_index: usize, path: &Path) -> Result<Serialized,
     s.mesh(version, (bytes.len() - start) as u64)
 }
 
+/// How many meshes a file says it holds; one where its table cannot be.
+pub fn count(bytes: &[u8]) -> usize {
+    let Ok(version) = header(bytes, 0, Path::new("")) else { return 1 };
+    let width = if version == 4 { 8 } else { 4 };
+    let count = bytes.last_chunk::<4>().map_or(1, |c| u32::from_le_bytes(*c) as usize);
+    let fits =
+        count.checked_mul(width).and_then(|t| t.checked_add(8)).is_some_and(|least| least <= bytes.len());
+    if fits { count } else { 1 }
+}
+
 /// Checks the four bytes before a stream and returns the version.
 fn header(bytes: &[u8], at: usize, path: &Path) -> Result<u16, Error> {
     let place = || Place::byte(path, at as u64);

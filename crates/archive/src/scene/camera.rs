@@ -16,6 +16,8 @@ pub enum FovAxis {
     Smaller,
     /// The larger.
     Larger,
+    /// The smaller; and the camera stands as near as a picture of this shape allows ([`super::Scene::framing_camera`]).
+    Framing,
 }
 
 impl FovAxis {
@@ -25,7 +27,7 @@ impl FovAxis {
             Self::X => 1.0,
             Self::Y => aspect,
             Self::Diagonal => (1.0 + aspect.recip().powi(2)).sqrt().recip(),
-            Self::Smaller => aspect.max(1.0),
+            Self::Smaller | Self::Framing => aspect.max(1.0),
             Self::Larger => aspect.min(1.0),
         }
     }

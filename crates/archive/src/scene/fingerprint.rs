@@ -15,8 +15,17 @@ impl Scene {
     /// comment in a file does not. About as fast as memory is read. A name may stand for several parts.
     pub fn parts(&self) -> Vec<(String, u64)> {
         // By name, so that a new field of the scene cannot be forgotten here.
-        let Self { working_space, cameras: _, textures, materials, shapes, groups, lights, integrator: _ } =
-            self;
+        let Self {
+            working_space,
+            cameras: _,
+            textures,
+            materials,
+            shapes,
+            groups,
+            lights,
+            light_names: _,
+            integrator: _,
+        } = self;
         let mut parts = Parts::default();
         let of = |write: &dyn Fn(&mut Fingerprint)| {
             let mut print = Fingerprint::default();
@@ -59,11 +68,9 @@ impl Scene {
         parts.add("the groups", each.collect());
         let each = shapes.iter().map(|s| (format!("shape '{}'", s.name), of(&|p| shape(p, s, &meshes))));
         parts.add("the shapes", each.collect());
+        let name = |i: usize| format!("light {} ('{}')", i + 1, self.light_name(i));
         let each = lights.iter().enumerate();
-        parts.add(
-            "the lights",
-            each.map(|(i, l)| (format!("light {}", i + 1), of(&|p| light(p, l)))).collect(),
-        );
+        parts.add("the lights", each.map(|(i, l)| (name(i), of(&|p| light(p, l)))).collect());
         parts.all
     }
 }
@@ -219,7 +226,11 @@ mod tests {
         let mut i = image.clone();
         i.data[17] = 1e-3;
         // It is the environment, too.
-        changed.push(("texel", "texture 1 (a picture of 3x2), light 1", of(&mesh, &i, &table)));
+        changed.push((
+            "texel",
+            "texture 1 (a picture of 3x2), light 1 ('environment')",
+            of(&mesh, &i, &table),
+        ));
         let mut t = table.clone();
         t[4] = 0.25;
         changed.push(("table", "the material of 's'", of(&mesh, &image, &t)));

@@ -3,8 +3,13 @@
 use super::{Camera, Film, FovAxis, Geometry, Light, Projection, Scene, Shape};
 use glam::{Mat4, Vec2, Vec3};
 
-/// Horizontal field of view of [`Scene::framing_camera`]: a little longer than a normal lens.
-const FOV: f32 = 0.7;
+/// Tangent of half the field of view of [`Scene::framing_camera`] along the smaller side of the picture: 31 degrees, a
+/// little longer than a normal lens.
+const HALF: f32 = 0.274;
+/// How much of the width or of the height is filled.
+const FILLED: f32 = 0.9;
+/// Corners of a circle that stands for a curved shape: its radius is right to one part in 800.
+const RIM: u32 = 64;
 
 /// The frame of something that stands at `from` and looks along `direction`: +z forward, +y towards `up`,
 /// +x to the left.
@@ -21,30 +26,91 @@ impl Scene {
         bounds(&self.shapes, &groups)
     }
 
-    /// A camera that sees all shapes, from the right and a little above, with +y up.
-    pub fn framing_camera(&self) -> Camera {
-        let [low, high] = self.bounds().unwrap_or([Vec3::splat(-1.0), Vec3::ONE]);
-        let (middle, radius) = (0.5 * (low + high), (0.5 * (high - low)).length().clamp(1e-6, 1e15));
-        let film = Film::default();
-        let half = 0.5 * FOV;
-        let half_y = (half.tan() * film.height as f32 / film.width as f32).atan();
-        let distance = radius / half.min(half_y).sin();
+    /// A camera that sees all shapes, from the right and a little above, with +y up. What is seen fills nine tenths of
+    /// the width or of the height of `film`, whichever it reaches first.
+    pub fn framing_camera(&self, film: Film) -> Camera {
         let direction = -Vec3::new(0.5, 0.3, 1.0).normalize();
+        let frame = look_along(Vec3::ZERO, direction, Vec3::Y);
+        let aspect = film.width as f32 / film.height as f32;
+        let tan = Vec2::new(aspect.max(1.0), aspect.recip().max(1.0)) * HALF;
+        // A point p is left of the right edge of a camera at c if p.x - c.x < t (p.z - c.z): the farthest point tells how
+        // near to the edge the camera may come. Likewise for the other three.
+        let t = tan * FILLED;
+        let mut edges = [f32::NEG_INFINITY; 4];
+        let [mut near, mut far] = [f32::INFINITY, f32::NEG_INFINITY];
+        let to_camera = frame.inverse();
+        self.for_each_point(&mut |p| {
+            let p = to_camera.transform_point3(p).clamp(Vec3::splat(-1e15), Vec3::splat(1e15));
+            let beyond = [p.x - t.x * p.z, -p.x - t.x * p.z, p.y - t.y * p.z, -p.y - t.y * p.z];
+            edges = std::array::from_fn(|i| edges[i].max(beyond[i]));
+            (near, far) = (near.min(p.z), far.max(p.z));
+        });
+        if near > far {
+            // Nothing there.
+            (edges, near, far) = ([1.0; 4], -1.0, 1.0);
+        }
+        let [right, left, up, down] = edges;
+        let back = ((right + left) / (2.0 * t.x)).max((up + down) / (2.0 * t.y));
+        // A point alone has no size; nor has the eye a place in what it looks at.
+        let z = (-back).min(near - 0.01 * (far - near).max(1e-4 * back.abs()).max(1e-6));
+        let centre = Vec3::new(0.5 * (right - left), 0.5 * (up - down), z);
+        let (middle, depth) = (0.5 * (near + far), far - near);
         Camera {
             name: "framing".into(),
-            to_world: look_along(middle - direction * distance, direction, Vec3::Y),
+            to_world: Mat4::from_translation(frame.transform_point3(centre)) * frame,
             projection: Projection::Perspective {
-                fov_x: FOV,
-                // Whatever the picture's shape, nothing is cut off.
-                fov_axis: FovAxis::Smaller,
+                fov_x: 2.0 * tan.x.atan(),
+                fov_axis: FovAxis::Framing,
                 aperture_radius: 0.0,
-                focus_distance: distance,
+                focus_distance: middle - z,
                 principal_point: Vec2::ZERO,
             },
-            near_far: [1e-3 * distance, distance + 1e3 * radius],
+            near_far: [(1e-3 * (middle - z)).min(0.5 * (near - z)), 1e3 * (middle - z + depth)],
             film,
             samples_per_pixel: 64,
         }
+    }
+
+    /// Points whose hull is that of all shapes, in the world: vertices, and the curved ones as polygons.
+    fn for_each_point(&self, see: &mut impl FnMut(Vec3)) {
+        fn of_shapes(scene: &Scene, shapes: &[Shape], place: Mat4, see: &mut impl FnMut(Vec3), inside: bool) {
+            for shape in shapes {
+                let to_world = place * shape.to_world;
+                let mut see_own = |p: Vec3| {
+                    let p = to_world.transform_point3(p);
+                    if p.is_finite() {
+                        see(p);
+                    }
+                };
+                let rim = |i: u32| Vec2::from_angle(i as f32 * std::f32::consts::TAU / RIM as f32);
+                match &shape.geometry {
+                    Geometry::Mesh(mesh) => mesh.positions.iter().for_each(|p| see_own(*p)),
+                    Geometry::Sphere => {
+                        for (i, j) in (0..RIM).flat_map(|i| (0..=RIM / 2).map(move |j| (i, j))) {
+                            let (round, down) = (rim(i), rim(j));
+                            see_own((round * down.y).extend(down.x));
+                        }
+                    }
+                    Geometry::Rectangle => {
+                        [Vec2::ONE, Vec2::NEG_ONE, Vec2::new(1.0, -1.0), Vec2::new(-1.0, 1.0)]
+                            .iter()
+                            .for_each(|p| see_own(p.extend(0.0)));
+                    }
+                    Geometry::Disc => (0..RIM).for_each(|i| see_own(rim(i).extend(0.0))),
+                    Geometry::Cylinder => (0..RIM).for_each(|i| {
+                        see_own(rim(i).extend(0.0));
+                        see_own(rim(i).extend(1.0));
+                    }),
+                    Geometry::Instance(group) => {
+                        // Groups do not stand in groups.
+                        if let (Some(group), false) = (scene.groups.get(*group), inside) {
+                            of_shapes(scene, group, to_world, see, true);
+                        }
+                    }
+                }
+            }
+        }
+        of_shapes(self, &self.shapes, Mat4::IDENTITY, see, false);
     }
 
     /// Whether no camera could see anything: there is no shape, and no light that stands all around.
@@ -64,8 +130,8 @@ impl Scene {
     pub fn add_default_light(&mut self) {
         let frame = self.cameras.first().map_or(Mat4::IDENTITY, |c| c.to_world);
         let direction = frame.transform_vector3(Vec3::new(-0.5, -0.8, 1.0)).normalize_or(Vec3::NEG_Y);
-        self.lights.push(Light::Directional { direction, irradiance: Vec3::splat(2.0) });
-        self.lights.push(Light::Constant { radiance: Vec3::splat(0.4) });
+        self.add_light("sun", Light::Directional { direction, irradiance: Vec3::splat(2.0) });
+        self.add_light("sky", Light::Constant { radiance: Vec3::splat(0.4) });
     }
 }
 
@@ -104,16 +170,8 @@ mod tests {
         scene.shapes.push(shape(Geometry::Instance(0), Mat4::from_translation(Vec3::new(3.0, 0.0, 0.0))));
         scene.shapes.push(shape(Geometry::Rectangle, Mat4::from_scale(Vec3::new(1.0, 2.0, 1.0))));
         assert_eq!(scene.bounds(), Some([Vec3::new(-1.0, -2.0, -0.5), Vec3::new(3.5, 2.0, 0.5)]));
-        let camera = scene.framing_camera();
+        let camera = scene.framing_camera(Film::default());
         let to_camera = camera.to_world.inverse();
-        let [low, high] = scene.bounds().unwrap();
-        let tan = (0.5 * FOV).tan();
-        for i in 0..8 {
-            let corner = Vec3::select(glam::BVec3::new(i & 1 == 0, i & 2 == 0, i & 4 == 0), low, high);
-            let p = to_camera.transform_point3(corner);
-            assert!(p.z > camera.near_far[0] && p.z < camera.near_far[1]);
-            assert!(p.x.abs() < p.z * tan && p.y.abs() < p.z * tan * 0.75, "{p}");
-        }
         // Right-handed, +x to the left: looking along -z with +y up, left is -x.
         let frame = look_along(Vec3::ZERO, Vec3::NEG_Z, Vec3::Y);
         assert!(
@@ -128,5 +186,54 @@ mod tests {
         // From the upper left of the picture, away from the camera.
         let local = to_camera.transform_vector3(direction);
         assert!(local.z > 0.0 && local.y < 0.0 && local.x < 0.0, "{local}");
+    }
+
+    #[test]
+    fn what_is_seen_fills_nine_tenths_of_the_side_it_reaches_first() {
+        let at = |scale: Vec3| Mat4::from_translation(Vec3::new(5.0, -3.0, 40.0)) * Mat4::from_scale(scale);
+        let picture = |width, height| Film { width, height, ..Film::default() };
+        for scale in
+            [Vec3::ONE, Vec3::new(30.0, 1.0, 1.0), Vec3::new(0.1, 9.0, 0.1), Vec3::new(1.0, 0.01, 50.0)]
+        {
+            for (width, height) in [(768, 576), (100, 100), (90, 400), (1920, 300)] {
+                let mut scene = Scene::default();
+                let ball = super::super::primitives::ball(24);
+                let mesh = Geometry::Mesh(std::sync::Arc::new(ball.clone()));
+                scene.shapes.push(Shape::new("", mesh, at(scale), 0));
+                let camera = scene.framing_camera(picture(width, height));
+                let Projection::Perspective { fov_x, .. } = camera.projection else { panic!("perspective") };
+                let tan_x = (0.5 * fov_x).tan();
+                let tan = Vec2::new(tan_x, tan_x * height as f32 / width as f32);
+                let to_camera = camera.to_world.inverse();
+                let mut most = Vec2::ZERO;
+                for p in &ball.positions {
+                    let p = to_camera.transform_point3(at(scale).transform_point3(*p));
+                    assert!(
+                        p.z > camera.near_far[0] && p.z < camera.near_far[1],
+                        "{p} {:?}",
+                        camera.near_far
+                    );
+                    most = most.max((p.truncate() / (p.z * tan)).abs());
+                }
+                assert!((most.max_element() - 0.9).abs() < 2e-3, "{scale} {width}x{height}: {most}");
+                // The same through a group, a sphere for its mesh.
+                let mut scene = Scene::default();
+                scene.groups.push(vec![Shape::new("", Geometry::Sphere, Mat4::IDENTITY, 0)]);
+                scene.shapes.push(Shape::new("", Geometry::Instance(0), at(scale), 0));
+                let other = scene.framing_camera(picture(width, height));
+                let apart = (other.to_world.w_axis - camera.to_world.w_axis).length();
+                assert!(
+                    apart < 0.02 * camera.to_world.w_axis.truncate().distance(Vec3::new(5.0, -3.0, 40.0)),
+                    "{apart}"
+                );
+            }
+        }
+        // A point and nothing at all can be looked at.
+        let mut scene = Scene::default();
+        assert!(scene.framing_camera(Film::default()).to_world.is_finite());
+        let point = crate::scene::Mesh { positions: vec![Vec3::ONE; 3], ..Default::default() };
+        scene.shapes.push(Shape::new("", Geometry::Mesh(std::sync::Arc::new(point)), Mat4::IDENTITY, 0));
+        let camera = scene.framing_camera(Film::default());
+        assert!(camera.to_world.is_finite() && camera.to_world.inverse().transform_point3(Vec3::ONE).z > 0.0);
     }
 }

@@ -6,6 +6,7 @@
 mod camera;
 mod fingerprint;
 mod framing;
+mod light_groups;
 mod material;
 mod normals;
 pub(crate) mod polygon;
@@ -13,6 +14,7 @@ pub mod primitives;
 
 pub use camera::FovAxis;
 pub use framing::look_along;
+pub use light_groups::LightGroups;
 pub use material::ModelBuilder;
 
 use glam::{Affine2, Mat4, Vec2, Vec3};
@@ -45,6 +47,8 @@ pub struct Scene {
     pub groups: Vec<Vec<Shape>>,
     /// Lights that are not shapes.
     pub lights: Vec<Light>,
+    /// What `lights` are called, for [`Scene::light_groups`]; those beyond its end have no name.
+    pub light_names: Vec<String>,
     /// How the file wants to be rendered.
     pub integrator: Integrator,
 }
@@ -458,11 +462,13 @@ pub enum Aov {
     Id,
     /// Variance of the pixel's mean before filtering, and its number of samples.
     Variance,
+    /// The light of each of [`Scene::light_groups`]; together they are the picture.
+    Lights,
 }
 
 impl Aov {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Albedo,
         Self::Normal,
         Self::ShadingNormal,
@@ -471,6 +477,7 @@ impl Aov {
         Self::Uv,
         Self::Id,
         Self::Variance,
+        Self::Lights,
     ];
 
     /// Name on the command line and of the layer in the file.
@@ -484,6 +491,7 @@ impl Aov {
             Self::Uv => "uv",
             Self::Id => "id",
             Self::Variance => "variance",
+            Self::Lights => "lights",
         }
     }
 

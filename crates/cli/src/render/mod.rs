@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::Scene;
 use yugen_archive::check_outputs;
+use yugen_archive::formats::mesh::Up;
 use yugen_archive::formats::{self, Moment, image};
 use yugen_archive::scene::{Aov, IntegratorKind};
 use yugen_optics::{ColourSpace, Image};
@@ -27,7 +28,7 @@ use yugen_transport::render::{Action, Budget, Job, Options};
 /// `--resume` with a larger `--spp` adds samples to a picture that is done.
 #[derive(Args)]
 pub struct Render {
-    /// The scene file.
+    /// The scene file, or a mesh (.obj, .ply, .serialized), which is shown under a sun and a sky.
     scene: PathBuf,
 
     /// The picture: .exr keeps everything (layers, wide gamut); .hdr; .png and .jpg are for display.
@@ -38,6 +39,10 @@ pub struct Render {
     /// along the axis that the scene gave it for.
     #[arg(long, value_name = "WxH", value_parser = parse::size)]
     size: Option<[u32; 2]>,
+
+    /// Only this part of the picture: left, top, width and height in pixels of the whole, which --size may set.
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse::crop)]
+    crop: Option<[u32; 4]>,
 
     /// Samples per pixel instead of what the scene says. Powers of two serve best.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), group = "budget")]
@@ -74,7 +79,9 @@ pub struct Render {
     clamp: Option<f32>,
 
     /// Layers to record besides the picture, for .exr: albedo, normal, shading_normal, depth, position, uv, id,
-    /// variance; or all.
+    /// variance; or all of these. Besides them lights: one layer for each name among lights and shapes that shine
+    /// (light.NAME.R, G, B), which add up to the picture and so can be dimmed and coloured afterwards. Pixels then share
+    /// no paths, and noise is higher.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse::aov)]
     aov: Vec<Vec<Aov>>,
 
@@ -108,6 +115,10 @@ pub struct Render {
     #[command(flatten)]
     reading: argument::Reading,
 
+    /// Which way is up in a mesh (.obj, .ply, .serialized) that is rendered as it is [default: y].
+    #[arg(long, value_name = "AXIS", value_parser = ["y", "z"])]
+    up: Option<String>,
+
     /// The pose of a glTF scene this many seconds into its animation; as the file stands where absent.
     #[arg(long, value_name = "S", value_parser = parse::seconds)]
     at: Option<f64>,
@@ -132,7 +143,11 @@ impl Render {
         let checkpoint = Checkpoint::beside(&self.output, &self)?;
         let started = Instant::now();
         let moment = |seconds| Moment { seconds: seconds as f32, animation: self.animation.clone() };
-        let options = formats::Options { moment: self.at.map(moment), ..self.reading.options() };
+        let options = formats::Options {
+            moment: self.at.map(moment),
+            up: self.up.as_deref().map(|axis| if axis == "z" { Up::Z } else { Up::Y }),
+            ..self.reading.options()
+        };
         let scene = formats::load_scene(&self.scene, &options)?;
         check_outputs([&self.output, &checkpoint.path])?;
         let loaded = started.elapsed();
@@ -253,6 +268,7 @@ impl Render {
         Ok(Options {
             camera: self.camera.clone(),
             size: self.size,
+            crop: self.crop,
             budget,
             seed: self.seed,
             threads: self.threads.map(usize::from),

@@ -10,6 +10,14 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| "expected width x height in pixels, each 1 to 65536, as in 640x480".into())
 }
 
+/// Left, top, width and height of a part of a picture.
+pub fn crop(text: &str) -> Result<[u32; 4], String> {
+    let all: Result<Vec<u32>, _> = text.split(',').map(|w| w.trim().parse()).collect();
+    let all: Option<[u32; 4]> = all.ok().and_then(|all| all.try_into().ok());
+    all.filter(|[_, _, w, h]| *w > 0 && *h > 0)
+        .ok_or_else(|| "expected left, top, width and height in whole pixels, as in 100,50,64,64".into())
+}
+
 /// A span of time: seconds where no unit is given.
 pub fn time(text: &str) -> Result<Duration, String> {
     let (number, factor) = match text.char_indices().last() {
@@ -45,7 +53,8 @@ pub fn error(text: &str) -> Result<f32, String> {
 /// One layer, or all of them.
 pub fn aov(text: &str) -> Result<Vec<Aov>, String> {
     if text == "all" {
-        return Ok(Aov::ALL.to_vec());
+        // Lights apart, they add nothing to the work.
+        return Ok(Aov::ALL.into_iter().filter(|a| *a != Aov::Lights).collect());
     }
     Aov::from_name(text).map(|a| vec![a]).ok_or_else(|| {
         format!("there is no layer '{text}'; there are all, {}", Aov::ALL.map(Aov::name).join(", "))

@@ -215,3 +215,135 @@ fn warnings_name_file_and_cause() {
         ],
     );
 }
+
+/// The part that is asked for is the film's own crop to the bit, and that part of the whole picture but for its noise.
+#[test]
+fn a_crop_is_a_part_of_the_picture() {
+    let (folder, scene) = set_up("crop");
+    let picture = |name: &str| {
+        let options = yugen_archive::formats::image::ReadOptions::default();
+        yugen_archive::formats::image::read(&folder.join(name), &options).unwrap()
+    };
+    let base = ["--spp", "64", "--json", "--checkpoint", "0"];
+    let whole = folder.join("whole.exr");
+    report(render(&scene, &whole, &base));
+    let told =
+        report(render(&scene, &folder.join("part.exr"), &[&base[..], &["--crop", "40,20,24,16"]].concat()));
+    assert_eq!((told["width"].as_u64(), told["height"].as_u64()), (Some(24), Some(16)));
+    let cropped = folder.join("cropped.toml");
+    std::fs::write(&cropped, SCENE.replace("size = [96, 64]", "size = [96, 64]\ncrop = [40, 20, 24, 16]"))
+        .unwrap();
+    report(render(&cropped, &folder.join("film.exr"), &base));
+    let (part, film, whole) = (picture("part.exr"), picture("film.exr"), picture("whole.exr"));
+    assert_eq!(part.data, film.data);
+    let mean = |image: &yugen_optics::Image, [x0, y0]: [usize; 2]| {
+        let all = (0..16).flat_map(|y| (0..24).map(move |x| (x0 + x, y0 + y)));
+        all.map(|(x, y)| f64::from(image.pixel(x, y)[1])).sum::<f64>() / (24.0 * 16.0)
+    };
+    let (a, b) = (mean(&part, [0, 0]), mean(&whole, [40, 20]));
+    assert!((a / b - 1.0).abs() < 0.02, "{a} {b}");
+    assert!((mean(&whole, [0, 0]) / b - 1.0).abs() > 0.1, "the test cannot tell one part from another");
+    let output = folder.join("none.exr");
+    for crop in ["90,0,10,10", "0,60,10,5", "0,0,97,1", "4294967295,0,2,1"] {
+        refused(
+            render(&scene, &output, &["--crop", crop]),
+            &["is not a part of a picture of 96 x 64 pixels"],
+        );
+    }
+    for crop in ["0,0,0,1", "1,2,3", "-1,0,1,1", "0.5,0,1,1"] {
+        refused(render(&scene, &output, &["--crop", crop]), &["left, top, width and height"]);
+    }
+}
+
+/// Three lights, two of one name: their layers are the picture, and each is the picture under them alone.
+#[test]
+fn light_groups_add_up_and_are_what_each_light_gives() {
+    let (folder, scene) = set_up("groups");
+    let lamp = "[[shape]]\ntype = \"rectangle\"\nat = [1, 2.5, 1]";
+    assert!(SCENE.contains(lamp));
+    let named = SCENE.replace(lamp, &lamp.replace("rectangle\"", "rectangle\"\nname = \"lamp\""));
+    let sky = "\n[[light]]\ntype = \"constant\"\nradiance = [0.1, 0.2, 0.4]\n";
+    let fill = "\n[[light]]\ntype = \"point\"\nname = \"lamp\"\nat = [-1, 2, 1]\nintensity = [2, 0.5, 0.1]\n";
+    let load = |text: &str, more: &[&str]| {
+        std::fs::write(&scene, text).unwrap();
+        let output = folder.join("a.exr");
+        report(render(&scene, &output, &[&["--checkpoint", "0", "--json"], more].concat()));
+        let options = yugen_archive::formats::image::ReadOptions::default();
+        yugen_archive::formats::image::read(&output, &options).unwrap()
+    };
+    let all = load(&format!("{named}{sky}{fill}"), &["--spp", "64", "--aov", "lights,depth"]);
+    let layers: Vec<&str> =
+        all.channels.iter().map(String::as_str).filter(|c| c.starts_with("light.")).collect();
+    let mut wanted =
+        ["lamp", "environment"].map(|g| ["R", "G", "B"].map(|c| format!("light.{g}.{c}"))).concat();
+    wanted.sort();
+    let mut found = layers.clone();
+    found.sort();
+    assert_eq!(found, wanted);
+    let channel = |name: &str| {
+        let c = all.channel(name).unwrap();
+        all.data.chunks_exact(all.channels.len()).map(|p| f64::from(p[c])).collect::<Vec<_>>()
+    };
+    for c in ["R", "G", "B"] {
+        let [lamp, sky] = ["lamp", "environment"].map(|g| channel(&format!("light.{g}.{c}")));
+        for ((whole, lamp), sky) in channel(c).iter().zip(&lamp).zip(&sky) {
+            // Sums in single precision.
+            assert!((whole - lamp - sky).abs() < 2e-6 * whole.max(0.1), "{whole} {lamp} {sky}");
+        }
+    }
+    let mean = |v: Vec<f64>| v.iter().sum::<f64>() / v.len() as f64;
+    let dark = named.replace("emission = {", "# emission = {");
+    for (text, group) in [(format!("{named}{fill}"), "lamp"), (format!("{dark}{sky}"), "environment")] {
+        let alone = load(&text, &["--spp", "64"]);
+        for (c, name) in ["R", "G", "B"].iter().enumerate() {
+            let part = mean(channel(&format!("light.{group}.{name}")));
+            let n = alone.channels.len();
+            let alone = mean(alone.data.chunks_exact(n).map(|p| f64::from(p[c])).collect());
+            // Noise at 64 samples of 6144 pixels.
+            assert!((part / alone - 1.0).abs() < 0.01, "{group} {name}: {part} {alone}");
+        }
+    }
+}
+
+/// No scene at all: a mesh in front of a camera that sees all of it, under a sun and a sky.
+#[test]
+fn a_mesh_is_rendered_as_it_is() {
+    let folder = scratch("render_mesh");
+    // A tower, along y or z.
+    let tower = |up: fn([f32; 3]) -> [f32; 3]| {
+        let corners = (0..8).map(|i| up([(i & 1) as f32, 6.0 * (i >> 1 & 1) as f32, (i >> 2) as f32]));
+        corners.map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect::<String>()
+            + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
+    };
+    std::fs::write(folder.join("y.obj"), tower(|p| p)).unwrap();
+    // Turned about x, and to be turned back.
+    std::fs::write(folder.join("z.obj"), tower(|[x, y, z]| [x, -z, y])).unwrap();
+    let seen = |name: &str, more: &[&str]| {
+        let output = folder.join("a.exr");
+        let more = [&["--spp", "16", "--aov", "depth", "--checkpoint", "0", "--json"], more].concat();
+        report(render(&folder.join(name), &output, &more));
+        let options = yugen_archive::formats::image::ReadOptions::default();
+        yugen_archive::formats::image::read(&output, &options).unwrap()
+    };
+    // How much of the width and the height is covered, and how bright that is.
+    let extent = |image: &yugen_optics::Image| {
+        let alpha = image.channel("A").unwrap();
+        let covered = |x: usize, y: usize| image.pixel(x, y)[alpha] > 0.5;
+        let columns = (0..image.width).filter(|&x| (0..image.height).any(|y| covered(x, y))).count();
+        let rows = (0..image.height).filter(|&y| (0..image.width).any(|x| covered(x, y))).count();
+        [columns as f32 / image.width as f32, rows as f32 / image.height as f32]
+    };
+    for size in ["120x90", "60x120", "200x50"] {
+        let [_, rows] = extent(&seen("y.obj", &["--size", size]));
+        assert!((0.86..0.94).contains(&rows), "{size}: {rows}");
+    }
+    let (y, z) = (seen("y.obj", &["--size", "60x60"]), seen("z.obj", &["--size", "60x60", "--up", "z"]));
+    let difference: f32 = y.data.iter().zip(&z.data).map(|(a, b)| (a - b).abs()).sum();
+    assert!(difference < 1e-3 * y.data.iter().sum::<f32>(), "{difference}");
+    assert!(extent(&seen("z.obj", &["--size", "60x60"]))[0] > 0.8, "lying, it is wide");
+    let brightest = y.data.chunks_exact(y.channels.len()).map(|p| p[1]).fold(0.0, f32::max);
+    assert!((0.2..0.6).contains(&brightest), "grey under sun and sky: {brightest}");
+    let output = folder.join("b.png");
+    refused(render(&folder.join("y.obj"), &output, &["--at", "1"]), &["a mesh does not move"]);
+    refused(render(&folder.join("x.obj"), &output, &[]), &["x.obj", "nothing of this name"]);
+}

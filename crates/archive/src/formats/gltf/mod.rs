@@ -54,7 +54,7 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error
     let folders = Folders::new(path, &options.folders, None)?;
     let mut scene = read_into(ColourSpace::default(), bytes, path, &folders, options.moment.as_ref())?;
     if scene.cameras.is_empty() {
-        let camera = scene.framing_camera();
+        let camera = scene.framing_camera(Film::default());
         scene.cameras.push(camera);
     }
     if !scene.has_light() && !scene.is_empty() {
@@ -162,8 +162,9 @@ impl Reader<'_> {
             }
             if let Some(light) = &node.extensions.light {
                 let light = doc.entry(&doc.root.extensions.lights.lights, light.light, "light")?;
+                let name = if light.name.is_empty() { &node.name } else { &light.name };
                 let light = self.light(light, to_world)?;
-                self.scene.lights.push(light);
+                self.scene.add_light(name, light);
             }
         }
         Ok(self.scene)

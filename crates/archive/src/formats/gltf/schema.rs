@@ -68,6 +68,8 @@ pub(super) struct Lights {
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct LightEntry {
+    #[serde(default)]
+    pub name: String,
     #[serde(rename = "type")]
     pub kind: String,
     #[serde(default = "ones")]

@@ -100,7 +100,7 @@ impl<'a> Builder<'a> {
         for p in root.children(Class::Emitter) {
             if p.plugin() != "area" {
                 let light = self.light(p)?;
-                self.scene.lights.push(light);
+                self.scene.add_light(p.id(), light);
             } else if !self.document.referenced(p.index) {
                 return Err(p.invalid("an area emitter belongs inside a <shape>, or a shape refers to it"));
             }

@@ -146,8 +146,10 @@ impl<'a> Reader<'a> {
         }
         if let Some(lights) = root.get("light") {
             for light in lights.array()? {
-                let light = self.light(light.keys("light")?)?;
-                self.scene.lights.push(light);
+                let mut keys = light.keys("light")?;
+                let name = keys.or("name", String::new(), |i| i.text().map(String::from))?;
+                let light = self.light(keys)?;
+                self.scene.add_light(&name, light);
             }
         }
         match root.get("camera") {
@@ -159,8 +161,8 @@ impl<'a> Reader<'a> {
                 }
             }
             None => {
-                let camera = self.scene.framing_camera();
-                self.scene.cameras = vec![Camera { film, samples_per_pixel: samples, ..camera }];
+                let camera = self.scene.framing_camera(film);
+                self.scene.cameras = vec![Camera { samples_per_pixel: samples, ..camera }];
             }
         }
         root.finish()?;
