@@ -2,15 +2,16 @@
 //! the lecture's red ball.
 //!
 //! Writes `out/demo/sheet.png`, the single pictures, the scenes they were made from and a page that shows them,
-//! `out/demo/index.html`. Each picture has its share of the time, so that the sheet takes about as long on any machine
-//! and is the less noisy the faster it is; with `--samples N` it is the same on all.
+//! `out/demo/index.html`. Each picture has its share of the time and gets as many samples as fit into it, so that the
+//! sheet takes about as long on any machine and is the less noisy the faster it is; with `--samples N` it is the same on
+//! all.
 
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
-use yugen_archive::atomic_write;
+use std::time::Instant;
 use yugen_archive::formats::image::{self, WriteOptions};
 use yugen_archive::formats::{Options as LoadOptions, load_scene};
+use yugen_archive::{Scene, atomic_write};
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image};
 use yugen_transport::render::{Action, Budget, Job, Options};
@@ -23,7 +24,7 @@ struct Picture {
     japanese: &'static str,
     scene: String,
     /// How long it takes, seconds.
-    seconds: u64,
+    seconds: f64,
 }
 
 const FABRIC: &str = include_str!("../scenes/fabric.toml");
@@ -39,56 +40,63 @@ const FABRICS: [(&str, &str, &str); 6] = [
 ];
 
 /// Name, captions, scene, seconds.
-const SCENES: [(&str, &str, &str, &str, u64); 8] = [
-    ("brocade", "Gold brocade by a fire", "火明かりの金襴", include_str!("../scenes/brocade.toml"), 22),
+const SCENES: [(&str, &str, &str, &str, f64); 9] = [
+    ("brocade", "Gold brocade by a fire", "火明かりの金襴", include_str!("../scenes/brocade.toml"), 20.0),
     (
         "models",
         "Six models: Lambert, Phong, Cook-Torrance; Ward, a table, a morpho wing",
         "六つの反射モデル:ランバート、フォン、クック・トランス、ワード、計測表、モルフォ蝶",
         include_str!("../scenes/models.toml"),
-        12,
+        12.0,
+    ),
+    (
+        "roughness",
+        "Gold from smooth to rough",
+        "滑らかな金から粗い金まで",
+        include_str!("../scenes/roughness.toml"),
+        8.0,
     ),
     (
         "measured",
         "Brushed copper, as if measured",
         "ヘアライン仕上げの銅(計測表)",
         include_str!("../scenes/measured.toml"),
-        9,
+        9.0,
     ),
     (
         "films",
         "Structural colour: morpho wing, gold leaf on lacquer",
         "構造色:モルフォ蝶と漆地の金箔",
         include_str!("../scenes/films.toml"),
-        10,
+        10.0,
     ),
     (
         "red_ball_glossy_surface",
         "Red ball on a white desk, glossy, a surface light source",
         "白い机の赤い球・光沢・面光源",
         include_str!("../scenes/red_ball_glossy_surface.toml"),
-        7,
+        7.0,
     ),
     (
         "red_ball_glossy_point",
         "The same, a point light source",
         "同じ球・点光源",
         include_str!("../scenes/red_ball_glossy_point.toml"),
-        7,
+        7.0,
     ),
     (
         "red_ball_glossy_five",
         "The same, five point light sources",
         "同じ球・五つの点光源",
         include_str!("../scenes/red_ball_glossy_five.toml"),
-        7,
+        7.0,
     ),
     (
         "red_ball_mat_surface",
         "The same ball mat, a surface light source",
         "つや消しの球・面光源",
         include_str!("../scenes/red_ball_mat_surface.toml"),
-        7,
+        7.0,
     ),
 ];
 /// What the scene of the brocade reads.
@@ -100,7 +108,7 @@ fn pictures() -> Vec<Picture> {
         english,
         japanese,
         scene: FABRIC.replace(PRESET, &format!("preset = \"{name}\"")),
-        seconds: 11,
+        seconds: 9.0,
     });
     let scenes = SCENES.map(|(name, english, japanese, scene, seconds)| Picture {
         name,
@@ -159,11 +167,11 @@ fn main() -> Result<()> {
         let file = out.join(format!("{}.toml", picture.name));
         atomic_write(&file, picture.scene.as_bytes())?;
         let scene = load_scene(&file, &LoadOptions::default())?;
-        let time = Budget::Time(Duration::from_secs(picture.seconds));
-        let budget = Some(arguments.samples.map_or(time, Budget::Samples));
-        let job = Job::new(&scene, &Options { budget, ..Options::default() })?;
-        job.run(|_, _| Action::Continue);
-        let rgb = job.image().select(&["R", "G", "B"]).context("a picture has colours")?;
+        let samples = match arguments.samples {
+            Some(samples) => samples,
+            None => affordable(&scene, picture.seconds)?,
+        };
+        let rgb = render(&scene, samples)?;
         let write = WriteOptions { curve: Curve::Aces, ..WriteOptions::from(scene.working_space) };
         image::write(&out.join(format!("{}.png", picture.name)), &rgb, &write)?;
         paste(&mut sheet, &rgb, GAP + (i % COLUMNS) * step, GAP + (i / COLUMNS) * step);
@@ -187,6 +195,22 @@ fn main() -> Result<()> {
         started.elapsed().as_secs_f64()
     );
     Ok(())
+}
+
+fn render(scene: &Scene, samples: u32) -> Result<Image> {
+    let job = Job::new(scene, &Options { budget: Some(Budget::Samples(samples)), ..Options::default() })?;
+    job.run(|_, _| Action::Continue);
+    job.image().select(&["R", "G", "B"]).context("a picture has colours")
+}
+
+/// How many samples a pixel fit into the time, by what a few of them take. At least so many that a slow machine has a
+/// picture too.
+fn affordable(scene: &Scene, seconds: f64) -> Result<u32> {
+    const TRIED: u32 = 4;
+    let clock = Instant::now();
+    render(scene, TRIED)?;
+    let tried = clock.elapsed().as_secs_f64();
+    Ok((f64::from(TRIED) * (seconds - tried) / tried).clamp(16.0, 1024.0) as u32)
 }
 
 fn paste(sheet: &mut Image, picture: &Image, left: usize, top: usize) {
