@@ -191,7 +191,7 @@ pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Stri
 }
 
 /// The known word nearest to `word`, if one is near enough to be what was meant: edit distance with
-/// transpositions at most a third of the longer word.
+/// transpositions at most a third of the longer word; else one that begins with it.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let fold = |w: &str| w.to_lowercase().replace('-', "_");
     let word = fold(word);
@@ -199,12 +199,19 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     if word.len() > 64 {
         return None;
     }
-    known
-        .into_iter()
+    let known: Vec<&str> = known.into_iter().collect();
+    let near = known
+        .iter()
+        .copied()
         .map(|k| (edit_distance(&word, &fold(k)), k))
         .filter(|(d, k)| 3 * d <= k.chars().count().max(word.chars().count()))
         .min_by_key(|(d, _)| *d)
-        .map(|(_, k)| k)
+        .map(|(_, k)| k);
+    // Or what goes on where the word ends: gold for gold-paint.
+    near.or_else(|| {
+        let longer = known.into_iter().filter(|k| word.chars().count() > 2 && fold(k).starts_with(&word));
+        longer.min_by_key(|k| k.len())
+    })
 }
 
 /// Damerau-Levenshtein distance, optimal string alignment: insert, delete, replace, swap neighbours.
@@ -237,6 +244,8 @@ mod tests {
         assert_eq!(nearest("relfectance", known), Some("reflectance"));
         assert_eq!(nearest("Sigma-X", known), Some("sigma_x"));
         assert_eq!(nearest("temperature", known), None);
+        assert_eq!(nearest("refl", known), Some("reflectance"));
+        assert_eq!(nearest("re", known), None);
         let e = Error::unknown(Place::line("a.toml", 3, 7), "key", "aplha", known);
         assert_eq!(e.to_string(), "a.toml:3:7: unknown key 'aplha'; did you mean 'alpha'?");
     }

@@ -130,7 +130,7 @@ fn texel(v: [f32; 15]) -> Option<Texel> {
 fn read_about(bytes: &[u8], name: &Path) -> Result<About, Error> {
     let invalid = |problem: String| Error::invalid(Place::file(name), problem);
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
-        .map_err(|e| invalid(format!("this is no OpenEXR picture, and so not the maps of a cloth: {e}")))?;
+        .map_err(|_| invalid("this is no OpenEXR picture, and so not the maps of a cloth".into()))?;
     let text = |key: &str| {
         meta.headers.iter().find_map(|h| {
             h.shared_attributes.other.iter().chain(&h.own_attributes.other).find_map(|(k, v)| match v {

@@ -8,7 +8,14 @@ pub(super) fn problem(e: &serde_json::Error) -> String {
     if let Some((found, expected)) = wrong.and_then(|w| w.rsplit_once(", expected ")) {
         return format!("found {}, expected {}", found_words(found), expected_words(expected));
     }
+    if let Some((found, expected)) =
+        text.strip_prefix("invalid length ").and_then(|t| t.split_once(", expected "))
+    {
+        let found = if found == "1" { "1 value".into() } else { format!("{found} values") };
+        return format!("found {found}, expected {}", expected_words(expected));
+    }
     match text {
+        "expected value" => "expected a value".into(),
         "EOF while parsing a value"
         | "EOF while parsing an object"
         | "EOF while parsing a list"
@@ -74,7 +81,8 @@ mod tests {
         assert_eq!(said(r#"{"children": {}}"#), "found an object, expected a list");
         assert_eq!(said(r#"{"children": null}"#), "found null, expected a list");
         assert_eq!(said(r#"{"matrix": [1, true]}"#), "found true, expected a number");
-        assert_eq!(said("[]"), "invalid length 0, expected struct Node with 4 elements");
+        assert_eq!(said("[]"), "found 0 values, expected an object");
+        assert_eq!(said(r#"{"matrix": [1, 2, 3]}"#), "found 3 values, expected a list of 4");
         assert_eq!(said(r#"{"mesh": "#), "the text ends too early; it is cut short");
         assert_eq!(said(r#"{"mesh": 1,}"#), "trailing comma");
     }

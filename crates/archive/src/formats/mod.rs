@@ -145,7 +145,11 @@ pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
         return Err(Error::invalid(Place::file(path), problem));
     }
     let _span = tracing::info_span!("read_scene", file = %path.display()).entered();
-    let scene = (format.read)(&read_file(path)?, path, options)?;
+    let bytes = read_file(path)?;
+    if bytes.is_empty() {
+        return Err(Error::invalid(Place::file(path), "the file is empty; copy or export it again"));
+    }
+    let scene = (format.read)(&bytes, path, options)?;
     if scene.is_empty() {
         let problem =
             "there is nothing to be seen in this scene: it has no shape, and no light from all sides";

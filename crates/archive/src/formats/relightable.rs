@@ -185,10 +185,15 @@ const FORMATS: &[Format] = &[
     },
 ];
 
-/// Whether `path` looks like one of these: a file that begins like one or a folder with an `info.json`.
+/// Whether `path` looks like one of these: a file that begins like one or is called so, or a folder with an
+/// `info.json`.
 pub fn recognises(path: &Path) -> bool {
     if path.is_dir() {
         return path.join(relight::INFO).is_file();
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    if path.is_file() && extension.is_some() && FORMATS.iter().any(|f| f.extension == extension.as_deref()) {
+        return true;
     }
     let mut start = [0; 4];
     open(path).is_ok_and(|mut f| std::io::Read::read_exact(&mut f, &mut start).is_ok())
@@ -202,6 +207,9 @@ pub fn read(path: &Path, max_texels: u64) -> Result<Relightable, Error> {
     }
     // 48 bytes a texel in HSH of order 4, and 192 where they are floats; headers are small.
     let bytes = read_bounded(path, max_texels.saturating_mul(192).saturating_add(1 << 16))?;
+    if bytes.is_empty() {
+        return Err(Error::invalid(Place::file(path), "the file is empty; copy or export it again"));
+    }
     let format = FORMATS.iter().find(|f| !f.magic.is_empty() && bytes.starts_with(f.magic));
     let Some(format) = format else {
         let names = FORMATS.iter().map(|f| f.name).collect::<Vec<_>>().join(", ");

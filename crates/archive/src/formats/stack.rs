@@ -30,8 +30,6 @@ use super::image::{self, ReadOptions};
 use super::lp::{self, Axes};
 use super::toml::document::{Document, Item, Keys};
 use crate::{Error, Place, atomic_write, read_bounded, update, will_read};
-use ::toml::Spanned;
-use ::toml::de::DeTable;
 use glam::Vec3;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -143,7 +141,7 @@ impl Options {
             Error::invalid(Place::byte(file, e.valid_up_to() as u64), "this is no UTF-8 text; expected TOML")
         })?;
         let doc = Document { file, text };
-        let table = parse_table(&doc)?;
+        let table = doc.parse()?;
         let mut keys = Keys::root(&doc, table.get_ref());
         keys.what = "stack".into();
         let usual = Self::default();
@@ -231,9 +229,12 @@ impl Options {
     }
 
     /// The text of a file of these options in which only what `new` says otherwise is changed: comments stay.
-    fn amended(&self, text: &str, file: &Path, new: &Self) -> Result<String, Error> {
+    ///
+    /// # Errors
+    /// Where the text is no TOML.
+    pub fn amended(&self, text: &str, file: &Path, new: &Self) -> Result<String, Error> {
         let doc = Document { file, text };
-        let table = parse_table(&doc)?;
+        let table = doc.parse()?;
         let mut changes = Vec::new();
         let mut added = String::new();
         for ((key, old), (_, new)) in self.entries().into_iter().zip(new.entries()) {
@@ -251,12 +252,6 @@ impl Options {
         }
         Ok(text + &added)
     }
-}
-
-fn parse_table<'a>(doc: &Document<'a>) -> Result<Spanned<DeTable<'a>>, Error> {
-    DeTable::parse(doc.text).map_err(|e| {
-        Error::invalid(doc.place(e.span().map_or(0, |s| s.start)), e.message().trim().replace('\n', "; "))
-    })
 }
 
 /// A number for all channels or one for each, above zero.

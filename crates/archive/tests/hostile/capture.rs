@@ -84,7 +84,16 @@ fn options_of_a_stack() {
     assault("stack", &[seed.to_vec()], |b| match stack::Options::parse(b, Path::new(FILE)) {
         Ok(options) => {
             let back = stack::Options::parse(options.text().as_bytes(), Path::new(FILE));
-            assert_eq!(back.ok(), Some(options));
+            assert_eq!(back.ok().as_ref(), Some(&options));
+            // Only what has changed is changed.
+            let new = stack::Options { near: !options.near, field_width: 3.0, ..options.clone() };
+            let text = String::from_utf8_lossy(b);
+            let amended = options.amended(&text, Path::new(FILE), &new).unwrap();
+            assert_eq!(
+                stack::Options::parse(amended.as_bytes(), Path::new(FILE)).ok(),
+                Some(new),
+                "{amended}"
+            );
             true
         }
         Err(e) => {

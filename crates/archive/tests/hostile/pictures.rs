@@ -3,7 +3,7 @@
 use crate::{FILE, assault_with, mutate};
 use std::path::Path;
 use yugen_archive::formats::image::rows::Rows;
-use yugen_archive::formats::image::{ReadOptions, WriteOptions, read_bytes, write_bytes};
+use yugen_archive::formats::image::{ReadOptions, WriteOptions, about_bytes, read_bytes, write_bytes};
 use yugen_optics::Image;
 
 fn picture(channels: &[&str]) -> Image {
@@ -22,6 +22,30 @@ fn assault_pictures(name: &str, seeds: &[Vec<u8>]) {
         Ok(image) => {
             assert_eq!(image.data.len(), image.width * image.height * image.channels.len());
             assert!(image.data.iter().all(|v| v.is_finite()));
+            true
+        }
+        Err(e) => {
+            assert!(e.to_string().contains(FILE), "{e}");
+            false
+        }
+    });
+}
+
+/// What is told of a picture.
+#[test]
+fn facts_of_pictures() {
+    let told = WriteOptions { metadata: vec![("who".into(), "x".into())], ..WriteOptions::default() };
+    let seeds = [
+        written("a.exr", &["R", "G", "B"], &told),
+        exr_seed(exr::prelude::Compression::ZIP16, true),
+        written("a.png", &["R", "G", "B", "A"], &WriteOptions::default()),
+        written("a.hdr", &["R", "G", "B"], &WriteOptions::default()),
+    ];
+    assault_with("image facts", &seeds, 3_000, mutate, |b| match about_bytes(b, Path::new(FILE), 1 << 16) {
+        Ok(about) => {
+            let pixels = (about.width * about.height) as u64;
+            assert!(about.channels.iter().all(|c| c.negative + c.not_finite <= pixels));
+            assert!(about.channels.iter().flat_map(|c| c.range).all(|[low, high]| low <= high));
             true
         }
         Err(e) => {

@@ -142,6 +142,18 @@ fn gltf_scenes() {
     // An accessor without data may ask for 2^24 zeros, and a mesh of them has positions, normals and indices.
     let moment = Some(Moment { seconds: 0.5, animation: None });
     let options = Options { moment, ..Options::default() };
+    assault("gltf animations", &[apart.clone(), glb.clone()], |b| {
+        match gltf::animations(b, Path::new(FILE), &Options::default()) {
+            Ok(all) => {
+                assert!(all.iter().all(|(_, [first, last])| first <= last));
+                true
+            }
+            Err(e) => {
+                assert!(e.to_string().contains(FILE), "{e}");
+                false
+            }
+        }
+    });
     assault("gltf", &[apart, glb], |b| match gltf::read(b, Path::new(FILE), &options) {
         Ok(scene) => {
             for shape in scene.shapes.iter().chain(scene.groups.iter().flatten()) {

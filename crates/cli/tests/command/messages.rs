@@ -37,6 +37,13 @@ fn types_are_told_in_plain_words() {
         ),
         ("[[shape]]\ntype = 3", "'type' is 3; expected a text in quotes"),
         ("[[shape]]\ntype = 1979-05-27", "'type' is a date; expected"),
+        ("[camera]\nname = front", "a.toml:2:8: a text needs quotes"),
+        ("[film]\nsize = [64 64]", "a.toml:2:9: a text needs quotes, and the values of a list have commas"),
+        ("[render]\nsamples = 1.2.3", "this is no number; expected one such as 12"),
+        ("[render]\nsamples = 1\nsamples = 2", "a.toml:3:1: this key is there already"),
+        ("[[light]]\ntype = \"constant", "the text does not end in its line"),
+        ("[film]\nsize = [64, 64", "the list does not end; expected ]"),
+        ("[film", "a heading ends with ]"),
         ("film = 3", "'film' is 3; expected a table of keys and values"),
     ] {
         write(&folder, "a.toml", text);
@@ -164,7 +171,7 @@ fn a_display_is_for_display_formats() {
 #[test]
 fn an_empty_scene_is_an_error() {
     let folder = scratch("messages/empty");
-    write(&folder, "a.toml", "");
+    write(&folder, "a.toml", "# Nothing.");
     write(&folder, "b.toml", "[[light]]\ntype = \"point\"\nat = [0, 0, 0]\nintensity = 1\n");
     write(&folder, "c.xml", "<scene version=\"3.0.0\"><sensor type=\"perspective\"/></scene>");
     write(&folder, "d.gltf", r#"{ "asset": { "version": "2.0" } }"#);
@@ -172,6 +179,8 @@ fn an_empty_scene_is_an_error() {
         let line = format!("render {name} -o a.exr");
         refused(yugen_in(&folder, &line), &[name, "there is nothing to be seen in this scene"]);
     }
+    write(&folder, "f.gltf", "");
+    refused(yugen_in(&folder, "render f.gltf -o a.exr"), &["f.gltf: the file is empty"]);
     // A sky alone can be seen.
     write(&folder, "e.toml", "[[light]]\ntype = \"constant\"\n");
     report(yugen_in(&folder, "render e.toml --spp 1 --size 4x4 --json -o a.exr"));

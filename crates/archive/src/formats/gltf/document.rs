@@ -35,7 +35,7 @@ impl Document {
         let root = Root::deserialize(&mut deserializer).map_err(|e| {
             // In a .glb the lines are those of the JSON inside, which is one line as a rule.
             let at = if offset == 0 {
-                Place::line(path, e.line(), e.column())
+                Place::line(path, e.line().max(1), e.column().max(1))
             } else {
                 Place::byte(path, (offset + e.column()) as u64)
             };

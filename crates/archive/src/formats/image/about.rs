@@ -48,12 +48,17 @@ pub struct Channel {
 /// # Errors
 /// As [`read`](super::read).
 pub fn about(path: &Path) -> Result<About, Error> {
-    let options = ReadOptions::raw();
+    let options = ReadOptions::default();
     let bytes = read_bounded(path, options.max_samples.saturating_mul(8).max(1 << 26))?;
-    let at = Place::file(path);
-    let format = codec_of(&bytes, &at)?.name;
-    // Light rather than codes: what is read as raw would say 0.73 of what is half as bright as white.
-    let decoded = decode(&bytes, &ReadOptions { raw: false, ..options }, &at)?;
+    about_bytes(&bytes, path, options.max_samples)
+}
+
+/// As [`about`], from memory; `name` is for messages, and more samples than `max_samples` are refused.
+pub fn about_bytes(bytes: &[u8], name: &Path, max_samples: u64) -> Result<About, Error> {
+    let at = Place::file(name);
+    let format = codec_of(bytes, &at)?.name;
+    // Light rather than codes: half as bright as white is 0.5, whatever the code.
+    let decoded = decode(bytes, &ReadOptions { max_samples, ..ReadOptions::default() }, &at)?;
     let image = decoded.image;
     let channels = image.channels.iter().enumerate().map(|(c, name)| {
         let values = || image.data.iter().skip(c).step_by(image.channels.len()).copied();
@@ -77,7 +82,7 @@ pub fn about(path: &Path) -> Result<About, Error> {
         channels: channels.collect(),
         codes: decoded.codes,
         chromaticities: decoded.chromaticities,
-        attributes: if format == exr::CODEC.name { exr::attributes(&bytes) } else { Vec::new() },
-        camera: exif::read_bytes(&bytes),
+        attributes: if format == exr::CODEC.name { exr::attributes(bytes) } else { Vec::new() },
+        camera: exif::read_bytes(bytes),
     })
 }

@@ -156,7 +156,12 @@ impl Reader {
                     whole(),
                     "document types and entities are not allowed in a scene; remove <!DOCTYPE …>",
                 ),
-                e => Error::invalid(place, format!("not well-formed XML: {e}")),
+                e => {
+                    // Its words end with the place, which stands before them here.
+                    let problem = e.to_string();
+                    let problem = problem.rsplit_once(" at ").map_or(problem.as_str(), |(p, _)| p);
+                    Error::invalid(place, format!("not well-formed XML: {problem}"))
+                }
             }
         })?;
         self.nodes += tree.descendants().len() as u32;

@@ -12,7 +12,42 @@ pub(in crate::formats) struct Document<'a> {
     pub text: &'a str,
 }
 
-impl Document<'_> {
+/// What the parser says first, and the same in plain words.
+const SYNTAX: [(&str, &str); 15] = [
+    ("duplicate key", "this key is there already; leave one of the two out"),
+    (
+        "string values must be quoted",
+        "a text needs quotes, and the values of a list have commas between them",
+    ),
+    ("invalid boolean", "a text needs quotes; only numbers, true and false go without"),
+    ("invalid float", "this is no number; expected one such as 12, 0.5 or 1e-3"),
+    ("invalid integer", "this is no number; expected one such as 12, 0.5 or 1e-3"),
+    ("unexpected leading zero", "a number does not begin with 0, unless it is less than one"),
+    ("unclosed table", "a heading ends with ], as in [film]"),
+    ("unclosed array", "the list does not end; expected ] behind its last value"),
+    ("unclosed inline table", "the values in braces do not end; expected } behind the last"),
+    ("invalid basic string", "the text does not end in its line; expected a quote behind it"),
+    ("invalid literal string", "the text does not end in its line; expected a quote behind it"),
+    ("unquoted keys cannot be empty", "there is no key; expected lines of key = value"),
+    ("unexpected key or value", "the line goes on; expected one key = value in a line"),
+    ("key with no value", "the key has no value; expected key = value"),
+    ("missing value", "the key has no value; expected key = value"),
+];
+
+impl<'a> Document<'a> {
+    /// The values of the text.
+    pub fn parse(&self) -> Result<Spanned<DeTable<'a>>, Error> {
+        DeTable::parse(self.text).map_err(|e| {
+            let said = e.message();
+            let plain = SYNTAX.iter().find(|(start, _)| said.starts_with(start));
+            let problem = plain.map_or_else(
+                || said.trim().replace('\n', "; ").replace('`', "'").replace(", expected nothing", ""),
+                |(_, words)| words.to_string(),
+            );
+            Error::invalid(self.place(e.span().map_or(0, |s| s.start)), problem)
+        })
+    }
+
     pub fn place(&self, offset: usize) -> Place {
         Place::in_text(self.file, self.text, offset)
     }

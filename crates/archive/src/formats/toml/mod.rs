@@ -14,7 +14,6 @@ use crate::scene::{
     Projection, Texture, TextureId, look_along,
 };
 use crate::{Error, Place, Scene};
-use ::toml::de::DeTable;
 use document::{Document, Item, Keys};
 use glam::{EulerRot, Mat4, Quat, Vec2, Vec3};
 use std::collections::HashMap;
@@ -34,9 +33,7 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error
         Error::invalid(at, "this is no UTF-8 text; expected a scene in TOML")
     })?;
     let doc = Document { file: path, text };
-    let table = DeTable::parse(text).map_err(|e| {
-        Error::invalid(doc.place(e.span().map_or(0, |s| s.start)), e.message().trim().replace('\n', "; "))
-    })?;
+    let table = doc.parse()?;
     let reader = Reader {
         folders: Folders::new(path, &options.folders, Some(["[scene] path = [\"", "\"]"]))?,
         colours: ColourSpace::LinearSrgb,
