@@ -192,7 +192,7 @@ fn the_reason_of_a_refusal_names_what_differs() {
         (
             "[camera]",
             "[[light]]\ntype = \"constant\"\nradiance = 1\n[camera]",
-            "light 1, which is in this render",
+            "light 1 ('environment'), which is in this render",
         ),
     ] {
         assert!(SCENE.contains(from));
