@@ -3,12 +3,18 @@
 use crate::texture::{Lookup, Textures};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
-use yugen_archive::scene::{Material, MaterialId, Scene, TextureId, Value};
+use yugen_archive::scene::{Material, MaterialId, Scene, TextureId, TurnedNormals, Value};
 use yugen_optics::Frame;
 use yugen_reflectance::{Bsdf, Choice, Kind, MAX_SLOTS, ParamType};
 
 /// Most lobes a material may resolve to; more is refused when the scene is prepared.
 pub const MAX_LOBES: usize = 8;
+
+/// Most maps of normals or heights that a material may have in all.
+pub const MAX_TURNED: usize = 8;
+
+/// And over one another.
+const MAX_TURNS: usize = 4;
 
 /// Largest density, 1/sr, of a matt material into the mirror direction; a cosine lobe's is at most 1/π.
 const MATT: f32 = 0.5;
@@ -27,8 +33,8 @@ enum Node {
     Mask { opacity: Value, base: MaterialId },
     Blend { weight: Value, first: MaterialId, second: MaterialId },
     Sum(Vec<MaterialId>),
-    NormalMap { texture: Value, scale: f32, base: MaterialId },
-    BumpMap { texture: Value, scale: f32, base: MaterialId },
+    NormalMap { texture: Value, scale: f32, turned: TurnedNormals, base: MaterialId },
+    BumpMap { texture: Value, scale: f32, turned: TurnedNormals, base: MaterialId },
     Cloth { texture: TextureId, form: Choice },
     Null,
 }
@@ -56,29 +62,99 @@ pub struct Point<'a> {
 
 /// How a branch of the material tree is seen.
 #[derive(Clone, Copy)]
-struct Seen {
+struct Seen<'a> {
+    /// Left-handed where the surface is seen from below and turned over.
     frame: Frame,
     wo: Vec3,
-    /// From below and turned over: z of both directions is negated.
-    flipped: bool,
-    /// Frame differs from the surface's: directions that change sides between the two are dropped.
-    perturbed: bool,
+    turned_over: bool,
+    /// From the surface's frame to this one.
+    turns: &'a [Turn],
+}
+
+/// One frame turned into another by a map.
+#[derive(Clone, Copy)]
+pub struct Turn {
+    /// Normal of the frame before.
+    before: Vec3,
+    /// Normal of the map, before it was mirrored.
+    given: Vec3,
+    /// Normal after it.
+    after: Vec3,
+    /// Whether the map's normal is mirrored for eyes that it looks away from.
+    flips: bool,
+    /// Squared roughness of the relief that shadows itself; 0: it does not.
+    alpha2: f32,
+    /// Whether the eye is on different sides of the two.
+    crossed: bool,
+}
+
+impl Turn {
+    /// Part of the light from `wi` that the turned frame gets: none where the two disagree about its side.
+    fn shadow(&self, wi: Vec3) -> f32 {
+        let cos = self.before.dot(wi);
+        if cos * self.after.dot(wi) <= 0.0 {
+            return 0.0;
+        }
+        if self.alpha2 == 0.0 {
+            return 1.0;
+        }
+        let tan2 = (1.0 - cos * cos).max(0.0) / (cos * cos);
+        2.0 / (1.0 + (1.0 + self.alpha2 * tan2).sqrt())
+    }
+
+    /// Whether the map's normal has to be mirrored for `wo` to see it.
+    fn mirrored_for(&self, wo: Vec3) -> bool {
+        self.flips && self.before.dot(wo) * self.given.dot(wo) <= 0.0
+    }
 }
 
 #[derive(Clone, Copy)]
 struct Lobe<'a> {
     bsdf: Bsdf<'a>,
-    seen: Seen,
+    seen: Seen<'a>,
     weight: f32,
     probability: f32,
 }
 
-/// Room for the textured parameters of the lobes at one hit.
-pub type Scratch = [[f32; MAX_SLOTS]; MAX_LOBES];
+/// Room for the textured parameters of the lobes at one hit, and for the turns of their frames.
+#[derive(Clone, Copy)]
+pub struct Scratch {
+    slots: [[f32; MAX_SLOTS]; MAX_LOBES],
+    turns: [[Turn; MAX_TURNS]; MAX_TURNED],
+}
 
 /// Fresh room.
 pub fn scratch() -> Scratch {
-    [[0.0; MAX_SLOTS]; MAX_LOBES]
+    let none =
+        Turn { before: Vec3::Z, given: Vec3::Z, after: Vec3::Z, flips: false, alpha2: 0.0, crossed: false };
+    Scratch { slots: [[0.0; MAX_SLOTS]; MAX_LOBES], turns: [[none; MAX_TURNS]; MAX_TURNED] }
+}
+
+/// What is left of it.
+struct Room<'a> {
+    slots: &'a mut [[f32; MAX_SLOTS]],
+    turns: &'a mut [[Turn; MAX_TURNS]],
+}
+
+impl<'a> Room<'a> {
+    /// A row of `slots`; `Materials::new` made sure that there is one for every lobe.
+    fn slots(&mut self, like: &[f32]) -> Option<&'a mut [f32]> {
+        let (row, rest) = std::mem::take(&mut self.slots).split_first_mut()?;
+        self.slots = rest;
+        let row = row.get_mut(..like.len())?;
+        row.copy_from_slice(like);
+        Some(row)
+    }
+
+    /// `turns` and one more; `Materials::new` made sure that there is room.
+    fn turns(&mut self, turns: &[Turn], last: Turn) -> Option<&'a [Turn]> {
+        let (row, rest) = std::mem::take(&mut self.turns).split_first_mut()?;
+        self.turns = rest;
+        let row = row.get_mut(..=turns.len())?;
+        row[..turns.len()].copy_from_slice(turns);
+        row[turns.len()] = last;
+        Some(row)
+    }
 }
 
 /// A material at one point, seen from one direction.
@@ -86,8 +162,6 @@ pub struct Shading<'a> {
     /// Nearly always the only one.
     first: Option<Lobe<'a>>,
     rest: Vec<Lobe<'a>>,
-    /// Surface frame, for the side test of perturbed lobes.
-    frame: Frame,
     /// Part of the light that goes straight through.
     pub through: f32,
     /// Probability of following it.
@@ -136,6 +210,14 @@ impl Materials {
                 let problem = format!("combines {lobes} models; at most {MAX_LOBES} are possible");
                 return Err(MaterialError { material: id, problem });
             }
+            let [maps, deep] = materials.maps(id);
+            if maps > MAX_TURNED || deep > MAX_TURNS {
+                let problem = format!(
+                    "has {maps} maps of normals or heights, {deep} of them over one another; at most {MAX_TURNED} \
+                     and {MAX_TURNS} are possible"
+                );
+                return Err(MaterialError { material: id, problem });
+            }
         }
         materials.see_through = (0..materials.nodes.len()).map(|id| materials.is_see_through(id)).collect();
         materials.matt = (0..materials.nodes.len()).map(|id| materials.is_matt(id)).collect();
@@ -161,6 +243,29 @@ impl Materials {
             Node::Sum(all) => all.iter().map(|m| self.lobes(*m, depth + 1)).sum::<Result<_, _>>()?,
             Node::Null => 0,
         })
+    }
+
+    /// Maps that may be met at one hit, and most over one another. The tree must have been found to be one.
+    fn maps(&self, id: MaterialId) -> [usize; 2] {
+        let both = |a: MaterialId, b: MaterialId| (self.maps(a), self.maps(b));
+        match &self.nodes[id] {
+            Node::Model { .. } | Node::Null => [0, 0],
+            Node::Cloth { .. } => [1, 1],
+            Node::TwoSided { front, back } => {
+                let (a, b) = both(*front, *back);
+                [a[0].max(b[0]), a[1].max(b[1])]
+            }
+            Node::Mask { base, .. } => self.maps(*base),
+            Node::NormalMap { base, .. } | Node::BumpMap { base, .. } => self.maps(*base).map(|n| n + 1),
+            Node::Blend { first, second, .. } => {
+                let (a, b) = both(*first, *second);
+                [a[0] + b[0], a[1].max(b[1])]
+            }
+            Node::Sum(all) => {
+                let add = |a: [usize; 2], b: [usize; 2]| [a[0] + b[0], a[1].max(b[1])];
+                all.iter().map(|m| self.maps(*m)).fold([0, 0], add)
+            }
+        }
     }
 
     fn is_see_through(&self, id: MaterialId) -> bool {
@@ -222,16 +327,9 @@ impl Materials {
         wo: Vec3,
         scratch: &'a mut Scratch,
     ) -> Shading<'a> {
-        let mut shading = Shading {
-            first: None,
-            rest: Vec::new(),
-            frame: point.frame,
-            through: 0.0,
-            through_probability: 0.0,
-        };
-        let seen =
-            Seen { frame: point.frame, wo: point.frame.to_local(wo), flipped: false, perturbed: false };
-        let mut room: &'a mut [[f32; MAX_SLOTS]] = scratch;
+        let mut shading = Shading { first: None, rest: Vec::new(), through: 0.0, through_probability: 0.0 };
+        let seen = Seen { frame: point.frame, wo: point.frame.to_local(wo), turned_over: false, turns: &[] };
+        let mut room = Room { slots: &mut scratch.slots, turns: &mut scratch.turns };
         self.resolve(textures, id, point, seen, [1.0; 2], &mut room, &mut shading);
         shading
     }
@@ -242,9 +340,9 @@ impl Materials {
         textures: &Textures,
         id: MaterialId,
         point: &Point,
-        seen: Seen,
+        seen: Seen<'a>,
         share @ [weight, probability]: [f32; 2],
-        room: &mut &'a mut [[f32; MAX_SLOTS]],
+        room: &mut Room<'a>,
         out: &mut Shading<'a>,
     ) {
         match &self.nodes[id] {
@@ -252,11 +350,7 @@ impl Materials {
                 let slots: &'a [f32] = if textured.is_empty() {
                     slots
                 } else {
-                    // `Materials::new` made sure that there is room for every lobe.
-                    let Some((own, rest)) = std::mem::take(room).split_first_mut() else { return };
-                    *room = rest;
-                    let own = &mut own[..slots.len()];
-                    own.copy_from_slice(slots);
+                    let Some(own) = room.slots(slots) else { return };
                     for t in textured {
                         t.look_up(textures, &point.lookup, own);
                     }
@@ -274,7 +368,8 @@ impl Materials {
                     self.resolve(textures, *front, point, seen, share, room, out);
                 } else {
                     let wo = Vec3::new(seen.wo.x, seen.wo.y, -seen.wo.z);
-                    let seen = Seen { wo, flipped: !seen.flipped, ..seen };
+                    let frame = Frame { n: -seen.frame.n, ..seen.frame };
+                    let seen = Seen { frame, wo, turned_over: !seen.turned_over, ..seen };
                     self.resolve(textures, *back, point, seen, share, room, out);
                 }
             }
@@ -300,22 +395,21 @@ impl Materials {
                     self.resolve(textures, *id, point, seen, share, room, out);
                 }
             }
-            Node::NormalMap { texture, scale, base } => {
+            Node::NormalMap { texture, scale, turned, base } => {
                 let c = textures.rgb(texture, &point.lookup) * 2.0 - 1.0;
                 let n = Vec3::new(c.x * scale, c.y * scale * point.handedness, c.z).normalize_or(Vec3::Z);
                 // Around the old tangent, as Mitsuba does.
-                let local = Frame::from_normal_tangent(n, Vec3::X);
-                let old = seen.frame;
-                let frame =
-                    Frame { s: old.to_world(local.s), t: old.to_world(local.t), n: old.to_world(local.n) };
-                let seen = Seen { frame, wo: local.to_local(seen.wo), perturbed: true, ..seen };
+                let Some(seen) = seen.turn(n, |_| Vec3::X, *turned, room) else { return };
                 self.resolve(textures, *base, point, seen, share, room, out);
             }
-            Node::BumpMap { texture, scale, base } => {
+            Node::BumpMap { texture, scale, turned, base } => {
                 let slope = textures.gradient(texture, &point.lookup) * *scale;
-                let frame = bumped(point, seen.frame, slope);
-                let seen =
-                    Seen { frame, wo: frame.to_local(seen.frame.to_world(seen.wo)), perturbed: true, ..seen };
+                // Of the surface as it lies, whichever side it is seen from. The same relief rises from the other side.
+                let old = seen.frame;
+                let old = Frame { n: if seen.turned_over { -old.n } else { old.n }, ..old };
+                let n = old.to_local(bumped(point, old.n, slope));
+                let tangent = old.to_local(point.dp[0]);
+                let Some(seen) = seen.turn(n, |_| tangent, *turned, room) else { return };
                 self.resolve(textures, *base, point, seen, share, room, out);
             }
             Node::Cloth { texture, form } => {
@@ -323,17 +417,15 @@ impl Materials {
                 // The frame of the maps is +x along u and +y up, against v; mirrored where the picture is.
                 let up = -point.dp[1].dot(seen.frame.t);
                 let turn = |v: Vec3| Vec3::new(v.x, if up < 0.0 { -v.y } else { v.y }, v.z);
-                let local = Frame::from_normal_tangent(turn(t.normal), turn(t.tangent));
-                let old = seen.frame;
-                let frame =
-                    Frame { s: old.to_world(local.s), t: old.to_world(local.t), n: old.to_world(local.n) };
-                let seen = Seen { frame, wo: local.to_local(seen.wo), perturbed: true, ..seen };
+                // What was fitted to photographs has the shadows of its threads in it already.
+                let turned = TurnedNormals { use_shadowing_function: false, ..TurnedNormals::default() };
+                let tangent = turn(t.tangent);
+                let tangent =
+                    |mirrored| if mirrored { Vec3::new(-tangent.x, -tangent.y, tangent.z) } else { tangent };
+                let Some(seen) = seen.turn(turn(t.normal), tangent, turned, room) else { return };
                 let noh = t.noh(*form);
-                let Some((own, rest)) = std::mem::take(room).split_first_mut() else { return };
-                *room = rest;
                 let slots: &[f32] = bytemuck::cast_slice(std::slice::from_ref(&noh));
-                let own = &mut own[..slots.len()];
-                own.copy_from_slice(slots);
+                let Some(own) = room.slots(slots) else { return };
                 let lobe = Lobe { bsdf: Bsdf::new(Kind::Noh, own, &[]), seen, weight, probability };
                 if out.first.is_none() {
                     out.first = Some(lobe);
@@ -364,17 +456,47 @@ impl Textured {
     }
 }
 
-/// Blinn 1978, "Simulation of Wrinkled Surfaces": the frame after raising the surface by a height field with
-/// this slope per unit of (u, v).
-fn bumped(point: &Point, frame: Frame, slope: Vec2) -> Frame {
-    let n = frame.n;
+/// Blinn 1978, "Simulation of Wrinkled Surfaces": the normal `n` after raising the surface by a height field with this
+/// slope per unit of (u, v).
+fn bumped(point: &Point, n: Vec3, slope: Vec2) -> Vec3 {
     let dp_du = point.dp[0] + n * (slope.x - n.dot(point.dp[0]));
     let dp_dv = point.dp[1] + n * (slope.y - n.dot(point.dp[1]));
-    let mut turned = dp_du.cross(dp_dv).normalize_or(n);
-    if turned.dot(point.normal) < 0.0 {
-        turned = -turned;
+    let turned = dp_du.cross(dp_dv).normalize_or(n);
+    if turned.dot(point.normal) < 0.0 { -turned } else { turned }
+}
+
+impl<'a> Seen<'a> {
+    /// Seen in the frame around the unit normal `given`, which is in the frame of now, and the part perpendicular to it
+    /// of a tangent: that for a normal that has been mirrored, or for one that has not.
+    fn turn(
+        self,
+        given: Vec3,
+        tangent: impl Fn(bool) -> Vec3,
+        turned: TurnedNormals,
+        room: &mut Room<'a>,
+    ) -> Option<Self> {
+        let old = self.frame;
+        let mirrored = turned.flip_invalid_normals && self.wo.z * given.dot(self.wo) <= 0.0;
+        let n = if mirrored { Vec3::new(-given.x, -given.y, given.z) } else { given };
+        let local = Frame::from_normal_tangent(n, tangent(mirrored));
+        let frame = Frame { s: old.to_world(local.s), t: old.to_world(local.t), n: old.to_world(local.n) };
+        let wo = local.to_local(self.wo);
+        let mut alpha2 = 0.0;
+        if turned.use_shadowing_function {
+            // Conty Estevez et al.: the relief as GGX, an eighth of the squared tangent, at most 1.
+            let cos2 = n.z * n.z;
+            alpha2 = if cos2 > 0.0 { (0.125 * (1.0 - cos2).max(0.0) / cos2).min(1.0) } else { 1.0 };
+        }
+        let turn = Turn {
+            before: old.n,
+            given: if mirrored { old.to_world(given) } else { frame.n },
+            after: frame.n,
+            flips: turned.flip_invalid_normals,
+            alpha2,
+            crossed: self.wo.z * wo.z <= 0.0,
+        };
+        Some(Seen { frame, wo, turns: room.turns(self.turns, turn)?, ..self })
     }
-    Frame::from_normal_tangent(turned, point.dp[0])
 }
 
 fn node(material: &Material) -> Result<Node, String> {
@@ -424,11 +546,13 @@ fn node(material: &Material) -> Result<Node, String> {
             Node::Blend { weight: weight.clone(), first: *first, second: *second }
         }
         Material::Sum(all) => Node::Sum(all.clone()),
-        Material::NormalMap { texture, scale, base } => {
-            Node::NormalMap { texture: Value::Texture(*texture), scale: *scale, base: *base }
+        Material::NormalMap { texture, scale, turned, base } => {
+            let texture = Value::Texture(*texture);
+            Node::NormalMap { texture, scale: *scale, turned: *turned, base: *base }
         }
-        Material::BumpMap { texture, scale, base } => {
-            Node::BumpMap { texture: Value::Texture(*texture), scale: *scale, base: *base }
+        Material::BumpMap { texture, scale, turned, base } => {
+            let texture = Value::Texture(*texture);
+            Node::BumpMap { texture, scale: *scale, turned: *turned, base: *base }
         }
         Material::Cloth { texture, form } => Node::Cloth { texture: *texture, form: *form },
         Material::Null => Node::Null,
@@ -436,25 +560,10 @@ fn node(material: &Material) -> Result<Node, String> {
 }
 
 impl Lobe<'_> {
-    /// World to the frame the model is evaluated in; `None` where a turned frame and the surface disagree
-    /// about the side.
-    fn local(&self, surface: &Frame, wi: Vec3) -> Option<Vec3> {
-        let mut local = self.seen.frame.to_local(wi);
-        if self.seen.perturbed && local.z * surface.n.dot(wi) <= 0.0 {
-            return None;
-        }
-        if self.seen.flipped {
-            local.z = -local.z;
-        }
-        Some(local)
-    }
-
-    fn world(&self, surface: &Frame, mut wi: Vec3) -> Option<Vec3> {
-        if self.seen.flipped {
-            wi.z = -wi.z;
-        }
-        let world = self.seen.frame.to_world(wi);
-        (!self.seen.perturbed || wi.z * surface.n.dot(world) > 0.0).then_some(world)
+    /// Part of the light from `wi` that the maps over this lobe let through.
+    #[inline]
+    fn shadow(&self, wi: Vec3) -> f32 {
+        self.seen.turns.iter().map(|t| t.shadow(wi)).product()
     }
 }
 
@@ -470,7 +579,19 @@ impl Shading<'_> {
 
     /// Whether all that light sampling can find comes from the side of the eye.
     pub fn one_sided(&self) -> bool {
-        self.iter().map(|l| l.bsdf.kind.laws()).all(|laws| laws.delta || !laws.transmits)
+        self.iter().all(|l| {
+            let laws = l.bsdf.kind.laws();
+            laws.delta || !laws.transmits && !l.seen.turns.iter().any(|t| t.crossed)
+        })
+    }
+
+    /// Whether maps of normals turn the surface alike for two eyes, and both see the same side of what is turned.
+    pub fn turned_alike(&self, eye: Vec3, wo: Vec3) -> bool {
+        let alike = |t: &Turn| {
+            let side = |w: Vec3| (t.mirrored_for(w), t.after.dot(w) > 0.0);
+            side(eye) == side(wo)
+        };
+        self.iter().flat_map(|l| l.seen.turns).all(alike)
     }
 
     /// f |cos θ_i| and the density of `sample`, without Dirac peaks.
@@ -478,23 +599,33 @@ impl Shading<'_> {
     pub fn eval_pdf(&self, wi: Vec3) -> (Vec3, f32) {
         let (mut f, mut pdf) = (Vec3::ZERO, 0.0);
         for lobe in self.iter() {
-            if let Some(local) = lobe.local(&self.frame, wi) {
-                let (lobe_f, lobe_pdf) = lobe.bsdf.eval_pdf(lobe.seen.wo, local);
-                f += lobe_f * (lobe.weight * local.z.abs());
-                pdf += lobe_pdf * lobe.probability;
+            let local = lobe.seen.frame.to_local(wi);
+            let mut weight = lobe.weight;
+            if !lobe.seen.turns.is_empty() {
+                let shadow = lobe.shadow(wi);
+                if shadow == 0.0 {
+                    continue;
+                }
+                weight *= shadow;
             }
+            let (lobe_f, lobe_pdf) = lobe.bsdf.eval_pdf(lobe.seen.wo, local);
+            f += lobe_f * (weight * local.z.abs());
+            pdf += lobe_pdf * lobe.probability;
         }
         (f, pdf)
     }
 
-    /// f |cos θ_i| as seen from `wo` instead, on the same side of the surface.
+    /// f |cos θ_i| as seen from `wo` instead, on the same side of the surface and [`turned_alike`](Self::turned_alike).
     #[inline]
     pub fn eval_from(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         let mut f = Vec3::ZERO;
         for lobe in self.iter() {
-            if let (Some(wo), Some(wi)) = (lobe.local(&self.frame, wo), lobe.local(&self.frame, wi)) {
-                f += lobe.bsdf.eval(wo, wi) * (lobe.weight * wi.z.abs());
+            let [wo, local] = [wo, wi].map(|w| lobe.seen.frame.to_local(w));
+            let mut weight = lobe.weight;
+            if !lobe.seen.turns.is_empty() {
+                weight *= lobe.shadow(wi);
             }
+            f += lobe.bsdf.eval(wo, local) * (weight * local.z.abs());
         }
         f
     }
@@ -519,9 +650,16 @@ impl Shading<'_> {
             }
             let u = Vec3::new(u[0], u[1], (choice / lobe.probability).clamp(0.0, 1.0 - f32::EPSILON / 2.0));
             let s = lobe.bsdf.sample(lobe.seen.wo, u)?;
-            let wi = lobe.world(&self.frame, s.wi)?;
+            let wi = lobe.seen.frame.to_world(s.wi);
+            let mut weight = s.weight * (lobe.weight / lobe.probability);
+            if !lobe.seen.turns.is_empty() {
+                let shadow = lobe.shadow(wi);
+                if shadow == 0.0 {
+                    return None;
+                }
+                weight *= shadow;
+            }
             if s.delta || (self.rest.is_empty() && self.through == 0.0) {
-                let weight = s.weight * (lobe.weight / lobe.probability);
                 return Some(ShadingSample {
                     wi,
                     weight,

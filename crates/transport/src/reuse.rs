@@ -187,6 +187,10 @@ impl World {
             if side(wo) != side(end.vertex.wo) || distance2 <= 0.0 {
                 continue;
             }
+            // So are two ways in which a map turns it.
+            if !end.vertex.shading.turned_alike(end.vertex.wo, wo) {
+                continue;
+            }
             let (f, pdf) = x.shading.eval_pdf(-wo);
             let pdf = if k == j { end.pdf } else { pdf };
             if pdf < RARE {

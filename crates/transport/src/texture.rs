@@ -109,9 +109,30 @@ impl Textures {
         }
     }
 
-    /// ∂/∂u and ∂/∂v of a value as a number, by central differences over a texel (or 1/1000 where it has none).
+    /// ∂/∂u and ∂/∂v of a value as a number: that of the bilinear patch between texels, or by central differences over
+    /// a texel (or 1/1000 where it has none).
     pub fn gradient(&self, value: &Value, at: &Lookup) -> Vec2 {
         let Value::Texture(id) = value else { return Vec2::ZERO };
+        if let Node::Image { levels, filter: TextureFilter::Bilinear, wrap, to_uv, channel } =
+            &self.nodes[*id]
+        {
+            let image = &levels[0];
+            let size = Vec2::new(image.width as f32, image.height as f32);
+            let place = to_uv.transform_point2(at.uv) * size - 0.5;
+            let (corner, t) = (place.floor(), place - place.floor());
+            let height = |dx: i64, dy: i64| {
+                let c = texel(image, *wrap, corner.x as i64 + dx, corner.y as i64 + dy);
+                match channel {
+                    Some(i) => c[(*i).min(3)],
+                    None if image.channels.len() < 3 => c.x,
+                    None => self.luminance.dot(c.truncate()),
+                }
+            };
+            let [a, b, c, d] = [height(0, 0), height(1, 0), height(0, 1), height(1, 1)];
+            let slope =
+                Vec2::new((b - a) * (1.0 - t.y) + (d - c) * t.y, (c - a) * (1.0 - t.x) + (d - b) * t.x);
+            return to_uv.matrix2.transpose() * (slope * size);
+        }
         let step = self.texel(*id) * 0.5;
         let look = |offset: Vec2| self.number(value, &Lookup { uv: at.uv + offset, ..*at });
         Vec2::new(

@@ -408,7 +408,10 @@ impl Libraries {
             self.glossy(mtl, file, diffuse, if illum < 2 { None } else { colour("Ks") }, scene)?
         };
         if let Some((texture, map)) = normals {
-            id = push(scene, Material::NormalMap { texture, scale: map.bump, base: id });
+            id = push(
+                scene,
+                Material::NormalMap { texture, scale: map.bump, turned: Default::default(), base: id },
+            );
         }
         if let Some((texture, map)) = bumps {
             let material = if is_normal_map(&scene.textures[texture]) {
@@ -417,9 +420,9 @@ impl Libraries {
                     file.display(),
                     map.file
                 ));
-                Material::NormalMap { texture, scale: map.bump, base: id }
+                Material::NormalMap { texture, scale: map.bump, turned: Default::default(), base: id }
             } else {
-                Material::BumpMap { texture, scale: map.bump, base: id }
+                Material::BumpMap { texture, scale: map.bump, turned: Default::default(), base: id }
             };
             id = push(scene, material);
         }

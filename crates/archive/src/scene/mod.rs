@@ -180,6 +180,8 @@ pub enum Material {
         texture: TextureId,
         /// Factor on x and y, glTF's `normalTexture.scale`.
         scale: f32,
+        /// Where what is turned looks away from the eye or the light.
+        turned: TurnedNormals,
         /// What is turned.
         base: MaterialId,
     },
@@ -197,11 +199,31 @@ pub enum Material {
         texture: TextureId,
         /// Factor on the heights, in scene units.
         scale: f32,
+        /// Where what is turned looks away from the eye or the light.
+        turned: TurnedNormals,
         /// What is turned.
         base: MaterialId,
     },
     /// Light passes as if nothing were there.
     Null,
+}
+
+/// What happens where a turned shading normal looks away from the eye or the light. Both are on by default, as in
+/// Mitsuba 3, whose names these are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TurnedNormals {
+    /// A normal that looks away from the eye is mirrored at the surface's own, so that it looks back (Schüßler et al.
+    /// 2017, "Microfacet-based Normal Mapping for Robust Monte Carlo Path Tracing"). Else it is black there.
+    pub flip_invalid_normals: bool,
+    /// Light at a slant to the surface fades out by a microfacet shadowing term (Conty Estevez et al. 2019, "A
+    /// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem"). Else it ends in a hard line.
+    pub use_shadowing_function: bool,
+}
+
+impl Default for TurnedNormals {
+    fn default() -> Self {
+        Self { flip_invalid_normals: true, use_shadowing_function: true }
+    }
 }
 
 /// A triangle mesh in its own coordinates.

@@ -4,7 +4,7 @@ use super::schema::{MaterialEntry, TextureInfo};
 use super::{Finish, Reader};
 use crate::Error;
 use crate::formats::image;
-use crate::scene::{Material, ModelBuilder, Texture, TextureFilter, TextureId, Value, Wrap};
+use crate::scene::{Material, ModelBuilder, Texture, TextureFilter, TextureId, TurnedNormals, Value, Wrap};
 use glam::{Affine2, Mat2, Mat3, Vec2, Vec3};
 use std::f32::consts::TAU;
 use std::path::PathBuf;
@@ -70,7 +70,8 @@ impl Reader<'_> {
         if let Some(info) = &entry.normal_texture {
             let scale = info.scale.filter(|s| s.is_finite()).unwrap_or(1.0);
             let texture = self.texture(info, true, None)?;
-            id = self.push_material(Material::NormalMap { texture, scale, base: id });
+            let turned = TurnedNormals::default();
+            id = self.push_material(Material::NormalMap { texture, scale, turned, base: id });
         }
         if entry.double_sided {
             id = self.push_material(Material::TwoSided { front: id, back: id });

@@ -7,7 +7,9 @@ use super::Builder;
 use super::document::{Class, Spectrum, Value as Written};
 use super::properties::Properties;
 use crate::formats::{image, measured};
-use crate::scene::{Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, Value, Wrap};
+use crate::scene::{
+    Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, TurnedNormals, Value, Wrap,
+};
 use crate::{Error, Place};
 use glam::{Affine2, Mat2, Vec3};
 use std::path::Path;
@@ -141,7 +143,6 @@ impl Builder<'_> {
                 self.push(Material::Blend { weight, first, second })
             }
             "normalmap" | "bumpmap" => {
-                p.accept(&["flip_invalid_normals", "use_shadowing_function"]);
                 let normal = p.plugin() == "normalmap";
                 let texture = if normal { self.value(p, "normalmap", Role::Colour)? } else { None };
                 let texture = match (texture, p.child(Class::Texture)?) {
@@ -149,11 +150,15 @@ impl Builder<'_> {
                     (None, Some(t)) if !normal => self.texture(t, true)?,
                     _ => return Err(p.invalid(format!("'{}' needs a <texture> inside", p.plugin()))),
                 };
+                let turned = TurnedNormals {
+                    flip_invalid_normals: p.boolean("flip_invalid_normals", true)?,
+                    use_shadowing_function: p.boolean("use_shadowing_function", true)?,
+                };
                 let base = self.inner(p)?;
                 self.push(if normal {
-                    Material::NormalMap { texture, scale: 1.0, base }
+                    Material::NormalMap { texture, scale: 1.0, turned, base }
                 } else {
-                    Material::BumpMap { texture, scale: p.float("scale", 1.0)? as f32, base }
+                    Material::BumpMap { texture, scale: p.float("scale", 1.0)? as f32, turned, base }
                 })
             }
             "null" => self.push(Material::Null),

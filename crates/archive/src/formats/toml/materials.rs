@@ -4,7 +4,9 @@ use super::document::{Item, Keys};
 use super::{Named, Reader};
 use crate::Error;
 use crate::formats::{btf, image, measured};
-use crate::scene::{Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, Value, Wrap};
+use crate::scene::{
+    Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, TurnedNormals, Value, Wrap,
+};
 use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::colour::srgb_to_linear;
@@ -306,6 +308,8 @@ impl<'a> Reader<'a> {
         let (normal_map, bump_map) = (keys.get("normal_map"), keys.get("bump_map"));
         let normal_scale = keys.get("normal_scale");
         let bump_scale = keys.get("bump_scale");
+        let flip_invalid_normals = keys.get("flip_invalid_normals");
+        let use_shadowing_function = keys.get("use_shadowing_function");
         let opacity = keys.get("opacity");
 
         let (model, blend, sum, front) =
@@ -347,17 +351,29 @@ impl<'a> Reader<'a> {
             }
         };
         let mut id = self.push_material(material);
+        for (key, item) in [
+            ("flip_invalid_normals", &flip_invalid_normals),
+            ("use_shadowing_function", &use_shadowing_function),
+        ] {
+            if let Some(item) = item.as_ref().filter(|_| normal_map.is_none() && bump_map.is_none()) {
+                return Err(item.invalid(format!("'{key}' needs a 'normal_map' or a 'bump_map'")));
+            }
+        }
+        let turned = TurnedNormals {
+            flip_invalid_normals: flip_invalid_normals.as_ref().map_or(Ok(true), Item::boolean)?,
+            use_shadowing_function: use_shadowing_function.as_ref().map_or(Ok(true), Item::boolean)?,
+        };
         if let Some(map) = normal_map {
             let texture = self.texture(&map, true)?;
             let scale = normal_scale.as_ref().map_or(Ok(1.0), |i| i.number_in(-100.0, 100.0))?;
-            id = self.push_material(Material::NormalMap { texture, scale, base: id });
+            id = self.push_material(Material::NormalMap { texture, scale, turned, base: id });
         } else if let Some(scale) = normal_scale {
             return Err(scale.invalid("'normal_scale' needs a 'normal_map'"));
         }
         if let Some(map) = bump_map {
             let texture = self.texture(&map, true)?;
             let scale = bump_scale.as_ref().map_or(Ok(1.0), |i| i.number_in(-1e6, 1e6))?;
-            id = self.push_material(Material::BumpMap { texture, scale, base: id });
+            id = self.push_material(Material::BumpMap { texture, scale, turned, base: id });
         } else if let Some(scale) = bump_scale {
             return Err(scale.invalid("'bump_scale' needs a 'bump_map'"));
         }

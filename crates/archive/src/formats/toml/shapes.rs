@@ -263,12 +263,12 @@ impl<'a> Reader<'a> {
                 Material::Blend { weight: shift(weight), first: first + m, second: second + m }
             }
             Material::Sum(all) => Material::Sum(all.into_iter().map(|id| id + m).collect()),
-            Material::NormalMap { texture, scale, base } => {
-                Material::NormalMap { texture: texture + t, scale, base: base + m }
+            Material::NormalMap { texture, scale, turned, base } => {
+                Material::NormalMap { texture: texture + t, scale, turned, base: base + m }
             }
             Material::Cloth { texture, form } => Material::Cloth { texture: texture + t, form },
-            Material::BumpMap { texture, scale, base } => {
-                Material::BumpMap { texture: texture + t, scale, base: base + m }
+            Material::BumpMap { texture, scale, turned, base } => {
+                Material::BumpMap { texture: texture + t, scale, turned, base: base + m }
             }
             Material::Null => Material::Null,
         }));
