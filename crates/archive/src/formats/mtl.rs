@@ -597,7 +597,11 @@ impl Libraries {
             Some(image) => image.clone(),
             None => {
                 let options = image::ReadOptions { raw, ..image::ReadOptions::to(scene.working_space) };
-                let image = Arc::new(image::read_layer(&path, None, &options)?);
+                let mut image = image::read_layer(&path, None, &options)?;
+                if !raw {
+                    image::clamp_negative(&mut image, &path);
+                }
+                let image = Arc::new(image);
                 self.images.insert((path.clone(), raw), image.clone());
                 image
             }

@@ -5,6 +5,7 @@
 #![allow(clippy::disallowed_methods)]
 
 mod exr;
+mod negative;
 mod normals;
 mod obj;
 mod ply;

@@ -255,6 +255,34 @@ pub fn read_layer(path: &Path, name: Option<&str>, options: &ReadOptions) -> Res
     layer(&image, name).ok_or_else(|| Error::unknown(Place::file(path), "layer", name, layers(&image)))
 }
 
+/// Sets what is below zero in the colours of a picture of light or reflectance to zero: filters that overshoot and
+/// conversions between colour spaces leave such values, and they would be lamps that take light away. Says once how many
+/// pixels that were. Pictures of numbers, such as heights and normals, are not for this.
+pub fn clamp_negative(image: &mut Image, file: &Path) {
+    let colour = |name: &String| matches!(name.rsplit('.').next(), Some("R" | "G" | "B" | "Y"));
+    let colours: Vec<usize> = (0..image.channels.len()).filter(|c| colour(&image.channels[*c])).collect();
+    let mut count = 0usize;
+    let mut least = 0.0f32;
+    for pixel in image.data.chunks_exact_mut(image.channels.len().max(1)) {
+        let mut found = false;
+        for c in &colours {
+            if pixel[*c] < 0.0 {
+                least = least.min(pixel[*c]);
+                pixel[*c] = 0.0;
+                found = true;
+            }
+        }
+        count += usize::from(found);
+    }
+    if count > 0 {
+        tracing::warn!(
+            "{}: {count} of {} pixels have colours below zero, the least {least}; they are taken for zero",
+            file.display(),
+            image.width * image.height
+        );
+    }
+}
+
 /// Reads a picture from memory; `name` is for messages, and its extension serves as a hint where the
 /// content does not tell.
 pub fn read_bytes(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Image, Error> {

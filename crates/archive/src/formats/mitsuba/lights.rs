@@ -71,7 +71,8 @@ impl Builder<'_> {
                     grey.data = image.data.iter().flat_map(|v| [*v; 3]).collect();
                     image = Arc::new(grey);
                 }
-                Light::Environment { image, scale: p.float("scale", 1.0)? as f32, to_world: p.to_world()? }
+                let scale = p.float_in("scale", 1.0, |v| v >= 0.0, "0 or more")? as f32;
+                Light::Environment { image, scale, to_world: p.to_world()? }
             }
             "projector" => self.projector(p)?,
             _ => return Err(p.unknown_plugin(KNOWN)),
@@ -95,7 +96,7 @@ impl Builder<'_> {
         Ok(Light::Projector {
             to_world,
             texture,
-            scale: p.float("scale", 1.0)? as f32,
+            scale: p.float_in("scale", 1.0, |v| v >= 0.0, "0 or more")? as f32,
             fov_x: field_of_view(p, aspect)?.0 as f32,
         })
     }

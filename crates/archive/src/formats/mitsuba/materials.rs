@@ -507,7 +507,10 @@ impl Builder<'_> {
         }
         let options =
             if raw { image::ReadOptions::raw() } else { image::ReadOptions::to(self.scene.working_space) };
-        let read = image::read_layer(file, None, &options)?;
+        let mut read = image::read_layer(file, None, &options)?;
+        if !raw {
+            image::clamp_negative(&mut read, file);
+        }
         // Alpha and everything else that is no colour is dropped, as in the program.
         let wanted = [&["R", "G", "B"][..], &["Y"]].into_iter().find_map(|names| read.select(names));
         let image = Arc::new(wanted.ok_or_else(|| {
@@ -587,6 +590,14 @@ fn bounded(c: Vec3, role: Role, place: impl Fn() -> Place) -> Result<Vec3, Error
 }
 
 fn rgb(spectrum: &Spectrum, role: Role, place: impl Fn() -> Place) -> Result<Value, Error> {
+    let least = match spectrum {
+        Spectrum::Uniform(v) => *v,
+        Spectrum::Table { values, .. } => values.iter().copied().fold(0.0, f64::min),
+    };
+    if role == Role::Light && least < 0.0 {
+        let problem = format!("light cannot be negative, found {least}; give 0 or more");
+        return Err(Error::invalid(place(), problem));
+    }
     Ok(match spectrum {
         Spectrum::Uniform(v) if role == Role::Light => Value::Rgb(mitsuba_uniform_emission(*v as f32)),
         Spectrum::Uniform(v) => Value::Number(*v as f32),

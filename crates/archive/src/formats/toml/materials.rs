@@ -55,8 +55,14 @@ impl<'a> Reader<'a> {
     pub(super) fn value(&mut self, item: &Item<'a>, role: Role) -> Result<Value, Error> {
         const EXPECTED: &str =
             "a number, a colour ([r, g, b], \"#rrggbb\", { blackbody = kelvin }, …) or a texture";
+        let dark = |item: &Item, least: f32| {
+            let problem = format!("light cannot be negative, found {least}; give 0 or more");
+            if role == Role::Light && least < 0.0 { Err(item.invalid(problem)) } else { Ok(()) }
+        };
         if item.try_number().is_some() {
-            return item.number().map(Value::Number);
+            let number = item.number()?;
+            dark(item, number)?;
+            return Ok(Value::Number(number));
         }
         if let Some(text) = item.try_text() {
             if let Some(hex) = text.strip_prefix('#') {
@@ -71,6 +77,7 @@ impl<'a> Reader<'a> {
         }
         if item.try_array().is_some() {
             let triple = item.vec3()?;
+            dark(item, triple.min_element())?;
             // Indices of refraction and the like are given per channel of the same space as colours.
             return Ok(Value::Rgb(self.to_working(triple, self.colours)));
         }
@@ -87,7 +94,9 @@ impl<'a> Reader<'a> {
         let colour = if let Some(rgb) = rgb {
             let spaces = ColourSpace::ALL.map(|s| (s.name(), s));
             let from = keys.or("space", self.colours, |i| i.one_of("colour space", &spaces))?;
-            self.to_working(rgb.vec3()?, from)
+            let triple = rgb.vec3()?;
+            dark(&rgb, triple.min_element())?;
+            self.to_working(triple, from)
         } else if let Some(kelvin) = kelvin {
             // Of luminance one, so that `scale` says how bright.
             let kelvin = f64::from(kelvin.number_in(500.0, 50_000.0)?);
@@ -102,7 +111,9 @@ impl<'a> Reader<'a> {
                 i.array()?.iter().map(|v| v.number().map(f64::from)).collect::<Result<Vec<_>, _>>()
             };
             let values = keys.need("values", "one number per wavelength")?;
-            let spectrum = Spectrum::new(list(&wavelengths)?, list(&values)?)
+            let numbers = list(&values)?;
+            dark(&values, numbers.iter().fold(0.0, |a: f32, v| a.min(*v as f32)))?;
+            let spectrum = Spectrum::new(list(&wavelengths)?, numbers)
                 .map_err(|e| wavelengths.invalid(e.to_string()))?;
             match role {
                 Role::Light => emission_rgb(space, |l| spectrum.at(l)),
@@ -268,7 +279,11 @@ impl<'a> Reader<'a> {
             return Ok(image.clone());
         }
         let options = image::ReadOptions { raw, ..image::ReadOptions::to(self.scene.working_space) };
-        let image = Arc::new(image::read(&path, &options)?);
+        let mut image = image::read(&path, &options)?;
+        if !raw {
+            image::clamp_negative(&mut image, &path);
+        }
+        let image = Arc::new(image);
         self.images.insert((path, raw), image.clone());
         Ok(image)
     }
