@@ -84,6 +84,7 @@ impl Folders {
     pub(crate) fn inside(&self, file: &Path) -> Self {
         let mut roots = self.roots.clone();
         if let Some(folder) = file.parent().and_then(|p| p.canonicalize().ok()) {
+            roots.retain(|r| *r != folder);
             roots.insert(0, folder);
         }
         Self { roots, ..*self }

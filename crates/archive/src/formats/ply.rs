@@ -92,6 +92,12 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Mesh, Error> {
         return Err(Error::invalid(Place::file(path), problem));
     }
     if let Some(corners) = &faces.corners {
+        // Strips may name vertices that come into no triangle.
+        if let Some([vertex, ..]) = corners.keys.iter().find(|k| k[0] as usize >= vertices) {
+            let problem =
+                format!("a strip has the corner {vertex}, but there are {vertices} vertices, counted from 0");
+            return Err(Error::invalid(Place::file(path), problem));
+        }
         let of = |k: &[u32; 3]| k[0] as usize;
         mesh.positions = corners.keys.iter().map(|k| mesh.positions[of(k)]).collect();
         if !mesh.normals.is_empty() {

@@ -114,6 +114,9 @@ fn strips_beside_faces_with_texture_coordinates() {
         let text = format!("ply\nformat ascii 1.0\n{}end_header\n{body}", elements.concat());
         let m = read(text.as_bytes(), Path::new("a.ply")).unwrap();
         assert_eq!((m.triangles.len(), m.uvs.is_empty(), m.attributes.len()), (2, !mapped, 0));
+        // A corner of no triangle is looked at, too, where it would be copied.
+        let text = text.replace("3 1 3 2\n", "5 1 3 2 -1 9\n");
+        assert_eq!(read(text.as_bytes(), Path::new("a.ply")).is_err(), mapped);
     }
 }
 
