@@ -103,6 +103,10 @@ impl<'a> Scanner<'a> {
     #[inline]
     pub(crate) fn blanks(&mut self) {
         while let Some(&b) = self.bytes.get(self.at) {
+            // Most of the time a word begins.
+            if b > b' ' && b != b'\\' {
+                break;
+            }
             match b {
                 b' ' | b'\t' | b'\r' | 0x0b | 0x0c => self.at += 1,
                 b'\\' => match self.continued() {

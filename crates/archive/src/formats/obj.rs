@@ -263,7 +263,7 @@ pub fn read(bytes: &[u8], path: &Path) -> Result<Obj, Error> {
         // Some exporters shout.
         let mut lower = [0; 16];
         let known = match lower.get_mut(..word.len()) {
-            Some(lower) if word.iter().any(u8::is_ascii_uppercase) => {
+            Some(lower) if word.first().is_some_and(u8::is_ascii_uppercase) => {
                 lower.copy_from_slice(word);
                 lower.make_ascii_lowercase();
                 &*lower
