@@ -70,7 +70,7 @@ fn negative_light() {
                     "scene.xml",
                     "<scene version=\"3.0.0\">\n<emitter type=\"envmap\">\n\
                      <string name=\"filename\" value=\"dented.exr\"/><float name=\"scale\" value=\"-1\"/></emitter>\n\
-                     <shape type=\"sphere\"/></scene>"
+                     <sensor type=\"perspective\"/><shape type=\"sphere\"/></scene>"
                         .into(),
                 ),
                 ("dented.exr", dented()),
