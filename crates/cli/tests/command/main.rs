@@ -109,7 +109,7 @@ fn help_teaches() {
         ("info", "cameras, lights, materials, textures"),
         ("brdf", "ranks the models"),
         ("brdf fit", "Levenberg-Marquardt"),
-        ("brdf plot", "a Rusinkiewicz slice"),
+        ("brdf plot", "Rusinkiewicz slices"),
         ("capture", "Finds where the lights stood"),
         ("capture hdr", "columns file, seconds, light"),
         ("capture calibrate", "with --ball x,y,radius"),

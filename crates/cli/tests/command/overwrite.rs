@@ -133,7 +133,8 @@ fn what_is_read_is_never_written_over() {
         ("render scene.toml --spp 9999999 -o linked.exr", READ),
         #[cfg(unix)]
         ("render scene.toml --spp 9999999 -o symbolic.exr", READ),
-        ("render scene.toml --spp 9999999 -o other_name.exr", READ),
+        ("render scene.toml --spp 9999999 -o other_name.exr", "none of this version"),
+        ("render scene.toml --spp 9999999 -o other_name.exr --restart", READ),
         ("brdf fit readings.csv -o fitted", READ),
         ("brdf fit readings.csv readings.csv -o twice", "two outputs have this name"),
         ("brdf plot table.gonio -o linked.svg", READ),
