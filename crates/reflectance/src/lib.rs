@@ -53,6 +53,7 @@ model::models! {
     plastic::Plastic,
     rough_plastic::RoughPlastic,
     metallic_roughness::MetallicRoughness,
+    thin_transmission::ThinTransmission,
     principled::Principled,
     merl::Merl,
     rgl::Rgl,

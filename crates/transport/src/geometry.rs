@@ -367,17 +367,7 @@ impl Geometry {
     pub fn attribute(&self, surface: &Surface, name: &str) -> Option<Vec3> {
         let (level, _) = self.level_of(surface.instance);
         let Kind::Mesh(shape) = &level.shapes[surface.shape as usize].kind else { return None };
-        let (_, width, values) = shape.mesh.attributes.iter().find(|(n, ..)| n == name)?;
-        let at = |i: u32| match width {
-            1 => Vec3::splat(values[i as usize]),
-            _ => Vec3::from_slice(&values[3 * i as usize..]),
-        };
-        if of_faces(name) {
-            return Some(at(surface.primitive));
-        }
-        let [a, b, c] = shape.mesh.triangles[surface.primitive as usize].map(at);
-        let w = surface.barycentric;
-        Some(a * (1.0 - w.x - w.y) + b * w.x + c * w.y)
+        attribute(&shape.mesh, surface.primitive, surface.barycentric, name)
     }
 
     fn level_of(&self, instance: u32) -> (&Level, Option<(&DAffine3, &DAffine3)>) {
@@ -391,6 +381,21 @@ impl Geometry {
             _ => unreachable!("hits name only instances as instances"),
         }
     }
+}
+
+/// An attribute at a place on a triangle of a mesh, as [`Geometry::attribute`] has it.
+pub(crate) fn attribute(mesh: &Mesh, primitive: u32, barycentric: Vec2, name: &str) -> Option<Vec3> {
+    let (_, width, values) = mesh.attributes.iter().find(|(n, ..)| n == name)?;
+    let at = |i: u32| match width {
+        1 => Vec3::splat(values[i as usize]),
+        _ => Vec3::from_slice(&values[3 * i as usize..]),
+    };
+    if of_faces(name) {
+        return Some(at(primitive));
+    }
+    let [a, b, c] = mesh.triangles[primitive as usize].map(at);
+    let w = barycentric;
+    Some(a * (1.0 - w.x - w.y) + b * w.x + c * w.y)
 }
 
 /// Whether an attribute has one value for each triangle.

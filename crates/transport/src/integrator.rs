@@ -8,7 +8,7 @@ use crate::geometry::{Geometry, Surface};
 use crate::lights::{Lights, Receiver, Shares};
 use crate::material::{Materials, Point, Scratch, Shading, ShadingSample};
 use crate::sampler::Sampler;
-use crate::texture::{Lookup, Textures};
+use crate::texture::{Lookup, Place, Textures};
 use glam::Vec3;
 use std::cell::Cell;
 use yugen_archive::scene::{Integrator, IntegratorKind, Scene};
@@ -185,6 +185,8 @@ pub(crate) struct Walk {
     pub(crate) before: Vec3,
     pub(crate) depth: u32,
     eta: f32,
+    /// Of the body that it goes through, per scene unit.
+    absorption: Vec3,
     cone: Cone,
     draw: Draw,
 }
@@ -213,6 +215,7 @@ impl Walk {
             before: Vec3::ONE,
             depth: 0,
             eta: 1.0,
+            absorption: Vec3::ZERO,
             cone: Cone { width: follow.width, spread: follow.spread },
             draw: Draw { from: Receiver::eye(ray.origin), pdf: 0.0, delta: true },
         }
@@ -268,7 +271,7 @@ impl World {
 
     fn lookup<'a>(&'a self, hit: &Hit, surface: &'a Surface, cone: Cone, ray: &Ray) -> Lookup<'a> {
         if !self.textures.filtered() {
-            return Lookup { uv: surface.uv, footprint: 0.0, surface: Some((&self.geometry, surface)) };
+            return Lookup { uv: surface.uv, footprint: 0.0, place: Place::Hit(&self.geometry, surface) };
         }
         let width = cone.width + cone.spread * hit.t;
         // Width on the surface, stretched where it is seen at a slant, in units of uv.
@@ -277,7 +280,7 @@ impl World {
         Lookup {
             uv: surface.uv,
             footprint: width / (slant * per_uv),
-            surface: Some((&self.geometry, surface)),
+            place: Place::Hit(&self.geometry, surface),
         }
     }
 
@@ -341,6 +344,9 @@ impl World {
             let surface = self.geometry.surface(&walk.ray, &hit);
             let lookup = self.lookup(&hit, &surface, walk.cone, &walk.ray);
             let wo = -walk.ray.dir;
+            if walk.absorption != Vec3::ZERO {
+                walk.throughput *= (-hit.t * walk.absorption).exp();
+            }
             if hide_emitters && walk.depth == 0 && self.lights.is_emitter(&surface) {
                 let origin = surface.offset(walk.ray.dir);
                 walk.ray = Ray { origin, t_max: walk.ray.t_max - hit.t, ..walk.ray };
@@ -436,6 +442,12 @@ impl World {
         }
         walk.eta *= s.eta;
         walk.cone.width += walk.cone.spread * vertex.t;
+        if let Some(absorption) = vertex.shading.body {
+            let n = vertex.surface.geometric_normal;
+            if n.dot(vertex.wo) * n.dot(s.wi) < 0.0 {
+                walk.absorption = if n.dot(s.wi) < 0.0 { absorption } else { Vec3::ZERO };
+            }
+        }
         if !s.null {
             walk.draw = Draw { from: vertex.receiver, pdf: s.pdf, delta: s.delta };
             if !s.delta {

@@ -7,7 +7,7 @@
 use crate::accel::NO_INSTANCE;
 use crate::environment::Environment;
 use crate::geometry::{BuildError, Geometry, ShapeSampler, Surface};
-use crate::texture::{Lookup, Textures};
+use crate::texture::{Lookup, Place, Textures};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::cell::Cell;
 use std::f32::consts::PI;
@@ -386,7 +386,10 @@ impl Lights {
                 if s.pdf <= 0.0 || distance <= 0.0 || (facing <= 0.0 && !two_sided) {
                     return None;
                 }
-                let at = Lookup { uv: s.uv, footprint: 0.0, surface: None };
+                let place = sampler
+                    .mesh_of()
+                    .map_or(Place::Unknown, |mesh| Place::Triangle(mesh, s.primitive, s.barycentric));
+                let at = Lookup { uv: s.uv, footprint: 0.0, place };
                 LightSample {
                     wi,
                     distance,
@@ -414,7 +417,7 @@ impl Lights {
                         0.5 - 0.5 * local.x / (local.z * half),
                         0.5 - 0.5 * local.y / (local.z * half),
                     );
-                    intensity *= textures.rgb(texture, &Lookup { uv, footprint: 0.0, surface: None });
+                    intensity *= textures.rgb(texture, &Lookup { uv, footprint: 0.0, place: Place::Unknown });
                 }
                 s.times(intensity)
             }
@@ -451,7 +454,7 @@ impl Lights {
                 // The picture is π times the irradiance it throws on a wall at distance 1, as in Mitsuba:
                 // intensity falls with 1/cos³ so that the wall is lit evenly.
                 let cos = -axis.dot(s.wi);
-                let picture = textures.rgb(texture, &Lookup { uv, footprint: 0.0, surface: None });
+                let picture = textures.rgb(texture, &Lookup { uv, footprint: 0.0, place: Place::Unknown });
                 s.times(picture * (PI * scale / (cos * cos * cos)))
             }
         };

@@ -36,6 +36,7 @@ enum Node {
     NormalMap { texture: Value, scale: f32, turned: TurnedNormals, base: MaterialId },
     BumpMap { texture: Value, scale: f32, turned: TurnedNormals, base: MaterialId },
     Cloth { texture: TextureId, form: Choice },
+    Body { absorption: Vec3, base: MaterialId },
     Null,
 }
 
@@ -166,6 +167,8 @@ pub struct Shading<'a> {
     pub through: f32,
     /// Probability of following it.
     through_probability: f32,
+    /// Absorption, per scene unit, of the body that this is the surface of.
+    pub body: Option<Vec3>,
 }
 
 /// A drawn direction.
@@ -234,9 +237,10 @@ impl Materials {
             Node::TwoSided { front, back } => {
                 self.lobes(*front, depth + 1)?.max(self.lobes(*back, depth + 1)?)
             }
-            Node::Mask { base, .. } | Node::NormalMap { base, .. } | Node::BumpMap { base, .. } => {
-                self.lobes(*base, depth + 1)?
-            }
+            Node::Mask { base, .. }
+            | Node::NormalMap { base, .. }
+            | Node::BumpMap { base, .. }
+            | Node::Body { base, .. } => self.lobes(*base, depth + 1)?,
             Node::Blend { first, second, .. } => {
                 self.lobes(*first, depth + 1)? + self.lobes(*second, depth + 1)?
             }
@@ -273,7 +277,9 @@ impl Materials {
             Node::Model { .. } | Node::Cloth { .. } => false,
             Node::TwoSided { front, back } => self.is_see_through(*front) || self.is_see_through(*back),
             Node::Mask { .. } | Node::Null => true,
-            Node::NormalMap { base, .. } | Node::BumpMap { base, .. } => self.is_see_through(*base),
+            Node::NormalMap { base, .. } | Node::BumpMap { base, .. } | Node::Body { base, .. } => {
+                self.is_see_through(*base)
+            }
             Node::Blend { first, second, .. } => self.is_see_through(*first) || self.is_see_through(*second),
             Node::Sum(all) => all.iter().any(|m| self.is_see_through(*m)),
         }
@@ -289,7 +295,7 @@ impl Materials {
                 !kind.laws().delta && seen_from.iter().all(|wo| bsdf.eval_pdf(*wo, mirror(*wo)).1 <= MATT)
             }
             Node::TwoSided { front, back } => self.is_matt(*front) && self.is_matt(*back),
-            Node::Mask { .. } | Node::Null | Node::Cloth { .. } => false,
+            Node::Mask { .. } | Node::Null | Node::Cloth { .. } | Node::Body { .. } => false,
             Node::NormalMap { base, .. } | Node::BumpMap { base, .. } => self.is_matt(*base),
             Node::Blend { first, second, .. } => self.is_matt(*first) && self.is_matt(*second),
             Node::Sum(all) => all.iter().all(|m| self.is_matt(*m)),
@@ -327,7 +333,7 @@ impl Materials {
         wo: Vec3,
         scratch: &'a mut Scratch,
     ) -> Shading<'a> {
-        let mut shading = Shading { first: None, rest: Vec::new(), through: 0.0, through_probability: 0.0 };
+        let mut shading = Shading { first: None, rest: Vec::new(), through: 0.0, through_probability: 0.0, body: None };
         let seen = Seen { frame: point.frame, wo: point.frame.to_local(wo), turned_over: false, turns: &[] };
         let mut room = Room { slots: &mut scratch.slots, turns: &mut scratch.turns };
         self.resolve(textures, id, point, seen, [1.0; 2], &mut room, &mut shading);
@@ -432,6 +438,10 @@ impl Materials {
                 } else {
                     out.rest.push(lobe);
                 }
+            }
+            Node::Body { absorption, base } => {
+                out.body = Some(*absorption);
+                self.resolve(textures, *base, point, seen, share, room, out);
             }
             Node::Null => {
                 out.through += weight;
@@ -555,6 +565,7 @@ fn node(material: &Material) -> Result<Node, String> {
             Node::BumpMap { texture, scale: *scale, turned: *turned, base: *base }
         }
         Material::Cloth { texture, form } => Node::Cloth { texture: *texture, form: *form },
+        Material::Body { absorption, base } => Node::Body { absorption: *absorption, base: *base },
         Material::Null => Node::Null,
     })
 }

@@ -1,9 +1,9 @@
 //! Textures looked up at a hit: nearest, bilinear, or trilinear in a mip pyramid by the ray's footprint.
 
-use crate::geometry::{Geometry, Surface};
+use crate::geometry::{Geometry, Surface, attribute};
 use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
-use yugen_archive::scene::{Scene, Texture, TextureFilter, Value, Wrap};
+use yugen_archive::scene::{Mesh, Scene, Texture, TextureFilter, Value, Wrap};
 use yugen_optics::Image;
 use yugen_reflectance::btf::{Btf, Moments, Texel};
 
@@ -14,15 +14,37 @@ pub struct Lookup<'a> {
     pub uv: Vec2,
     /// Width of the ray's footprint in units of uv; 0 for none.
     pub footprint: f32,
-    /// Where it is, for vertex attributes.
-    pub surface: Option<(&'a Geometry, &'a Surface)>,
+    /// Where it is, for attributes of meshes.
+    pub place: Place<'a>,
+}
+
+/// A place on a surface.
+#[derive(Clone, Copy)]
+pub enum Place<'a> {
+    /// Where a ray met it.
+    Hit(&'a Geometry, &'a Surface),
+    /// A triangle of a mesh, and the weights of its second and third corner.
+    Triangle(&'a Mesh, u32, Vec2),
+    /// Nowhere in particular.
+    Unknown,
+}
+
+impl Place<'_> {
+    /// An attribute there: one number counts as grey. `None`: the mesh has none of this name.
+    fn attribute(&self, name: &str) -> Option<Vec3> {
+        match self {
+            Self::Hit(geometry, surface) => geometry.attribute(surface, name),
+            Self::Triangle(mesh, primitive, barycentric) => attribute(mesh, *primitive, *barycentric, name),
+            Self::Unknown => None,
+        }
+    }
 }
 
 enum Node {
     Image {
         levels: Vec<Arc<Image>>,
         filter: TextureFilter,
-        wrap: Wrap,
+        wrap: [Wrap; 2],
         to_uv: Affine2,
         channel: Option<usize>,
     },
@@ -43,6 +65,15 @@ enum Node {
     Scaled {
         texture: usize,
         factor: Vec3,
+    },
+    At {
+        texture: usize,
+        attribute: String,
+    },
+    Product([Value; 2]),
+    Step {
+        value: Value,
+        edge: f32,
     },
 }
 
@@ -75,6 +106,11 @@ impl Textures {
                 }
                 Texture::MeshAttribute { name } => Node::Attribute { name: name.clone() },
                 Texture::Scaled { texture, factor } => Node::Scaled { texture: *texture, factor: *factor },
+                Texture::At { texture, attribute } => {
+                    Node::At { texture: *texture, attribute: attribute.clone() }
+                }
+                Texture::Product { factors } => Node::Product(factors.clone()),
+                Texture::Step { value, edge } => Node::Step { value: value.clone(), edge: *edge },
             })
             .collect();
         let filtered =
@@ -151,7 +187,7 @@ impl Textures {
                     1.0 / (levels[0].height as f32 * sv.max(1e-6)),
                 )
             }
-            Node::Scaled { texture, .. } => self.texel(*texture),
+            Node::Scaled { texture, .. } | Node::At { texture, .. } => self.texel(*texture),
             _ => Vec2::splat(1e-3),
         }
     }
@@ -189,12 +225,27 @@ impl Textures {
             }
             Node::Cloth { .. } => (self.cloth(id, at).diffuse, false),
             Node::Attribute { name } => {
-                let found = at.surface.and_then(|(geometry, surface)| geometry.attribute(surface, name));
-                (found.unwrap_or(Vec3::ZERO), false)
+                // Where nobody knows it, as if white.
+                let missing = if matches!(at.place, Place::Unknown) { Vec3::ONE } else { Vec3::ZERO };
+                (at.place.attribute(name).unwrap_or(missing), false)
             }
             Node::Scaled { texture, factor } => {
                 let (c, grey) = self.texture(*texture, at);
                 (c * *factor, grey && factor.x == factor.y && factor.y == factor.z)
+            }
+            Node::At { texture, attribute } => {
+                let uv = at.place.attribute(attribute).map_or(at.uv, Vec3::truncate);
+                self.texture(*texture, &Lookup { uv, ..*at })
+            }
+            Node::Product(factors) => {
+                let [a, b] = factors.each_ref().map(|value| match value {
+                    Value::Texture(id) => self.texture(*id, at),
+                    other => (self.rgb(other, at), matches!(other, Value::Number(_))),
+                });
+                (a.0 * b.0, a.1 && b.1)
+            }
+            Node::Step { value, edge } => {
+                (Vec3::splat(f32::from(u8::from(self.number(value, at) >= *edge))), true)
             }
         }
     }
@@ -235,12 +286,14 @@ impl Textures {
                 for y in 0..n {
                     for x in 0..n {
                         let uv = (Vec2::new(x as f32, y as f32) + 0.5) / n as f32;
-                        sum += self.texture(*id, &Lookup { uv, footprint: 1.0 / n as f32, surface: None }).0;
+                        sum += self
+                            .texture(*id, &Lookup { uv, footprint: 1.0 / n as f32, place: Place::Unknown })
+                            .0;
                     }
                 }
                 sum / (n * n) as f32
             }
-            _ => self.rgb(value, &Lookup { uv: Vec2::ZERO, footprint: 0.0, surface: None }),
+            _ => self.rgb(value, &Lookup { uv: Vec2::ZERO, footprint: 0.0, place: Place::Unknown }),
         }
     }
 }
@@ -272,8 +325,8 @@ fn wrap_index(i: i64, n: usize, wrap: Wrap) -> usize {
     }) as usize
 }
 
-fn texel(image: &Image, wrap: Wrap, x: i64, y: i64) -> glam::Vec4 {
-    let p = image.pixel(wrap_index(x, image.width, wrap), wrap_index(y, image.height, wrap));
+fn texel(image: &Image, wrap: [Wrap; 2], x: i64, y: i64) -> glam::Vec4 {
+    let p = image.pixel(wrap_index(x, image.width, wrap[0]), wrap_index(y, image.height, wrap[1]));
     match *p {
         [r, g, b, a, ..] => glam::Vec4::new(r, g, b, a),
         [r, g, b] => glam::Vec4::new(r, g, b, 1.0),
@@ -283,7 +336,7 @@ fn texel(image: &Image, wrap: Wrap, x: i64, y: i64) -> glam::Vec4 {
     }
 }
 
-fn nearest(image: &Image, wrap: Wrap, uv: Vec2) -> glam::Vec4 {
+fn nearest(image: &Image, wrap: [Wrap; 2], uv: Vec2) -> glam::Vec4 {
     texel(
         image,
         wrap,
@@ -292,7 +345,7 @@ fn nearest(image: &Image, wrap: Wrap, uv: Vec2) -> glam::Vec4 {
     )
 }
 
-fn bilinear(image: &Image, wrap: Wrap, uv: Vec2) -> glam::Vec4 {
+fn bilinear(image: &Image, wrap: [Wrap; 2], uv: Vec2) -> glam::Vec4 {
     let x = uv.x * image.width as f32 - 0.5;
     let y = uv.y * image.height as f32 - 0.5;
     let (x0, y0) = (x.floor(), y.floor());
@@ -369,7 +422,7 @@ mod tests {
                 for y in 0..3 {
                     for x in 0..5 {
                         let uv = Vec2::new((x as f32 + 0.5) / 5.0, (y as f32 + 0.5) / 3.0);
-                        let c = textures.rgb(&value, &Lookup { uv, footprint: 0.0, surface: None });
+                        let c = textures.rgb(&value, &Lookup { uv, footprint: 0.0, place: Place::Unknown });
                         assert!(
                             (c - Vec3::from_slice(image.pixel(x, y))).length() < 1e-5,
                             "{filter:?} {wrap:?}"
@@ -378,8 +431,10 @@ mod tests {
                 }
                 if filter == TextureFilter::Mip {
                     let mean = image.data.chunks(3).map(Vec3::from_slice).sum::<Vec3>() / 15.0;
-                    let c = textures
-                        .rgb(&value, &Lookup { uv: Vec2::splat(0.3), footprint: 10.0, surface: None });
+                    let c = textures.rgb(
+                        &value,
+                        &Lookup { uv: Vec2::splat(0.3), footprint: 10.0, place: Place::Unknown },
+                    );
                     assert!((c - mean).length() < 1e-5);
                 }
             }

@@ -73,8 +73,8 @@ pub enum Texture {
         image: Arc<Image>,
         /// How to look between texels.
         filter: TextureFilter,
-        /// What lies outside [0, 1).
-        wrap: Wrap,
+        /// What lies outside [0, 1), across and down.
+        wrap: [Wrap; 2],
         /// Applied to the surface's (u, v) first. v runs **down**: v = 0 is the top row of the picture, as in
         /// glTF and inside Mitsuba. Readers of formats where v runs up (OBJ) store 1 − v in the mesh.
         to_uv: Affine2,
@@ -110,6 +110,26 @@ pub enum Texture {
         texture: TextureId,
         /// Channel-wise factor.
         factor: Vec3,
+    },
+    /// A texture at coordinates of its own: those that an attribute of the mesh, three numbers wide, has in its first
+    /// two.
+    At {
+        /// The texture.
+        texture: TextureId,
+        /// For example `uv_1`.
+        attribute: String,
+    },
+    /// The product of two values, channel by channel.
+    Product {
+        /// Both.
+        factors: [Value; 2],
+    },
+    /// 1 where a number is at least `edge`, 0 elsewhere.
+    Step {
+        /// The number.
+        value: Value,
+        /// Where it steps.
+        edge: f32,
     },
 }
 
@@ -202,6 +222,13 @@ pub enum Material {
         /// Where what is turned looks away from the eye or the light.
         turned: TurnedNormals,
         /// What is turned.
+        base: MaterialId,
+    },
+    /// The surface of a body that takes light from what passes through it: exp(−absorption · distance) is left.
+    Body {
+        /// Per scene unit.
+        absorption: Vec3,
+        /// What lets light in and out, of a model that transmits.
         base: MaterialId,
     },
     /// Light passes as if nothing were there.

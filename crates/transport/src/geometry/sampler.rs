@@ -9,7 +9,7 @@ use super::{BuildError, ERROR, MeshShape, Surface, double_area_normal, invertibl
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3, Vec4};
 use std::f32::consts;
 use std::f64::consts::{PI, TAU};
-use yugen_archive::scene::{self, Shape};
+use yugen_archive::scene::{self, Mesh, Shape};
 use yugen_optics::{Frame, distribution, warp};
 
 /// A point on an emitting shape.
@@ -261,6 +261,16 @@ impl ShapeSampler {
     /// The same sampler whose points come without texture coordinates, which cost more than they do.
     pub fn without_uv(self) -> Self {
         Self { want_uv: false, ..self }
+    }
+
+    /// The mesh that its points lie on, if it is one.
+    pub fn mesh_of(&self) -> Option<&Mesh> {
+        match &self.kind {
+            Kind::Mesh { mesh, .. } | Kind::Rectangle { shape: Flat::Mesh { mesh, .. }, .. } => {
+                Some(&mesh.mesh)
+            }
+            _ => None,
+        }
     }
 
     /// Of the whole shape; where a scale is not uniform, to about 1e-4.

@@ -1,6 +1,7 @@
 //! A glTF file: its JSON and the buffers behind it.
 
-use super::schema::Root;
+use super::features::MESHOPT;
+use super::schema::{Head, Root};
 use crate::formats::folders::Folders;
 use crate::formats::{json, read_file};
 use crate::{Error, Place};
@@ -29,8 +30,19 @@ impl Document {
                     "a .glb file starts with 'glTF'; this is another format, or glTF as text (.gltf)";
                 return Err(Error::invalid(Place::byte(path, 0), problem));
             }
-            None => (bytes, 0, None),
+            // A byte-order mark is not wanted there, but written.
+            None => (bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), 0, None),
         };
+        if let Ok(head) = serde_json::from_slice::<Head>(json)
+            && head.asset.version.starts_with("1.")
+        {
+            let problem = format!(
+                "this is glTF {}, an older format with another layout; convert it to glTF 2.0, for example with \
+                 gltf-pipeline",
+                head.asset.version
+            );
+            return Err(Error::invalid(Place::file(path), problem));
+        }
         let mut deserializer = serde_json::Deserializer::from_slice(json);
         let root = Root::deserialize(&mut deserializer).map_err(|e| {
             // In a .glb the lines are those of the JSON inside, which is one line as a rule.
@@ -43,6 +55,12 @@ impl Document {
         })?;
         let mut document = Self { root, at: Place::file(path), buffers: Vec::new() };
         for (i, buffer) in document.root.buffers.iter().enumerate() {
+            let packed = &buffer.extensions;
+            if buffer.uri.is_none() && i > 0 && (packed.ext_meshopt.is_some() || packed.khr_meshopt.is_some())
+            {
+                let name = if packed.ext_meshopt.is_some() { MESHOPT[0] } else { MESHOPT[1] };
+                return Err(super::features::packed(&document, name));
+            }
             let mut data = match &buffer.uri {
                 Some(uri) => document.fetch(uri, folders)?,
                 None if i == 0 => binary.take().map(<[u8]>::to_vec).unwrap_or_default(),

@@ -1,14 +1,16 @@
-//! glTF 2.0 and GLB. Khronos Group 2021, "glTF 2.0 Specification", with the extensions of [`EXTENSIONS`].
+//! glTF 2.0 and GLB. Khronos Group 2021, "glTF 2.0 Specification", with the extensions of [`FEATURES`].
 //!
 //! Materials become the model `metallic_roughness`. Skinned and morphed meshes are read in the pose of the
 //! file's nodes and weights, or in that of an animation at a moment ([`Options::moment`]). Photometric numbers are taken as radiometric ones: a
 //! candela as 1 W/sr, a lux as 1 W/m², so that lights and emission keep their proportions. A file without a
-//! camera gets one that sees everything, one without light a sun and a sky
+//! camera gets one that sees everything, one without lights (surfaces that glow are none) a sun and a sky
 //! ([`Scene::framing_camera`], [`Scene::add_default_light`]).
 
 mod animation;
 mod document;
+mod features;
 mod materials;
+mod outside;
 mod schema;
 #[cfg(test)]
 mod tests;
@@ -25,21 +27,11 @@ use std::path::Path;
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};
 
-/// The extensions that are understood: a file that requires another is refused.
-const EXTENSIONS: &[&str] = &[
-    "EXT_texture_webp",
-    "KHR_lights_punctual",
-    "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_iridescence",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_unlit",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-];
+pub use features::FEATURES;
+
+/// Attributes of meshes with colours.
+const VERTEX_COLOR: &str = "vertex_color";
+const VERTEX_ALPHA: &str = "vertex_alpha";
 
 /// The most vertices of all meshes together: few bytes of a file may stand for many of them.
 const MAX_VERTICES: usize = 1 << 26;
@@ -57,7 +49,8 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error
         let camera = scene.framing_camera(Film::default());
         scene.cameras.push(camera);
     }
-    if !scene.has_light() && !scene.is_empty() {
+    // Surfaces that glow are not what lights a scene: a label that is unlit, a screen, a dial.
+    if scene.lights.is_empty() && !scene.is_empty() {
         scene.add_default_light();
     }
     Ok(scene)
@@ -79,11 +72,7 @@ pub(crate) fn read_into(
 ) -> Result<Scene, Error> {
     let folders = folders.inside(path);
     let mut doc = Document::read(bytes, path, &folders)?;
-    if let Some(name) = doc.root.extensions_required.iter().find(|e| !EXTENSIONS.contains(&e.as_str())) {
-        let problem =
-            format!("the file requires the extension {name}, which is not supported; export it without");
-        return Err(doc.invalid(problem));
-    }
+    features::check(&doc)?;
     if let Some(moment) = moment {
         animation::pose(&mut doc, moment)?;
     }
@@ -95,6 +84,8 @@ pub(crate) fn read_into(
         samples_left: MAX_SAMPLES,
         vertices_left: MAX_VERTICES,
         materials: HashMap::new(),
+        places: HashMap::new(),
+        uv_sets: Vec::new(),
     };
     reader.scene()
 }
@@ -105,8 +96,19 @@ struct Finish {
     id: MaterialId,
     emission: Option<Value>,
     double_sided: bool,
-    /// Which of the mesh's sets of (u, v) the textures use, if there are any.
-    uv_set: Option<usize>,
+    /// Not shown from behind.
+    culled: bool,
+    /// Which of the mesh's sets of (u, v) the textures use, if there are any: the first is the mesh's own, the others
+    /// are attributes.
+    uv_sets: Vec<usize>,
+}
+
+/// A mesh that stands in several places.
+enum Copies {
+    /// Of [`Scene::groups`].
+    Instances(usize),
+    /// Shapes that glow, and have to be placed one by one.
+    Each(Vec<Shape>),
 }
 
 struct Reader<'a> {
@@ -117,8 +119,12 @@ struct Reader<'a> {
     images: HashMap<(usize, bool), Arc<Image>>,
     samples_left: u64,
     vertices_left: usize,
-    /// By index (none is the default material) and whether the mesh has vertex colours.
-    materials: HashMap<(Option<usize>, bool), Finish>,
+    /// By index (none is the default material) and how many numbers the colour of a vertex has.
+    materials: HashMap<(Option<usize>, usize), Finish>,
+    /// By mesh.
+    places: HashMap<usize, Copies>,
+    /// Sets of (u, v) of the material that is being read.
+    uv_sets: Vec<usize>,
 }
 
 impl Reader<'_> {
@@ -146,14 +152,15 @@ impl Reader<'_> {
         for &i in &order {
             if let Some(mesh) = nodes[i].mesh {
                 doc.entry(&doc.root.meshes, mesh, "mesh")?;
-                uses[mesh] += 1;
+                uses[mesh] += 1 + usize::from(nodes[i].extensions.instancing.is_some());
             }
         }
-        let mut groups: HashMap<usize, usize> = HashMap::new();
         for &i in &order {
             let (node, to_world) = (&nodes[i], globals[i]);
             if let Some(mesh) = node.mesh {
-                self.place_mesh(mesh, node, to_world, &globals, uses[mesh] > 1, &mut groups)?;
+                for place in self.instances(node)? {
+                    self.place_mesh(mesh, node, to_world * place, &globals, uses[mesh] > 1)?;
+                }
             }
             if let Some(camera) = node.camera {
                 let camera = doc.entry(&doc.root.cameras, camera, "camera")?;
@@ -202,7 +209,6 @@ impl Reader<'_> {
         to_world: Mat4,
         globals: &[Mat4],
         several: bool,
-        groups: &mut HashMap<usize, usize>,
     ) -> Result<(), Error> {
         let entry = &self.doc.root.meshes[mesh];
         let name = if node.name.is_empty() { entry.name.clone() } else { node.name.clone() };
@@ -225,27 +231,62 @@ impl Reader<'_> {
             };
             let weights = node.weights.as_deref().unwrap_or(&entry.weights);
             let shapes = self.shapes(&name, &entry.primitives, weights, skin.as_deref())?;
-            self.scene.shapes.extend(shapes.into_iter().map(|s| Shape { to_world, ..s }));
+            self.scene.shapes.extend(shapes.into_iter().map(|s| placed(s, to_world)));
             return Ok(());
         }
-        let group = match groups.get(&mesh) {
-            Some(&group) => group,
-            None => {
-                let shapes = self.shapes(&entry.name, &entry.primitives, &entry.weights, None)?;
+        // What mirrors turns flat triangles inside out, which an instance cannot undo.
+        let mirrored = to_world.determinant() < 0.0;
+        if !self.places.contains_key(&mesh) {
+            let shapes = self.shapes(&entry.name, &entry.primitives, &entry.weights, None)?;
+            let each = mirrored || shapes.iter().any(|s| s.emission.is_some() || s.face_normals);
+            let copies = if each {
+                Copies::Each(shapes)
+            } else {
                 self.scene.groups.push(shapes);
-                groups.insert(mesh, self.scene.groups.len() - 1);
-                self.scene.groups.len() - 1
+                Copies::Instances(self.scene.groups.len() - 1)
+            };
+            self.places.insert(mesh, copies);
+        }
+        match &self.places[&mesh] {
+            Copies::Each(shapes) => {
+                self.scene.shapes.extend(shapes.iter().map(|s| placed(s.clone(), to_world)));
             }
-        };
-        let shapes = &self.scene.groups[group];
-        if shapes.iter().any(|s| s.emission.is_some()) {
-            // Instances do not shine: light sources are placed one by one, sharing their triangles.
-            let copies: Vec<Shape> = shapes.iter().map(|s| Shape { to_world, ..s.clone() }).collect();
-            self.scene.shapes.extend(copies);
-        } else if !shapes.is_empty() {
-            self.scene.shapes.push(Shape::new(name, Geometry::Instance(group), to_world, 0));
+            Copies::Instances(group) if !self.scene.groups[*group].is_empty() => {
+                self.scene.shapes.push(Shape::new(name, Geometry::Instance(*group), to_world, 0));
+            }
+            Copies::Instances(_) => {}
         }
         Ok(())
+    }
+
+    /// Where a node's mesh stands, in the node's own coordinates: once, or as EXT_mesh_gpu_instancing says.
+    fn instances(&self, node: &Node) -> Result<Vec<Mat4>, Error> {
+        let Some(instancing) = &node.extensions.instancing else { return Ok(vec![Mat4::IDENTITY]) };
+        let values = |name: &str, width: usize| match instancing.attributes.get(name) {
+            Some(&index) => self.doc.floats(index, width),
+            None => Ok(Vec::new()),
+        };
+        let (translations, rotations, scales) =
+            (values("TRANSLATION", 3)?, values("ROTATION", 4)?, values("SCALE", 3)?);
+        let counts = [translations.len() / 3, rotations.len() / 4, scales.len() / 3];
+        let count = counts.into_iter().max().unwrap_or(0);
+        if counts.into_iter().any(|n| n != 0 && n != count) {
+            let problem = format!("EXT_mesh_gpu_instancing has attributes of different lengths: {counts:?}");
+            return Err(self.doc.invalid(problem));
+        }
+        if count > MAX_SHAPES {
+            let (what, at) = ("the number of instances".to_string(), self.doc.at.clone());
+            return Err(Error::TooLarge { at, what, asked: count as u64, limit: MAX_SHAPES as u64 });
+        }
+        let place = |i: usize| {
+            local(&Node {
+                translation: translations.get(3 * i..3 * i + 3).map(|v| [v[0], v[1], v[2]]),
+                rotation: rotations.get(4 * i..4 * i + 4).map(|v| [v[0], v[1], v[2], v[3]]),
+                scale: scales.get(3 * i..3 * i + 3).map(|v| [v[0], v[1], v[2]]),
+                ..Node::default()
+            })
+        };
+        Ok((0..count).map(place).collect())
     }
 
     /// The matrices that take vertices to the world, one per joint.
@@ -275,18 +316,27 @@ impl Reader<'_> {
                 tracing::warn!("{}: '{name}' has points or lines, which are not shown", self.doc.at);
                 continue;
             }
-            let coloured = primitive.attributes.contains_key("COLOR_0");
-            let finish = self.material(primitive.material, coloured)?;
-            let mut mesh = self.mesh(primitive, weights, joints, finish.uv_set)?;
-            if let (true, Some(set)) = (mesh.uvs.is_empty(), finish.uv_set) {
-                tracing::warn!(
-                    "{}: mesh '{name}' has no TEXCOORD_{set}, which the textures of its material ask for; they lie \
-                     on it anyhow",
-                    self.doc.at
-                );
+            if primitive.extensions.draco.is_some() {
+                return Err(features::packed(self.doc, features::DRACO));
+            }
+            let colour = primitive.attributes.get("COLOR_0").map_or(Ok(0), |i| self.doc.width(*i))?;
+            let finish = self.material(primitive.material, colour)?;
+            let mut mesh = self.mesh(primitive, weights, joints, &finish.uv_sets)?;
+            for set in &finish.uv_sets {
+                if !primitive.attributes.contains_key(&format!("TEXCOORD_{set}")) {
+                    tracing::warn!(
+                        "{}: mesh '{name}' has no TEXCOORD_{set}, which a texture of its material asks for; it lies \
+                         on it anyhow",
+                        self.doc.at
+                    );
+                }
             }
             mesh.name = name.to_string();
             mesh.triangles = self.triangles(primitive, mode, mesh.positions.len())?;
+            let mut material = finish.id;
+            if finish.culled && !outside::only_seen_from_outside(&mesh) {
+                material = self.culled(material);
+            }
             shapes.push(Shape {
                 name: name.to_string(),
                 // Meshes without normals are meant to be flat.
@@ -294,7 +344,7 @@ impl Reader<'_> {
                 geometry: Geometry::Mesh(Arc::new(mesh)),
                 to_world: Mat4::IDENTITY,
                 flip_normals: false,
-                material: finish.id,
+                material,
                 emission: finish.emission.clone(),
                 two_sided_emission: finish.double_sided,
             });
@@ -329,7 +379,7 @@ impl Reader<'_> {
         primitive: &Primitive,
         weights: &[f32],
         joints: Option<&[Mat4]>,
-        uv_set: Option<usize>,
+        uv_sets: &[usize],
     ) -> Result<Mesh, Error> {
         let doc = self.doc;
         let Some(&positions) = primitive.attributes.get("POSITION") else {
@@ -356,22 +406,29 @@ impl Reader<'_> {
         mesh.tangents = attribute("TANGENT", 4)?
             .map(|v| v.chunks_exact(4).map(Vec4::from_slice).collect())
             .unwrap_or_default();
-        mesh.uvs = attribute(&format!("TEXCOORD_{}", uv_set.unwrap_or(0)), 2)?
+        let main = uv_sets.first().copied().unwrap_or(0);
+        mesh.uvs = attribute(&format!("TEXCOORD_{main}"), 2)?
             .map(|v| v.chunks_exact(2).map(Vec2::from_slice).collect())
             .unwrap_or_default();
+        for set in uv_sets.iter().skip(1) {
+            if let Some(uvs) = attribute(&format!("TEXCOORD_{set}"), 2)? {
+                let values = uvs.chunks_exact(2).flat_map(|c| [c[0], c[1], 0.0]).collect();
+                mesh.attributes.push((materials::uv_attribute(*set), 3, values));
+            }
+        }
         if let Some(&index) = primitive.attributes.get("COLOR_0") {
             let width = doc.width(index)?;
             let to_working = ColourSpace::LinearSrgb.matrix_to(self.scene.working_space);
             let colours = attribute("COLOR_0", width)?.unwrap_or_default();
             if width >= 3 {
+                if width == 4 {
+                    let alphas = colours.iter().skip(3).step_by(4).map(|a| a.clamp(0.0, 1.0)).collect();
+                    mesh.attributes.push((VERTEX_ALPHA.into(), 1, alphas));
+                }
                 let colours = colours
                     .chunks_exact(width)
                     .map(|c| (to_working * Vec3::from_slice(c)).clamp(Vec3::ZERO, Vec3::ONE));
-                mesh.attributes.push((
-                    "vertex_color".into(),
-                    3,
-                    colours.flat_map(|c| c.to_array()).collect(),
-                ));
+                mesh.attributes.push((VERTEX_COLOR.into(), 3, colours.flat_map(|c| c.to_array()).collect()));
             }
         }
 
@@ -494,6 +551,13 @@ impl Reader<'_> {
             }
         })
     }
+}
+
+/// A shape of a mesh in its place. A node that mirrors does not turn triangles round (glTF 2.0, 3.7.2.1); without
+/// vertex normals only the winding tells their side.
+fn placed(shape: Shape, to_world: Mat4) -> Shape {
+    let flip_normals = shape.flip_normals ^ (shape.face_normals && to_world.determinant() < 0.0);
+    Shape { to_world, flip_normals, ..shape }
 }
 
 fn local(node: &Node) -> Mat4 {

@@ -5,6 +5,7 @@ use serde::Deserialize;
 #[derive(Deserialize, Default)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Root {
+    pub extensions_used: Vec<String>,
     pub extensions_required: Vec<String>,
     pub scene: Option<usize>,
     pub scenes: Vec<SceneNodes>,
@@ -119,6 +120,14 @@ pub(super) struct Node {
 pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<LightIndex>,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<Instancing>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Instancing {
+    pub attributes: std::collections::BTreeMap<String, usize>,
 }
 
 #[derive(Deserialize)]
@@ -142,6 +151,14 @@ pub(super) struct Primitive {
     pub material: Option<usize>,
     pub mode: Option<u32>,
     pub targets: Vec<std::collections::BTreeMap<String, usize>>,
+    pub extensions: PrimitiveExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<serde::de::IgnoredAny>,
 }
 
 #[derive(Deserialize, Default)]
@@ -231,6 +248,77 @@ pub(super) struct MaterialExtensions {
     pub emissive_strength: Option<EmissiveStrength>,
     #[serde(rename = "KHR_materials_unlit")]
     pub unlit: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "KHR_materials_transmission")]
+    pub transmission: Option<Transmission>,
+    #[serde(rename = "KHR_materials_volume")]
+    pub volume: Option<Volume>,
+    #[serde(rename = "KHR_materials_diffuse_transmission")]
+    pub diffuse_transmission: Option<DiffuseTransmission>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub specular_glossiness: Option<SpecularGlossiness>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Transmission {
+    pub transmission_factor: f32,
+    pub transmission_texture: Option<TextureInfo>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Volume {
+    pub thickness_factor: f32,
+    pub attenuation_distance: f32,
+    pub attenuation_color: [f32; 3],
+}
+
+impl Default for Volume {
+    fn default() -> Self {
+        Self { thickness_factor: 0.0, attenuation_distance: f32::INFINITY, attenuation_color: [1.0; 3] }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct DiffuseTransmission {
+    pub diffuse_transmission_factor: f32,
+    pub diffuse_transmission_texture: Option<TextureInfo>,
+    pub diffuse_transmission_color_factor: [f32; 3],
+    pub diffuse_transmission_color_texture: Option<TextureInfo>,
+}
+
+impl Default for DiffuseTransmission {
+    fn default() -> Self {
+        Self {
+            diffuse_transmission_factor: 0.0,
+            diffuse_transmission_texture: None,
+            diffuse_transmission_color_factor: [1.0; 3],
+            diffuse_transmission_color_texture: None,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct SpecularGlossiness {
+    pub diffuse_factor: [f32; 4],
+    pub diffuse_texture: Option<TextureInfo>,
+    pub specular_factor: [f32; 3],
+    pub glossiness_factor: f32,
+    pub specular_glossiness_texture: Option<TextureInfo>,
+}
+
+impl Default for SpecularGlossiness {
+    fn default() -> Self {
+        Self {
+            diffuse_factor: [1.0; 4],
+            diffuse_texture: None,
+            specular_factor: [1.0; 3],
+            glossiness_factor: 1.0,
+            specular_glossiness_texture: None,
+        }
+    }
 }
 
 #[derive(Deserialize, Default)]
@@ -374,6 +462,8 @@ pub(super) struct TextureEntry {
 pub(super) struct TextureExtensions {
     #[serde(rename = "EXT_texture_webp")]
     pub webp: Option<Source>,
+    #[serde(rename = "KHR_texture_basisu")]
+    pub basisu: Option<Source>,
 }
 
 #[derive(Deserialize)]
@@ -450,6 +540,30 @@ pub(super) struct BufferView {
 pub(super) struct Buffer {
     pub uri: Option<String>,
     pub byte_length: usize,
+    #[serde(default)]
+    pub extensions: PackedExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct PackedExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub ext_meshopt: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    pub khr_meshopt: Option<serde::de::IgnoredAny>,
+}
+
+/// What every version of glTF begins with.
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Head {
+    pub asset: Asset,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Asset {
+    pub version: String,
 }
 
 fn one() -> f32 {

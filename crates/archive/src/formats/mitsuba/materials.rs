@@ -439,11 +439,11 @@ impl Builder<'_> {
                         "nearest" => TextureFilter::Nearest,
                         _ => TextureFilter::Bilinear,
                     },
-                    wrap: match p.choice("wrap_mode", "repeat", &["repeat", "mirror", "clamp"])? {
+                    wrap: [match p.choice("wrap_mode", "repeat", &["repeat", "mirror", "clamp"])? {
                         "mirror" => Wrap::Mirror,
                         "clamp" => Wrap::Clamp,
                         _ => Wrap::Repeat,
-                    },
+                    }; 2],
                     to_uv: to_uv(p)?,
                     channel: None,
                 }
@@ -528,7 +528,7 @@ fn one_texel(colour: Vec3) -> Texture {
     Texture::Image {
         image: Arc::new(image),
         filter: TextureFilter::Nearest,
-        wrap: Wrap::Repeat,
+        wrap: [Wrap::Repeat; 2],
         to_uv: Affine2::IDENTITY,
         channel: None,
     }

@@ -381,7 +381,7 @@ impl Libraries {
         scene.textures.push(Texture::Image {
             image,
             filter: TextureFilter::default(),
-            wrap: if map.clamp { Wrap::Clamp } else { Wrap::default() },
+            wrap: [if map.clamp { Wrap::Clamp } else { Wrap::default() }; 2],
             to_uv: map.to_uv(),
             channel,
         });

@@ -216,7 +216,7 @@ impl<'a> Reader<'a> {
                     }
                     None => (image, channel),
                 };
-                Texture::Image { image, filter, wrap, to_uv: to_uv(&mut keys)?, channel }
+                Texture::Image { image, filter, wrap: [wrap; 2], to_uv: to_uv(&mut keys)?, channel }
             }
             (None, Some(checker), None) => {
                 let values = checker.array()?;

@@ -251,6 +251,9 @@ impl<'a> Reader<'a> {
             Texture::Checkerboard { even, odd, to_uv } => {
                 Texture::Checkerboard { even: shift(even), odd: shift(odd), to_uv }
             }
+            Texture::At { texture, attribute } => Texture::At { texture: texture + t, attribute },
+            Texture::Product { factors } => Texture::Product { factors: factors.map(shift) },
+            Texture::Step { value, edge } => Texture::Step { value: shift(value), edge },
             own @ (Texture::Image { .. } | Texture::MeshAttribute { .. } | Texture::Cloth { .. }) => own,
         }));
         self.scene.materials.extend(other.materials.into_iter().map(|material| match material {
@@ -270,6 +273,7 @@ impl<'a> Reader<'a> {
             Material::BumpMap { texture, scale, turned, base } => {
                 Material::BumpMap { texture: texture + t, scale, turned, base: base + m }
             }
+            Material::Body { absorption, base } => Material::Body { absorption, base: base + m },
             Material::Null => Material::Null,
         }));
         let own = |mut shape: Shape| {
