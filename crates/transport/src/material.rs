@@ -37,6 +37,7 @@ enum Node {
     BumpMap { texture: Value, scale: f32, turned: TurnedNormals, base: MaterialId },
     Cloth { texture: TextureId, form: Choice },
     Body { absorption: Vec3, base: MaterialId },
+    OneSided { base: MaterialId },
     Null,
 }
 
@@ -240,7 +241,8 @@ impl Materials {
             Node::Mask { base, .. }
             | Node::NormalMap { base, .. }
             | Node::BumpMap { base, .. }
-            | Node::Body { base, .. } => self.lobes(*base, depth + 1)?,
+            | Node::Body { base, .. }
+            | Node::OneSided { base } => self.lobes(*base, depth + 1)?,
             Node::Blend { first, second, .. } => {
                 self.lobes(*first, depth + 1)? + self.lobes(*second, depth + 1)?
             }
@@ -276,7 +278,7 @@ impl Materials {
         match &self.nodes[id] {
             Node::Model { .. } | Node::Cloth { .. } => false,
             Node::TwoSided { front, back } => self.is_see_through(*front) || self.is_see_through(*back),
-            Node::Mask { .. } | Node::Null => true,
+            Node::Mask { .. } | Node::OneSided { .. } | Node::Null => true,
             Node::NormalMap { base, .. } | Node::BumpMap { base, .. } | Node::Body { base, .. } => {
                 self.is_see_through(*base)
             }
@@ -295,7 +297,11 @@ impl Materials {
                 !kind.laws().delta && seen_from.iter().all(|wo| bsdf.eval_pdf(*wo, mirror(*wo)).1 <= MATT)
             }
             Node::TwoSided { front, back } => self.is_matt(*front) && self.is_matt(*back),
-            Node::Mask { .. } | Node::Null | Node::Cloth { .. } | Node::Body { .. } => false,
+            Node::Mask { .. }
+            | Node::OneSided { .. }
+            | Node::Null
+            | Node::Cloth { .. }
+            | Node::Body { .. } => false,
             Node::NormalMap { base, .. } | Node::BumpMap { base, .. } => self.is_matt(*base),
             Node::Blend { first, second, .. } => self.is_matt(*first) && self.is_matt(*second),
             Node::Sum(all) => all.iter().all(|m| self.is_matt(*m)),
@@ -443,7 +449,11 @@ impl Materials {
                 out.body = Some(*absorption);
                 self.resolve(textures, *base, point, seen, share, room, out);
             }
-            Node::Null => {
+            // By the geometric normal: shading normals would open smooth outlines.
+            Node::OneSided { base } if point.normal.dot(seen.frame.to_world(seen.wo)) >= 0.0 => {
+                self.resolve(textures, *base, point, seen, share, room, out);
+            }
+            Node::OneSided { .. } | Node::Null => {
                 out.through += weight;
                 out.through_probability += probability;
             }
@@ -566,6 +576,7 @@ fn node(material: &Material) -> Result<Node, String> {
         }
         Material::Cloth { texture, form } => Node::Cloth { texture: *texture, form: *form },
         Material::Body { absorption, base } => Node::Body { absorption: *absorption, base: *base },
+        Material::OneSided { base } => Node::OneSided { base: *base },
         Material::Null => Node::Null,
     })
 }

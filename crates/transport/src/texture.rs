@@ -406,7 +406,13 @@ mod tests {
         }
         let image = Arc::new(image);
         Scene {
-            textures: vec![Texture::Image { image, filter, wrap, to_uv: Affine2::IDENTITY, channel: None }],
+            textures: vec![Texture::Image {
+                image,
+                filter,
+                wrap: [wrap; 2],
+                to_uv: Affine2::IDENTITY,
+                channel: None,
+            }],
             ..Scene::default()
         }
     }

@@ -113,6 +113,7 @@ pub fn features() -> Vec<(&'static str, Vec<Feature>)> {
         ("Wavefront MTL: options of pictures", mtl::OPTIONS.to_vec()),
         ("PLY: elements and their properties", ply::FEATURES.to_vec()),
         ("OpenEXR", image::exr_features().collect()),
+        ("glTF 2.0: the format itself and its extensions", gltf::FEATURES.to_vec()),
     ]
 }
 

@@ -187,7 +187,7 @@ mod tests {
         let texture = Texture::Image {
             image: Arc::new(image.clone()),
             filter: TextureFilter::Bilinear,
-            wrap: Wrap::Repeat,
+            wrap: [Wrap::Repeat; 2],
             to_uv: Affine2::IDENTITY,
             channel: None,
         };

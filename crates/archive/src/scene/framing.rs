@@ -129,7 +129,10 @@ impl Scene {
     /// of radiance 0.4, both white. A white surface turned to the sun comes out at (2 + 0.4 π)/π ≈ 1.
     pub fn add_default_light(&mut self) {
         let frame = self.cameras.first().map_or(Mat4::IDENTITY, |c| c.to_world);
-        let direction = frame.transform_vector3(Vec3::new(-0.5, -0.8, 1.0)).normalize_or(Vec3::NEG_Y);
+        // An orthographic camera is as wide as its frame; the sun stands where it does however far that zooms.
+        let axis = |a: glam::Vec4| a.truncate().normalize_or_zero();
+        let direction = axis(frame.z_axis) - 0.5 * axis(frame.x_axis) - 0.8 * axis(frame.y_axis);
+        let direction = direction.normalize_or(Vec3::NEG_Y);
         self.add_light("sun", Light::Directional { direction, irradiance: Vec3::splat(2.0) });
         self.add_light("sky", Light::Constant { radiance: Vec3::splat(0.4) });
     }

@@ -231,6 +231,11 @@ pub enum Material {
         /// What lets light in and out, of a model that transmits.
         base: MaterialId,
     },
+    /// `base` from the side that the geometric normal is on; nothing (light goes straight through) from the other.
+    OneSided {
+        /// What is seen from the front.
+        base: MaterialId,
+    },
     /// Light passes as if nothing were there.
     Null,
 }

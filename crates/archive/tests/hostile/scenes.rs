@@ -95,33 +95,45 @@ towards = [0, 0, 1]
 }
 
 fn gltf_seed() -> (Vec<u8>, Vec<u8>) {
-    let json = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual"],
+    let json = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual","EXT_mesh_gpu_instancing"],
 "extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","spot":{"outerConeAngle":0.5}}]}},
 "cameras":[{"type":"perspective","perspective":{"yfov":0.7,"znear":0.1}}],
-"scenes":[{"nodes":[0,2,3]}],
+"scenes":[{"nodes":[0,2,3,4]}],
 "nodes":[{"mesh":0,"children":[1],"scale":[1,2,3]},{"mesh":0,"rotation":[0,0,0,1]},{"camera":0},
-{"mesh":1,"skin":0,"weights":[0.5],"extensions":{"KHR_lights_punctual":{"light":0}}}],
+{"mesh":1,"skin":0,"weights":[0.5],"extensions":{"KHR_lights_punctual":{"light":0}}},
+{"mesh":2,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0}}}}],
 "skins":[{"joints":[0,1]}],
 "animations":[{"channels":[{"sampler":0,"target":{"node":1,"path":"translation"}},
 {"sampler":1,"target":{"node":0,"path":"rotation"}}],"samplers":[{"input":1,"output":0},
 {"input":1,"output":3,"interpolation":"STEP"}]}],
 "materials":[{"pbrMetallicRoughness":{"roughnessFactor":0.3},"doubleSided":true,"alphaMode":"BLEND",
-"extensions":{"KHR_materials_sheen":{"sheenRoughnessFactor":0.4}}}],
+"extensions":{"KHR_materials_sheen":{"sheenRoughnessFactor":0.4}}},
+{"emissiveFactor":[1,0,0],"alphaMode":"MASK","extensions":{"KHR_materials_transmission":{"transmissionFactor":0.5},
+"KHR_materials_diffuse_transmission":{"diffuseTransmissionFactor":0.5},
+"KHR_materials_volume":{"thicknessFactor":1,"attenuationDistance":2}}}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"material":0}]},
-{"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":2,"WEIGHTS_0":3},"mode":5,"targets":[{"POSITION":0}]}]}],
+{"primitives":[{"attributes":{"POSITION":0,"JOINTS_0":2,"WEIGHTS_0":3},"mode":5,"targets":[{"POSITION":0}]}]},
+{"primitives":[{"attributes":{"POSITION":4,"COLOR_0":3},"material":1}]}],
 "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
 {"bufferView":1,"componentType":5121,"count":3,"type":"SCALAR"},
 {"bufferView":2,"componentType":5121,"count":3,"type":"VEC4"},
 {"bufferView":2,"byteOffset":12,"componentType":5121,"normalized":true,"count":3,"type":"VEC4",
-"sparse":{"count":1,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":2}}}],
+"sparse":{"count":1,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":2}}},
+{"bufferView":3,"componentType":5126,"count":3,"type":"VEC3"}],
 "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":3},
-{"buffer":0,"byteOffset":40,"byteLength":24}],"buffers":[{"byteLength":64URI}]}"#;
+{"buffer":0,"byteOffset":40,"byteLength":24},{"buffer":1,"byteLength":36,"extensions":{"EXT_meshopt_compression":
+{"buffer":0,"byteOffset":64,"byteLength":45,"byteStride":12,"count":3,"mode":"ATTRIBUTES"}}}],
+"buffers":[{"byteLength":109URI},{"byteLength":36,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}]}"#;
     let mut data: Vec<u8> =
         [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0f32].iter().flat_map(|v| v.to_le_bytes()).collect();
     data.extend([0, 1, 2, 0]);
     data.extend([0, 1, 0, 0].repeat(3));
     data.extend([255, 0, 0, 0].repeat(3));
-    let text = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAECAAABAAAAAQAAAAEAAP8AAAD/AAAA/wAAAA==";
+    // All of its bytes as in the last element, which is zero.
+    data.push(0xa0);
+    data.extend([0; 44]);
+    let text = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAECAAABAAAAAQAAAAEAAP8AAAD/AAAA/wAAAKAAAA\
+        AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA==";
     let uri = format!(r#","uri":"data:application/octet-stream;base64,{text}""#);
     let apart = json.replace("URI", &uri).into_bytes();
     let mut json = json.replace("URI", "").into_bytes();

@@ -169,6 +169,8 @@ fn materials(scene: &Scene) -> Facts {
             Material::NormalMap { .. } => "normal map",
             Material::BumpMap { .. } => "bump map",
             Material::Cloth { .. } => "cloth",
+            Material::Body { .. } => "body",
+            Material::OneSided { .. } => "one-sided",
             Material::Null => "null",
         };
         *kinds.entry(kind).or_default() += 1;
@@ -203,6 +205,13 @@ fn texture(texture: &Texture) -> Facts {
         Texture::Scaled { texture, factor, .. } => {
             facts("another times a factor").say("texture", *texture).say("factor", vector(*factor))
         }
+        Texture::At { texture, attribute } => facts("another at coordinates of the mesh")
+            .say("texture", *texture)
+            .say("name", attribute.clone()),
+        Texture::Product { factors: [a, b] } => {
+            facts("product").say("first", value(a)).say("second", value(b))
+        }
+        Texture::Step { value: v, edge } => facts("step").say("value", value(v)).say("edge", json!(edge)),
     }
 }
 

@@ -7,6 +7,7 @@
 mod exr;
 mod negative;
 mod normals;
+mod gltf;
 mod obj;
 mod ply;
 

@@ -1,11 +1,13 @@
 //! A glTF file: its JSON and the buffers behind it.
 
-use super::features::MESHOPT;
+use super::features::{KHR_MESHOPT, MESHOPT};
+use super::meshopt::{self, Packing};
 use super::schema::{Head, Root};
 use crate::formats::folders::Folders;
 use crate::formats::{json, read_file};
 use crate::{Error, Place};
 use serde::Deserialize;
+use std::collections::HashMap;
 use std::path::Path;
 
 /// The most numbers that an accessor without data may ask for: it costs the file nothing.
@@ -16,6 +18,8 @@ pub(super) struct Document {
     pub root: Root,
     pub at: Place,
     buffers: Vec<Vec<u8>>,
+    /// What the buffer views hold that are packed.
+    unpacked: HashMap<usize, Vec<u8>>,
 }
 
 impl Document {
@@ -53,13 +57,18 @@ impl Document {
             };
             Error::invalid(at, format!("this is no glTF: {}", json::problem(&e)))
         })?;
-        let mut document = Self { root, at: Place::file(path), buffers: Vec::new() };
+        let mut document =
+            Self { root, at: Place::file(path), buffers: Vec::new(), unpacked: HashMap::new() };
         for (i, buffer) in document.root.buffers.iter().enumerate() {
-            let packed = &buffer.extensions;
-            if buffer.uri.is_none() && i > 0 && (packed.ext_meshopt.is_some() || packed.khr_meshopt.is_some())
-            {
-                let name = if packed.ext_meshopt.is_some() { MESHOPT[0] } else { MESHOPT[1] };
-                return Err(super::features::packed(&document, name));
+            if buffer.uri.is_none() && i > 0 {
+                if buffer.extensions.khr_meshopt.is_some() {
+                    return Err(super::features::packed(&document, KHR_MESHOPT));
+                }
+                if buffer.extensions.ext_meshopt.is_some() {
+                    // Stands for what its views are unpacked to.
+                    document.buffers.push(Vec::new());
+                    continue;
+                }
             }
             let mut data = match &buffer.uri {
                 Some(uri) => document.fetch(uri, folders)?,
@@ -74,7 +83,30 @@ impl Document {
             data.truncate(buffer.byte_length);
             document.buffers.push(data);
         }
+        document.unpack()?;
         Ok(document)
+    }
+
+    /// Unpacks the buffer views that EXT_meshopt_compression has packed.
+    fn unpack(&mut self) -> Result<(), Error> {
+        let mut unpacked = HashMap::new();
+        for (i, view) in self.root.buffer_views.iter().enumerate() {
+            let Some(p) = &view.extensions.ext_meshopt else { continue };
+            let buffer = self.entry(&self.buffers, p.buffer, "buffer")?;
+            let end = p.byte_offset.checked_add(p.byte_length);
+            let data = end.and_then(|end| buffer.get(p.byte_offset..end)).ok_or_else(|| {
+                self.invalid(format!("buffer view {i} is packed beyond its buffer of {} bytes", buffer.len()))
+            })?;
+            let packing = Packing { count: p.count, stride: p.byte_stride, mode: &p.mode, filter: &p.filter };
+            let data = meshopt::decode(data, &packing).map_err(|problem| {
+                self.invalid(format!(
+                    "buffer view {i}, packed by {MESHOPT}, {problem}; unpack the file with `gltf-transform copy`"
+                ))
+            })?;
+            unpacked.insert(i, data);
+        }
+        self.unpacked = unpacked;
+        Ok(())
     }
 
     pub fn invalid(&self, problem: impl Into<String>) -> Error {
@@ -101,6 +133,9 @@ impl Document {
 
     pub fn view(&self, index: usize) -> Result<&[u8], Error> {
         let view = self.entry(&self.root.buffer_views, index, "buffer view")?;
+        if let Some(data) = self.unpacked.get(&index) {
+            return Ok(data);
+        }
         let buffer = self.entry(&self.buffers, view.buffer, "buffer")?;
         let end = view.byte_offset.checked_add(view.byte_length);
         end.and_then(|end| buffer.get(view.byte_offset..end)).ok_or_else(|| {

@@ -6,8 +6,10 @@ use crate::formats::support::{Feature, Support, find};
 
 /// Meshes that only Draco's decoder unpacks.
 pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
-/// Buffers that only meshopt's decoder unpacks.
-pub(super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+/// Buffers packed by meshopt, in its first form.
+pub(super) const MESHOPT: &str = "EXT_meshopt_compression";
+/// And in its second.
+pub(super) const KHR_MESHOPT: &str = "KHR_meshopt_compression";
 /// Pictures in KTX 2.
 pub(super) const BASISU: &str = "KHR_texture_basisu";
 
@@ -41,7 +43,7 @@ pub const FEATURES: &[Feature] = &[
     Feature::no("EXT_mesh_features", "data for another program"),
     Feature::yes("EXT_mesh_gpu_instancing"),
     Feature::no("EXT_mesh_manifold", "the triangles are read without it"),
-    Feature::no(MESHOPT[0], UNPACK),
+    Feature::yes(MESHOPT),
     Feature::no("EXT_structural_metadata", "data for another program"),
     Feature::no("EXT_texture_avif", "no decoder; convert its pictures to PNG or JPEG"),
     Feature::yes("EXT_texture_webp"),
@@ -69,7 +71,7 @@ pub const FEATURES: &[Feature] = &[
     ),
     Feature::no("KHR_materials_volume_scatter", "bodies absorb, but do not scatter"),
     Feature::yes("KHR_mesh_quantization"),
-    Feature::no(MESHOPT[1], UNPACK),
+    Feature::no(KHR_MESHOPT, UNPACK),
     Feature::no("KHR_node_hoverability", "says nothing about pictures"),
     Feature::no("KHR_node_selectability", "says nothing about pictures"),
     Feature::no("KHR_node_visibility", "nodes are shown even if they are marked as hidden"),

@@ -30,9 +30,8 @@ impl Reader<'_> {
     }
 
     /// What is behind shows through the back of a material.
-    pub(super) fn culled(&mut self, front: usize) -> usize {
-        let back = self.push_material(Material::Null);
-        self.push_material(Material::TwoSided { front, back })
+    pub(super) fn culled(&mut self, base: usize) -> usize {
+        self.push_material(Material::OneSided { base })
     }
 
     fn describe(&mut self, entry: &MaterialEntry, colour: usize) -> Result<Finish, Error> {
@@ -300,18 +299,23 @@ impl Reader<'_> {
         values: &mut Vec<(&'static str, Value)>,
     ) -> Result<(), Error> {
         let x = &entry.extensions;
-        if let Some(ior) = &x.ior {
-            values.push(("ior", Value::Number(ior.ior)));
-        }
+        let ior = x.ior.as_ref().map_or(1.5, |i| i.ior);
+        let mut ior = if ior == 0.0 { 0.0 } else { ior.clamp(1.0, 1e4) };
         if let Some(s) = &x.specular {
             values.push(("specular", self.number(s.specular_factor, s.specular_texture.as_ref(), 3)?));
-            // Above one it is allowed, and needed for what reflects more than its index says.
-            let tint = match &s.specular_color_texture {
-                Some(info) => self.tinted(s.specular_color_factor, Some(info))?,
-                None => Value::Rgb(self.to_working(self.factor(s.specular_color_factor))),
-            };
-            values.push(("specular_color", tint));
+            // Head on it reflects r² times its colour, which may be above one: then the excess goes into r.
+            let colour = s.specular_color_factor.map(|c| if c > 0.0 { c } else { 0.0 });
+            let most = colour.into_iter().fold(1.0, f32::max);
+            let mut colour = colour;
+            if most > 1.0 {
+                let r2 = ((ior - 1.0) / (ior + 1.0)).powi(2);
+                let wanted = (r2 * most).min(1.0);
+                ior = if wanted < 1.0 { (1.0 + wanted.sqrt()) / (1.0 - wanted.sqrt()) } else { 0.0 };
+                colour = colour.map(|c| if wanted > 0.0 { (c * r2 / wanted).min(1.0) } else { 0.0 });
+            }
+            values.push(("specular_color", self.tinted(colour, s.specular_color_texture.as_ref())?));
         }
+        values.push(("ior", Value::Number(ior)));
         Ok(())
     }
 
@@ -368,14 +372,22 @@ impl Reader<'_> {
         for (name, value) in values {
             let (_, param) = kind.param(name).map_err(failed)?;
             // Exporters are not strict about ranges, and the specification has readers clamp.
-            let clamp = |v: f32| if v.is_nan() { param.min } else { v.clamp(param.min, param.max) };
+            let clamp = |v: f32| match name {
+                "ior" => v,
+                _ if v.is_nan() => param.min,
+                _ => v.clamp(param.min, param.max),
+            };
             let value = match value {
                 Value::Number(v) if param.kind == ParamType::Rgb => Value::Rgb(Vec3::splat(clamp(v))),
                 Value::Number(v) => Value::Number(clamp(v)),
                 Value::Rgb(c) => Value::Rgb(c.map(clamp)),
                 texture => texture,
             };
-            builder.set(name, value).map_err(failed)?;
+            match name {
+                // Beyond its range it stands for reflectances that glTF has and no index; at 0 all is reflected.
+                "ior" => builder.set_any(name, value).map_err(failed)?,
+                _ => builder.set(name, value).map_err(failed)?,
+            };
         }
         builder.build().map_err(failed)
     }

@@ -10,6 +10,7 @@ mod animation;
 mod document;
 mod features;
 mod materials;
+mod meshopt;
 mod outside;
 mod schema;
 #[cfg(test)]
@@ -234,12 +235,9 @@ impl Reader<'_> {
             self.scene.shapes.extend(shapes.into_iter().map(|s| placed(s, to_world)));
             return Ok(());
         }
-        // What mirrors turns flat triangles inside out, which an instance cannot undo.
-        let mirrored = to_world.determinant() < 0.0;
         if !self.places.contains_key(&mesh) {
             let shapes = self.shapes(&entry.name, &entry.primitives, &entry.weights, None)?;
-            let each = mirrored || shapes.iter().any(|s| s.emission.is_some() || s.face_normals);
-            let copies = if each {
+            let copies = if shapes.iter().any(|s| s.emission.is_some()) {
                 Copies::Each(shapes)
             } else {
                 self.scene.groups.push(shapes);
@@ -251,10 +249,18 @@ impl Reader<'_> {
             Copies::Each(shapes) => {
                 self.scene.shapes.extend(shapes.iter().map(|s| placed(s.clone(), to_world)));
             }
-            Copies::Instances(group) if !self.scene.groups[*group].is_empty() => {
+            Copies::Instances(group) if self.scene.groups[*group].is_empty() => {}
+            // A mirror turns flat triangles inside out, which an instance cannot undo.
+            Copies::Instances(group)
+                if to_world.determinant() < 0.0
+                    && self.scene.groups[*group].iter().any(|s| s.face_normals) =>
+            {
+                let copies = self.scene.groups[*group].iter().map(|s| placed(s.clone(), to_world));
+                self.scene.shapes.extend(copies);
+            }
+            Copies::Instances(group) => {
                 self.scene.shapes.push(Shape::new(name, Geometry::Instance(*group), to_world, 0));
             }
-            Copies::Instances(_) => {}
         }
         Ok(())
     }

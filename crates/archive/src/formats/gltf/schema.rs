@@ -533,6 +533,29 @@ pub(super) struct BufferView {
     pub byte_offset: usize,
     pub byte_length: usize,
     pub byte_stride: Option<usize>,
+    #[serde(default)]
+    pub extensions: ViewExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct ViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub ext_meshopt: Option<PackedView>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct PackedView {
+    pub buffer: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub byte_length: usize,
+    pub byte_stride: usize,
+    pub count: usize,
+    pub mode: String,
+    #[serde(default = "no_filter")]
+    pub filter: String,
 }
 
 #[derive(Deserialize)]
@@ -564,6 +587,10 @@ pub(super) struct Head {
 #[serde(default)]
 pub(super) struct Asset {
     pub version: String,
+}
+
+fn no_filter() -> String {
+    "NONE".into()
 }
 
 fn one() -> f32 {

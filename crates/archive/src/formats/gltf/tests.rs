@@ -70,6 +70,7 @@ fn param(scene: &Scene, material: usize, name: &str) -> Value {
             params[kind.params().iter().position(|p| p.name == name).unwrap()].clone()
         }
         Material::TwoSided { front: base, .. }
+        | Material::OneSided { base }
         | Material::Mask { base, .. }
         | Material::NormalMap { base, .. } => param(scene, *base, name),
         other => panic!("{other:?}"),
@@ -151,17 +152,25 @@ fn materials_with_every_extension() {
         read_into(ColourSpace::LinearSrgb, json.as_bytes(), "s.gltf".as_ref(), &Folders::default(), None)
             .unwrap();
     let shape = &scene.shapes[0];
-    assert_eq!(shape.emission, Some(Value::Rgb(Vec3::new(7.0, 0.0, 0.0))));
+    // What is not there does not shine.
+    let Some(Value::Texture(glow)) = shape.emission else { panic!("emission with holes") };
+    let Texture::Scaled { texture: mask, factor } = scene.textures[glow] else { panic!("times the opacity") };
+    assert!(matches!(scene.textures[mask], Texture::Step { .. }));
+    assert_eq!(factor, Vec3::new(7.0, 0.0, 0.0));
     assert!(shape.two_sided_emission);
     let Material::Mask { opacity: Value::Texture(holes), base } = scene.materials[shape.material] else {
         panic!("a mask")
     };
-    let Texture::Image { image, wrap, filter, to_uv, .. } = &scene.textures[holes] else {
+    // The alpha test comes after the filter.
+    let Texture::Step { value: Value::Texture(alpha), edge: 0.5 } = scene.textures[holes] else {
+        panic!("a step")
+    };
+    let Texture::Image { channel, wrap, filter, to_uv, .. } = &scene.textures[alpha] else {
         panic!("a picture")
     };
     assert_eq!(
-        (&image.data[..], *wrap, *filter),
-        (&[1.0, 0.0][..], crate::scene::Wrap::Clamp, crate::scene::TextureFilter::Nearest)
+        (*channel, *wrap, *filter),
+        (Some(3), [crate::scene::Wrap::Clamp; 2], crate::scene::TextureFilter::Nearest)
     );
     // Scale, then rotate counter-clockwise as seen with v down, then move.
     let moved = to_uv.transform_point2(Vec2::new(0.25, 0.5));
@@ -243,9 +252,9 @@ fn a_mesh_has_the_texture_coordinates_that_its_material_asks_for() {
     assert_eq!(uvs(&format!(r#""normalTexture": {{ "index": 0, {transform} }}"#)), second);
     let sheen = r#""KHR_materials_sheen": { "sheenColorTexture": { "index": 0, "texCoord": 1 } }"#;
     assert_eq!(uvs(&format!(r#""extensions": {{ {sheen} }}"#)), second);
-    // Where they differ, the base colour's, whatever stands first in the file.
-    let base = r#""pbrMetallicRoughness": { "baseColorTexture": { "index": 0, "texCoord": 1 } }"#;
-    assert_eq!(uvs(&format!(r#""normalTexture": {{ "index": 0 }}, {base}"#)), second);
+    // Where they differ, the normal texture's, along which tangents run, whatever stands first in the file.
+    let base = r#""pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } }"#;
+    assert_eq!(uvs(&format!(r#"{base}, "normalTexture": {{ "index": 0, "texCoord": 1 }}"#)), second);
 }
 
 #[test]

@@ -274,6 +274,7 @@ impl<'a> Reader<'a> {
                 Material::BumpMap { texture: texture + t, scale, turned, base: base + m }
             }
             Material::Body { absorption, base } => Material::Body { absorption, base: base + m },
+            Material::OneSided { base } => Material::OneSided { base: base + m },
             Material::Null => Material::Null,
         }));
         let own = |mut shape: Shape| {
