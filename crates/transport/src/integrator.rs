@@ -11,7 +11,7 @@ use crate::sampler::Sampler;
 use crate::texture::{Lookup, Place, Textures};
 use glam::Vec3;
 use std::cell::Cell;
-use yugen_archive::scene::{Integrator, IntegratorKind, Scene};
+use yugen_archive::scene::{Integrator, IntegratorKind, MissingAttribute, Scene, Strategy};
 
 /// A scene ready to be followed by rays.
 pub struct World {
@@ -39,6 +39,9 @@ pub enum PrepareError {
     /// Lights.
     #[error(transparent)]
     Light(#[from] crate::lights::LightError),
+    /// Attributes of meshes.
+    #[error(transparent)]
+    Attribute(#[from] MissingAttribute),
     /// A picture too large to keep.
     #[error(
         "a picture of {width} x {height} pixels is more than the {limit} that are rendered at once; give a smaller \
@@ -200,9 +203,16 @@ struct Draw {
 }
 
 impl Draw {
-    /// Against a light that finds the same direction with density `pdf`.
-    fn weight(&self, pdf: f32) -> f32 {
-        if self.delta { 1.0 } else { power(self.pdf, pdf) }
+    /// Against a light that finds the same direction with density `pdf`. `depth`: of the surface or light found; what
+    /// the camera sees needs no looking for.
+    fn weight(&self, pdf: f32, strategy: Strategy, depth: u32) -> f32 {
+        match strategy {
+            Strategy::Both if self.delta => 1.0,
+            Strategy::Both => power(self.pdf, pdf),
+            // What no light sample finds, an even sky, is found by the material all the same.
+            Strategy::Lights if depth > 0 && (self.delta || pdf > 0.0) => 0.0,
+            Strategy::Lights | Strategy::Material => 1.0,
+        }
     }
 }
 
@@ -250,6 +260,7 @@ impl World {
     /// if there are no textures.
     pub fn new(scene: &Scene, want_uv: bool) -> Result<Self, PrepareError> {
         let _span = tracing::info_span!("prepare").entered();
+        scene.check_attributes()?;
         let mut geometry = tracing::debug_span!("hierarchy").in_scope(|| Geometry::build(scene))?;
         let stats = geometry.stats();
         tracing::debug!("{} triangles, {} bytes of hierarchy", stats.triangles, stats.tree_bytes);
@@ -335,7 +346,8 @@ impl World {
             let Some(hit) = self.geometry.intersect(&walk.ray) else {
                 if walk.depth < max_depth && !(hide_emitters && walk.draw.delta && out.alpha == 0.0) {
                     for (radiance, pdf, from) in self.lights.escaped(&walk.draw.from, walk.ray.dir) {
-                        let light = walk.throughput * radiance * walk.draw.weight(pdf);
+                        let weight = walk.draw.weight(pdf, follow.settings.strategy, walk.depth);
+                        let light = walk.throughput * radiance * weight;
                         out.bring(follow, walk.depth, from, light);
                     }
                 }
@@ -357,7 +369,8 @@ impl World {
             {
                 let pdf =
                     if walk.draw.delta { 0.0 } else { self.lights.pdf_hit(i, &walk.draw.from, &surface) };
-                out.bring(follow, walk.depth, i, walk.throughput * radiance * walk.draw.weight(pdf));
+                let weight = walk.draw.weight(pdf, follow.settings.strategy, walk.depth);
+                out.bring(follow, walk.depth, i, walk.throughput * radiance * weight);
             }
             let point = point(&surface, lookup);
             let shading = self.materials.shade(&self.textures, surface.material, &point, wo, room);
@@ -407,7 +420,7 @@ impl World {
         u: [f32; 4],
         between: &mut Scratch,
     ) -> Option<Arriving> {
-        if !vertex.shading.smooth() {
+        if !vertex.shading.smooth() || follow.settings.strategy == Strategy::Material {
             return None;
         }
         let light = self.lights.sample(&self.textures, &vertex.receiver, u)?;
@@ -421,7 +434,8 @@ impl World {
         if through <= 0.0 {
             return None;
         }
-        let weight = if light.delta { 1.0 } else { power(light.pdf, pdf) };
+        let alone = light.delta || follow.settings.strategy == Strategy::Lights;
+        let weight = if alone { 1.0 } else { power(light.pdf, pdf) };
         let radiance = self.lights.radiance(&light) * (weight * through / light.pdf);
         Some(Arriving { wi: light.wi, from: light.light, radiance, f })
     }

@@ -414,8 +414,8 @@ impl Lights {
                 if let Some(texture) = texture {
                     let half = cutoff.tan();
                     let uv = Vec2::new(
-                        0.5 - 0.5 * local.x / (local.z * half),
-                        0.5 - 0.5 * local.y / (local.z * half),
+                        0.5 + 0.5 * local.x / (local.z * half),
+                        0.5 + 0.5 * local.y / (local.z * half),
                     );
                     intensity *= textures.rgb(texture, &Lookup { uv, footprint: 0.0, place: Place::Unknown });
                 }

@@ -5,7 +5,8 @@
 //! ([`Options::folders`](crate::formats::Options), `--allow`). A folder that a scene names is relative to the file it
 //! stands in and may climb with `..`, as Mitsuba's format intends; it may not be absolute, nor end at the root of the
 //! file system. Every other name (meshes, pictures, includes, spectra) must end, with `..` and symbolic links
-//! followed, inside one of these folders.
+//! followed, inside one of these folders. Where a format lets its files name folders by elements of their own
+//! (`<path>`), a relative name may as well climb by itself: it could say the same in two lines.
 
 use crate::{Error, Place};
 use std::path::{Component, Path, PathBuf};
@@ -16,6 +17,8 @@ pub(crate) struct Folders {
     roots: Vec<PathBuf>,
     /// How files of this format name a folder, before it and behind it; nothing where they cannot.
     statement: Option<[&'static str; 2]>,
+    /// Names may climb with `..`.
+    climbs: bool,
 }
 
 impl Folders {
@@ -34,7 +37,12 @@ impl Folders {
         for folder in allowed {
             roots.push(folder.canonicalize().map_err(|e| Error::io(folder, e))?);
         }
-        Ok(Self { roots, statement })
+        Ok(Self { roots, statement, climbs: false })
+    }
+
+    /// Lets relative names climb with `..`.
+    pub(crate) fn climbing(self) -> Self {
+        Self { climbs: true, ..self }
     }
 
     /// A folder that `file` names: searched first from now on.
@@ -104,6 +112,18 @@ impl Folders {
         if let Some(file) = found.iter().find(|f| self.roots.iter().any(|r| f.starts_with(r))) {
             return Ok(file.clone());
         }
+        if self.climbs && name.starts_with("..") {
+            // Links are not followed out of the folder that the name climbs to, which is not the root of all.
+            let above = |r: &PathBuf| {
+                Some((r.join(climb(name)).canonicalize().ok()?, r.join(name).canonicalize().ok()?))
+            };
+            let reached = self.roots.iter().filter_map(above);
+            if let Some((_, file)) =
+                reached.filter(|(folder, file)| folder.parent().is_some() && file.starts_with(folder)).next()
+            {
+                return Ok(file);
+            }
+        }
         // Whether a file outside exists is nobody's business: the answer is the same for both.
         let climbs = name.is_absolute() || name.components().any(|c| c == Component::ParentDir);
         if climbs || !found.is_empty() {
@@ -141,4 +161,9 @@ impl Folders {
         }
         place
     }
+}
+
+/// The parts of a relative name that climb, at its beginning.
+fn climb(name: &Path) -> PathBuf {
+    name.components().take_while(|c| *c == Component::ParentDir).collect()
 }

@@ -10,12 +10,12 @@ use std::path::Path;
 
 /// Layout after mitsuba3 v3.9.1, src/shapes/serialized.cpp: the first bytes and the flags of a mesh.
 const MAGIC: u16 = 0x041c;
+// Other bits, which exporters set, say nothing about the layout, as in the program.
 const NORMALS: u32 = 0x0001;
 const UVS: u32 = 0x0002;
 const COLOURS: u32 = 0x0008;
 const FACE_NORMALS: u32 = 0x0010;
 const DOUBLE: u32 = 0x2000;
-const KNOWN: u32 = NORMALS | UVS | COLOURS | FACE_NORMALS | 0x1000 | DOUBLE;
 
 /// DEFLATE cannot squeeze better than this (RFC 1951: 258 bytes from 2 bits).
 const MAX_RATIO: u64 = 1032;
@@ -155,12 +155,6 @@ impl Stream<'_> {
 
     fn mesh(&mut self, version: u16, compressed: u64) -> Result<Serialized, Error> {
         let flags = u32::from_le_bytes(self.array("flags")?);
-        if flags & !KNOWN != 0 {
-            return Err(Error::invalid(
-                self.place(),
-                format!("unknown flags {flags:#x}; expected a combination of {KNOWN:#x}"),
-            ));
-        }
         let mut name = Vec::new();
         if version == 4 {
             loop {

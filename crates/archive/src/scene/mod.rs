@@ -3,6 +3,7 @@
 //! Readers (Mitsuba XML, glTF, Yugen's own TOML) fill a [`Scene`]; the reference renderer and the stage
 //! read it. Indices (`TextureId`, …) point into the vectors of the same scene.
 
+mod attributes;
 mod camera;
 mod fingerprint;
 mod framing;
@@ -12,6 +13,7 @@ mod normals;
 pub(crate) mod polygon;
 pub mod primitives;
 
+pub use attributes::MissingAttribute;
 pub use camera::FovAxis;
 pub use framing::look_along;
 pub use light_groups::LightGroups;
@@ -497,6 +499,18 @@ pub enum IntegratorKind {
     Aov,
 }
 
+/// How direct light of a surface or from all around is looked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Strategy {
+    /// By drawing points on lights and directions of the material, weighed against each other.
+    #[default]
+    Both,
+    /// By drawing points on lights only.
+    Lights,
+    /// By drawing directions of the material only: lights without extent are not found.
+    Material,
+}
+
 /// Something to record besides radiance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aov {
@@ -564,6 +578,8 @@ pub struct Integrator {
     pub max_depth: Option<u32>,
     /// Edges before Russian roulette may end a path.
     pub rr_depth: u32,
+    /// How it looks for light.
+    pub strategy: Strategy,
     /// Most radiance that a path may bring after more than one bounce; what is above is lost, and bright specks with
     /// it. `None`: nothing is.
     pub clamp: Option<f32>,
@@ -579,6 +595,7 @@ impl Default for Integrator {
             kind: IntegratorKind::Path,
             max_depth: None,
             rr_depth: 5,
+            strategy: Strategy::default(),
             clamp: None,
             hide_emitters: false,
             aovs: Vec::new(),

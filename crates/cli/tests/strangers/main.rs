@@ -8,6 +8,7 @@ mod exr;
 mod negative;
 mod normals;
 mod gltf;
+mod mitsuba;
 mod obj;
 mod ply;
 

@@ -144,11 +144,15 @@ impl Builder<'_> {
             }
             "normalmap" | "bumpmap" => {
                 let normal = p.plugin() == "normalmap";
-                let texture = if normal { self.value(p, "normalmap", Role::Colour)? } else { None };
-                let texture = match (texture, p.child(Class::Texture)?) {
-                    (Some(Value::Texture(t)), _) => t,
-                    (None, Some(t)) if !normal => self.texture(t, true)?,
-                    _ => return Err(p.invalid(format!("'{}' needs a <texture> inside", p.plugin()))),
+                // Whatever its name and its place among the children.
+                let Some(texture) = p.child(Class::Texture)? else {
+                    return Err(p.invalid(format!("'{}' needs a <texture> inside", p.plugin())));
+                };
+                let texture = match self.plain(texture, Role::Unbounded)? {
+                    Some(Value::Number(v)) => self.one_texel(Vec3::splat(v)),
+                    Some(Value::Rgb(c)) => self.one_texel(c),
+                    Some(Value::Texture(texture)) => texture,
+                    None => self.texture(texture, !normal)?,
                 };
                 let turned = TurnedNormals {
                     flip_invalid_normals: p.boolean("flip_invalid_normals", true)?,
@@ -273,7 +277,8 @@ impl Builder<'_> {
                 if !(0.0..=12.0).contains(&specular) {
                     return Err(p.out_of_range("specular", specular, "0 to 12"));
                 }
-                eta_of_specular(specular as f32)
+                // As Mitsuba: at 0 there would be no surface left to refract.
+                eta_of_specular((specular as f32).max(1e-3))
             }
         };
         put(p, &mut m, "eta", Value::Number(eta))?;
@@ -457,9 +462,10 @@ impl Builder<'_> {
             }
             "mesh_attribute" => {
                 let (name, at) = p.string("name")?.ok_or_else(|| p.missing("name"))?;
-                if !name.starts_with("vertex_") {
+                if !name.starts_with("vertex_") && !name.starts_with("face_") {
                     let problem = format!(
-                        "expected the name of an attribute of vertices, such as 'vertex_color', found '{name}'"
+                        "expected the name of an attribute of vertices or faces, such as 'vertex_color' or \
+                         'face_color', found '{name}'"
                     );
                     return Err(Error::invalid(p.place_of(at), problem));
                 }

@@ -19,7 +19,7 @@ mod values;
 use super::Options;
 use crate::Error;
 use crate::formats::folders::Folders;
-use crate::scene::{Aov, GroupId, Integrator, IntegratorKind, MaterialId, Mesh, Scene, TextureId};
+use crate::scene::{Aov, GroupId, Integrator, IntegratorKind, MaterialId, Mesh, Scene, Strategy, TextureId};
 use document::{Class, Document};
 use properties::Properties;
 use std::collections::HashMap;
@@ -29,7 +29,7 @@ use yugen_optics::{ColourSpace, Image};
 
 /// Reads a scene; `path` names it in messages, and its folder is where its files lie.
 pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error> {
-    let folders = Folders::new(path, &options.folders, Some(["<path value=\"", "\"/>"]))?;
+    let folders = Folders::new(path, &options.folders, Some(["<path value=\"", "\"/>"]))?.climbing();
     let document = reader::read(bytes, path, &options.defines, folders)?;
     let mut builder = Builder::new(&document);
     builder.scene()?;
@@ -164,7 +164,7 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
             Integrator::default()
         }
         "direct" => {
-            // How one sample of a pixel is split changes its noise, not what it tends to.
+            // How one sample of a pixel is split changes its noise, not what it tends to, while both are taken.
             let both = p.count("shading_samples", 1, 0, 1 << 20)?;
             let light_samples = p.count("emitter_samples", both, 0, 1 << 20)?;
             let bsdf_samples = p.count("bsdf_samples", both, 0, 1 << 20)?;
@@ -176,7 +176,12 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
             if light_samples + bsdf_samples == 0 {
                 return Err(p.invalid("'emitter_samples' and 'bsdf_samples' cannot both be 0"));
             }
-            Integrator { kind: IntegratorKind::Direct, ..Integrator::default() }
+            let strategy = match (light_samples, bsdf_samples) {
+                (0, _) => Strategy::Material,
+                (_, 0) => Strategy::Lights,
+                _ => Strategy::Both,
+            };
+            Integrator { kind: IntegratorKind::Direct, strategy, ..Integrator::default() }
         }
         "depth" => Integrator { kind: IntegratorKind::Depth, ..Integrator::default() },
         _ => return Err(p.unknown_plugin(KNOWN)),

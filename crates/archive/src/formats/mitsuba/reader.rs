@@ -396,8 +396,11 @@ impl Reader {
             if root { &["version", "type", "id", "name"] } else { &["type", "id", "name"] };
         let a = self.attributes(node, c, allowed)?;
         let class = CLASSES.iter().find(|(n, _)| *n == a.element).map_or(Class::Texture, |(_, class)| *class);
-        let plugin =
-            if class == Class::Scene { String::new() } else { self.required(&a, "type")?.0.to_string() };
+        let plugin = if class == Class::Scene {
+            String::new()
+        } else {
+            self.required(&a, "type")?.0.to_ascii_lowercase()
+        };
         let index = self.document.objects.len();
         let id = a.get("id").map_or(String::new(), |(id, _)| id.to_string());
         if let Some((id, at)) = a.get("id").filter(|(id, _)| !id.is_empty()) {

@@ -41,9 +41,10 @@ impl Builder<'_> {
             } else {
                 0.0
             };
+            // Mitsuba moves the centre of projection over the picture, and so the picture the other way.
             let principal_point = Vec2::new(
-                p.float("principal_point_offset_x", 0.0)? as f32,
-                p.float("principal_point_offset_y", 0.0)? as f32,
+                -p.float("principal_point_offset_x", 0.0)? as f32,
+                -p.float("principal_point_offset_y", 0.0)? as f32,
             );
             let (fov_x, fov_axis) = field_of_view(p, aspect)?;
             Projection::Perspective {

@@ -41,7 +41,7 @@ impl Builder<'_> {
         if p.plugin() == "instance" {
             return self.instance(p, to_world);
         }
-        let mut flip_normals = p.boolean("flip_normals", false)?;
+        let flip_normals = p.boolean("flip_normals", false)?;
         let mut face_normals = false;
         let mut name = p.id().to_string();
         let geometry = match p.plugin() {
@@ -89,10 +89,6 @@ impl Builder<'_> {
             "disk" => Geometry::Disc,
             _ => return Err(p.unknown_plugin(KNOWN)),
         };
-        // Seen in 3.9.1: a mirrored sphere or cylinder has its normals inside.
-        if matches!(geometry, Geometry::Sphere | Geometry::Cylinder) && to_world.determinant() < 0.0 {
-            flip_normals = !flip_normals;
-        }
         if !to_world.inverse().is_finite() {
             return Err(p.invalid("the shape has no size in single precision"));
         }

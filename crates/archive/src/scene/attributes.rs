@@ -1,0 +1,145 @@
+//! Attributes that materials look up on meshes which have them, or not.
+
+use super::{Geometry, Material, MaterialId, Scene, Shape, Texture, TextureId, Value};
+use std::collections::BTreeSet;
+
+/// A material asks a shape for an attribute that it does not have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the shape '{shape}' has no attribute '{name}'{hint}")]
+pub struct MissingAttribute {
+    /// Of the scene.
+    pub shape: String,
+    /// What is looked up.
+    pub name: String,
+    /// The end of the sentence: what was meant, or what there is.
+    pub hint: String,
+}
+
+impl Scene {
+    /// Whether every attribute that a material or an emission looks up is there.
+    pub fn check_attributes(&self) -> Result<(), MissingAttribute> {
+        if !self.textures.iter().any(|t| matches!(t, Texture::MeshAttribute { .. })) {
+            return Ok(());
+        }
+        let mut of_materials: Vec<Option<BTreeSet<&str>>> = vec![None; self.materials.len()];
+        for shape in self.groups.iter().flatten().chain(&self.shapes) {
+            if matches!(shape.geometry, Geometry::Instance(_)) {
+                continue;
+            }
+            let mut wanted = self.of_material(shape.material, &mut of_materials);
+            if let Some(emission) = &shape.emission {
+                self.of_value(emission, &mut wanted, 0);
+            }
+            let found: Vec<&str> = match &shape.geometry {
+                Geometry::Mesh(mesh) => mesh.attributes.iter().map(|(name, ..)| name.as_str()).collect(),
+                _ => Vec::new(),
+            };
+            if let Some(name) = wanted.into_iter().find(|name| !found.contains(name)) {
+                return Err(missing(shape, name, &found));
+            }
+        }
+        Ok(())
+    }
+
+    fn of_material<'a>(
+        &'a self,
+        id: MaterialId,
+        known: &mut [Option<BTreeSet<&'a str>>],
+    ) -> BTreeSet<&'a str> {
+        let Some(slot) = known.get(id) else { return BTreeSet::new() };
+        if let Some(names) = slot {
+            return names.clone();
+        }
+        // A material that contains itself is refused elsewhere.
+        known[id] = Some(BTreeSet::new());
+        let mut names = BTreeSet::new();
+        let mut inner = Vec::new();
+        match &self.materials[id] {
+            Material::Model { params, .. } => params.iter().for_each(|v| self.of_value(v, &mut names, 0)),
+            Material::TwoSided { front, back } => inner.extend([*front, *back]),
+            Material::Mask { opacity, base } => {
+                self.of_value(opacity, &mut names, 0);
+                inner.push(*base);
+            }
+            Material::Blend { weight, first, second } => {
+                self.of_value(weight, &mut names, 0);
+                inner.extend([*first, *second]);
+            }
+            Material::Sum(all) => inner.extend(all),
+            Material::NormalMap { texture, base, .. } | Material::BumpMap { texture, base, .. } => {
+                self.of_texture(*texture, &mut names, 0);
+                inner.push(*base);
+            }
+            Material::Body { base, .. } | Material::OneSided { base } => inner.push(*base),
+            Material::Cloth { .. } | Material::Null => {}
+        }
+        for id in inner {
+            names.extend(self.of_material(id, known));
+        }
+        known[id] = Some(names.clone());
+        names
+    }
+
+    fn of_value<'a>(&'a self, value: &Value, names: &mut BTreeSet<&'a str>, depth: usize) {
+        if let Value::Texture(id) = value {
+            self.of_texture(*id, names, depth);
+        }
+    }
+
+    fn of_texture<'a>(&'a self, id: TextureId, names: &mut BTreeSet<&'a str>, depth: usize) {
+        // As deep as no reader nests them.
+        if depth > 32 {
+            return;
+        }
+        match self.textures.get(id) {
+            Some(Texture::MeshAttribute { name }) => {
+                names.insert(name);
+            }
+            // Without coordinates of its own, a texture lies on the mesh by those there are.
+            Some(Texture::Scaled { texture, .. } | Texture::At { texture, .. }) => {
+                self.of_texture(*texture, names, depth + 1)
+            }
+            Some(Texture::Checkerboard { even: a, odd: b, .. } | Texture::Product { factors: [a, b] }) => {
+                self.of_value(a, names, depth + 1);
+                self.of_value(b, names, depth + 1);
+            }
+            Some(Texture::Step { value, .. }) => self.of_value(value, names, depth + 1),
+            Some(Texture::Image { .. } | Texture::Cloth { .. }) | None => {}
+        }
+    }
+}
+
+fn missing(shape: &Shape, name: &str, found: &[&str]) -> MissingAttribute {
+    let hint = match (crate::nearest(name, found.iter().copied()), found) {
+        (Some(near), _) => format!("; did you mean '{near}'?"),
+        (None, []) => "; it has none".into(),
+        (None, found) => format!("; it has {}", found.join(", ")),
+    };
+    MissingAttribute { shape: shape.name.clone(), name: name.into(), hint }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Mesh, primitives};
+    use glam::Mat4;
+    use std::sync::Arc;
+
+    #[test]
+    fn an_attribute_that_is_not_there_is_named_with_the_nearest() {
+        let mut mesh: Mesh = primitives::block(glam::Vec3::ONE);
+        mesh.attributes.push(("vertex_color".into(), 1, vec![1.0; mesh.positions.len()]));
+        let scene = |name: &str| Scene {
+            textures: vec![
+                Texture::MeshAttribute { name: name.into() },
+                Texture::Scaled { texture: 0, factor: glam::Vec3::ONE },
+            ],
+            materials: vec![Material::lambert(Value::Texture(1)), Material::TwoSided { front: 0, back: 0 }],
+            shapes: vec![Shape::new("box", Geometry::Mesh(Arc::new(mesh.clone())), Mat4::IDENTITY, 1)],
+            ..Scene::default()
+        };
+        assert_eq!(scene("vertex_color").check_attributes(), Ok(()));
+        let problem = scene("vertex_colour").check_attributes().unwrap_err().to_string();
+        assert_eq!(problem, "the shape 'box' has no attribute 'vertex_colour'; did you mean 'vertex_color'?");
+    }
+}
