@@ -51,6 +51,9 @@ const BSDFS: &[&str] = &[
     "normalmap",
     "bumpmap",
     "null",
+    "phong",
+    "ward",
+    "roughdiffuse",
 ];
 
 impl Builder<'_> {
@@ -166,6 +169,8 @@ impl Builder<'_> {
                 })
             }
             "null" => self.push(Material::Null),
+            "phong" | "ward" => self.glossy_of_0_6(p)?,
+            "roughdiffuse" => self.rough_diffuse(p)?,
             _ => return Err(p.unknown_plugin(BSDFS)),
         };
         p.finish()?;
@@ -282,6 +287,61 @@ impl Builder<'_> {
             }
         };
         put(p, &mut m, "eta", Value::Number(eta))?;
+        self.build(p, m)
+    }
+
+    /// Jakob 2014, "Mitsuba Documentation" (0.6), 8.2: the modified Phong model and Ward's over a diffuse ground.
+    fn glossy_of_0_6(&mut self, p: Properties) -> Result<MaterialId, Error> {
+        p.accept(&["specular_sampling_weight"]);
+        let mut diffuse = self.value(p, "diffuse_reflectance", Role::Colour)?.unwrap_or(Value::Number(0.5));
+        let mut specular = self.value(p, "specular_reflectance", Role::Colour)?.unwrap_or(Value::Number(0.2));
+        // There, where both could reflect more than arrives, both are scaled down together.
+        let most = |v: &Value| match v {
+            Value::Number(v) => Some(Vec3::splat(*v)),
+            Value::Rgb(c) => Some(*c),
+            Value::Texture(_) => None,
+        };
+        if let (Some(a), Some(b)) = (most(&diffuse), most(&specular)) {
+            let sum = (a + b).max_element();
+            if sum > 1.0 {
+                (diffuse, specular) = (Value::Rgb(a * (0.99 / sum)), Value::Rgb(b * (0.99 / sum)));
+            }
+        }
+        let mut lobe = self.start(p, p.plugin())?;
+        put(p, &mut lobe, "specular", specular)?;
+        if p.plugin() == "ward" {
+            let form = match p.choice("variant", "balanced", &["ward", "ward-duer", "balanced"])? {
+                "ward" => "ward1992",
+                "ward-duer" => "duer",
+                _ => "gmd",
+            };
+            lobe.choose("form", form).map_err(|e| Error::model(p.place(), e))?;
+            for (theirs, ours) in [("alpha_u", "alpha_x"), ("alpha_v", "alpha_y")] {
+                let alpha = self.value(p, theirs, Role::Number)?.unwrap_or(Value::Number(0.1));
+                put(p, &mut lobe, ours, alpha)?;
+            }
+            put(p, &mut lobe, "diffuse", diffuse)?;
+            return self.build(p, lobe);
+        }
+        let exponent = self.value(p, "exponent", Role::Number)?.unwrap_or(Value::Number(30.0));
+        put(p, &mut lobe, "exponent", exponent)?;
+        let lobe = self.build(p, lobe)?;
+        let ground = self.push(Material::lambert(diffuse));
+        Ok(self.push(Material::Sum(vec![ground, lobe])))
+    }
+
+    /// The same, 8.2.2: Oren and Nayar's model, by the roughness of a Beckmann distribution with its slopes.
+    fn rough_diffuse(&mut self, p: Properties) -> Result<MaterialId, Error> {
+        let mut m = self.start(p, "oren_nayar")?;
+        self.set(p, &mut m, "reflectance", "reflectance", Role::Colour)?;
+        let alpha = match self.value(p, "alpha", Role::Number)? {
+            Some(Value::Number(alpha)) => alpha,
+            None => 0.2,
+            Some(_) => return Err(p.invalid("the 'alpha' of 'roughdiffuse' cannot vary here; give a number")),
+        };
+        put(p, &mut m, "sigma", Value::Number(alpha * std::f32::consts::FRAC_1_SQRT_2))?;
+        let form = if p.boolean("use_fast_approx", false)? { "qualitative" } else { "full" };
+        m.choose("form", form).map_err(|e| Error::model(p.place(), e))?;
         self.build(p, m)
     }
 

@@ -7,7 +7,7 @@ use crate::{Error, Place};
 use glam::{DMat4, DVec3};
 use roxmltree::{Attribute, Node, ParsingOptions};
 use std::cell::{Cell, RefCell};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Limits of a document; far beyond what a person or an exporter writes.
@@ -17,6 +17,8 @@ const MAX_NODES: u32 = 2 << 20;
 const MAX_PROPERTIES: usize = 1 << 14;
 const MAX_INCLUDE_DEPTH: usize = 16;
 const MAX_INCLUDES: usize = 1024;
+/// Names that were translated and are told of.
+const MAX_TOLD: usize = 64;
 /// All text that `$name` puts in: stops parameters that double each other.
 const MAX_SUBSTITUTED: usize = 16 << 20;
 
@@ -37,6 +39,8 @@ pub(super) struct Reader {
     chain: Vec<PathBuf>,
     /// XML nodes so far, over all files.
     nodes: u32,
+    /// Names of old files and those that they have now.
+    translated: BTreeSet<(String, String)>,
 }
 
 /// Reads `bytes`, called `path`, and everything it includes; `defines` are the caller's parameters.
@@ -58,11 +62,13 @@ pub(super) fn read(
         substituted: 0,
         chain: Vec::new(),
         nodes: 0,
+        translated: BTreeSet::new(),
     };
     for (name, value) in defines {
         reader.define(name, value, true);
     }
     reader.file(bytes, path, folders, None)?;
+    reader.tell_what_was_translated(path);
     let known: Vec<&str> = reader.parameters.iter().filter(|p| p.known).map(|p| p.name.as_str()).collect();
     if let Some(unused) = reader.parameters.iter().find(|p| !p.known) {
         let at = Place::file(path);
@@ -93,6 +99,19 @@ pub(super) struct Context {
 }
 
 impl Reader {
+    /// Once, for all there was.
+    fn tell_what_was_translated(&self, path: &Path) {
+        if self.translated.is_empty() {
+            return;
+        }
+        let pairs: Vec<String> = self.translated.iter().map(|(old, new)| format!("{old} to {new}")).collect();
+        tracing::warn!(
+            "{}: a scene of Mitsuba 0.6 or older; translated: {}",
+            path.display(),
+            pairs.join(", ")
+        );
+    }
+
     fn define(&mut self, name: &str, value: &str, given: bool) {
         if let Some(p) = self.parameters.iter_mut().find(|p| p.name == name) {
             p.known |= !given;
@@ -365,7 +384,16 @@ impl Reader {
     }
 
     fn property(&mut self, c: Context, name: String, value: Value, at: At) -> Result<(), Error> {
-        let name = if c.old { snake_case(&name) } else { name };
+        let name = if c.old {
+            let new = snake_case(&name);
+            // More than a person reads is not kept.
+            if new != name && self.translated.len() < MAX_TOLD {
+                self.translated.insert((name, new.clone()));
+            }
+            new
+        } else {
+            name
+        };
         let parent = &self.document.objects[c.parent];
         if !name.is_empty() {
             if parent.properties.iter().any(|p| p.name == name) {
@@ -425,7 +453,18 @@ impl Reader {
         });
         self.children(node, Context { parent: index, depth: c.depth + 1, ..c })?;
         if c.old {
-            upgrade(&mut self.document.objects[index]);
+            let object = &mut self.document.objects[index];
+            upgrade(object);
+            let model = match object.plugin.as_str() {
+                "ldrfilm" => "hdrfilm",
+                "roughdiffuse" => "oren_nayar (sigma = alpha/√2)",
+                "phong" => "phong over lambert",
+                "ward" => "ward",
+                _ => "",
+            };
+            if !model.is_empty() {
+                self.translated.insert((object.plugin.clone(), model.into()));
+            }
         }
         Ok(())
     }

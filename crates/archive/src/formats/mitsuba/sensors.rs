@@ -99,8 +99,13 @@ pub(super) fn field_of_view(p: Properties, aspect: f64) -> Result<(f64, FovAxis)
 }
 
 fn film(p: Properties) -> Result<Film, Error> {
-    if p.plugin() != "hdrfilm" {
-        return Err(p.unknown_plugin(&["hdrfilm"]));
+    match p.plugin() {
+        "hdrfilm" => {}
+        // Of 0.6: the same picture, for display. How it is shown is chosen where it is written.
+        "ldrfilm" => {
+            p.accept(&["gamma", "exposure", "key", "burn", "tonemap_method", "has_vignetting", "attach_log"])
+        }
+        _ => return Err(p.unknown_plugin(&["hdrfilm", "ldrfilm"])),
     }
     p.accept(&["file_format", "pixel_format", "component_format", "sample_border", "banner", "compensate"]);
     let default = Film::default();

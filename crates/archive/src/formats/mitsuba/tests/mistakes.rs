@@ -218,7 +218,7 @@ fn sensors_and_films_keep_to_their_ranges() {
             "<film type=\"hdrfilm\"><rfilter type=\"gausian\"/></film>",
             "unknown rfilter plugin 'gausian'; did you mean 'gaussian'?",
         ),
-        ("<film type=\"ldrfilm\"/>", "unknown film plugin 'ldrfilm'; did you mean 'hdrfilm'?"),
+        ("<film type=\"ldfilm\"/>", "unknown film plugin 'ldfilm'; did you mean 'hdrfilm'?"),
         (
             "<sampler type=\"any\"><integer name=\"sample_count\" value=\"0\"/></sampler>",
             "'sample_count' is 0",
