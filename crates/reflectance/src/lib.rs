@@ -55,6 +55,7 @@ model::models! {
     metallic_roughness::MetallicRoughness,
     thin_transmission::ThinTransmission,
     principled::Principled,
+    principled_thin::PrincipledThin,
     merl::Merl,
     rgl::Rgl,
     tabulated::Tabulated,

@@ -108,7 +108,7 @@ impl Principled {
     }
 
     /// Reflectance of a facet from above.
-    fn fresnel(&self, cos: f32, dielectric: f32) -> Vec3 {
+    pub(crate) fn fresnel(&self, cos: f32, dielectric: f32) -> Vec3 {
         let m = schlick_weight(cos);
         let towards_white = |f0: Vec3| f0 + (1.0 - f0) * m;
         let r = (self.eta() - 1.0) / (self.eta() + 1.0);
@@ -119,7 +119,7 @@ impl Principled {
     }
 
     /// The diffuse lobe with its retroreflection, flattening and sheen; `cos` is that of the half vector.
-    fn diffuse(&self, wo: Vec3, wi: Vec3, cos: f32) -> Vec3 {
+    pub(crate) fn diffuse(&self, wo: Vec3, wi: Vec3, cos: f32) -> Vec3 {
         let (fo, fi) = (schlick_weight(wo.z), schlick_weight(wi.z));
         let rr = 2.0 * self.roughness * cos * cos;
         let retro = rr * (fo + fi + fo * fi * (rr - 1.0));

@@ -10,6 +10,7 @@ use yugen_reflectance::{Bsdf, Kind};
 const EXPECTED: &[(&str, f32, f32, usize)] = &[
     ("plastic", 0.005, 2e-5, 24),
     ("principled", 3e-5, 4e-5, 144),
+    ("principled_thin", 3e-5, 4e-5, 96),
     ("rough_conductor beckmann", 0.025, 0.013, 48),
     ("rough_conductor ggx", 2e-5, 2e-5, 48),
     ("rough_dielectric beckmann", 0.017, 0.013, 48),

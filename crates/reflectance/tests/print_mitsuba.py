@@ -30,6 +30,9 @@ def near(wo, eta, spread, transmit):
     c = wo @ h
     if not transmit:
         return 2 * c * h - wo
+    if eta is None:
+        # A sheet: the mirror direction on the other side.
+        return (2 * c * h - wo) * [1, 1, -1]
     e = eta if side > 0 else 1 / eta
     t2 = 1 - (1 - c * c) / e**2
     return None if t2 <= 0 else (c / e - np.sqrt(t2)) * h - wo / e
@@ -92,3 +95,11 @@ for change in [dict(), dict(metallic=1.0, roughness=0.3, anisotropic=0.8), dict(
     sides = ("r", "t", "rb", "tb") if p["spec_trans"] > 0 else ("r",)
     table("principled", dict(base_color=text(base), **p),
           dict(type="principled", base_color=rgb(base), **p), 16, spread=0.3, eta=p["eta"], sides=sides)
+thin = dict(roughness=0.5, anisotropic=0.0, spec_trans=0.0, eta=1.5, spec_tint=0.0, sheen=0.0, sheen_tint=0.0,
+            flatness=0.0, diff_trans=0.0)
+for change in [dict(), dict(diff_trans=2.0), dict(sheen=0.7, sheen_tint=0.6, flatness=0.5, roughness=0.8, diff_trans=1.2),
+               dict(spec_trans=1.0, roughness=0.4), dict(spec_trans=0.6, spec_tint=0.5, anisotropic=0.5, eta=1.4),
+               dict(spec_trans=0.3, diff_trans=0.8, sheen=0.4)]:
+    ours = thin | change
+    table("principled_thin", dict(base_color=text(base), **ours),
+          dict(type="principledthin", base_color=rgb(base), **ours), 16, eta=None, sides=("r", "t", "rb", "tb"))

@@ -114,6 +114,7 @@ pub fn features() -> Vec<(&'static str, Vec<Feature>)> {
         ("PLY: elements and their properties", ply::FEATURES.to_vec()),
         ("OpenEXR", image::exr_features().collect()),
         ("glTF 2.0: the format itself and its extensions", gltf::FEATURES.to_vec()),
+        ("Mitsuba XML: plugins", mitsuba::FEATURES.to_vec()),
     ]
 }
 

@@ -150,6 +150,15 @@ fn mitsuba() {
             grey(0.9065),
         ),
         scene(
+            "principledthin",
+            sphere(
+                r#"<bsdf type="principledthin"><float name="spec_trans" value=".4"/><float name="diff_trans" value="1"/>
+<float name="sheen" value=".5"/></bsdf>"#,
+            ),
+            "refused",
+            grey(0.8283),
+        ),
+        scene(
             "a constant as normal map",
             turned(&format!(r#"{constant}<bsdf type="diffuse"/>"#)),
             "refused",

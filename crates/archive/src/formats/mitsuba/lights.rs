@@ -12,7 +12,6 @@ use yugen_optics::Image;
 
 impl Builder<'_> {
     pub(super) fn light(&mut self, p: Properties) -> Result<Light, Error> {
-        const KNOWN: &[&str] = &["area", "point", "spot", "directional", "constant", "envmap", "projector"];
         p.accept(&["sampling_weight"]);
         let light = match p.plugin() {
             "point" => {
@@ -75,7 +74,7 @@ impl Builder<'_> {
                 Light::Environment { image, scale, to_world: p.to_world()? }
             }
             "projector" => self.projector(p)?,
-            _ => return Err(p.unknown_plugin(KNOWN)),
+            _ => return Err(p.unknown_plugin()),
         };
         p.finish()?;
         Ok(light)

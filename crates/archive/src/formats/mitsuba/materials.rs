@@ -34,28 +34,6 @@ pub(super) enum Role {
     Number,
 }
 
-const BSDFS: &[&str] = &[
-    "diffuse",
-    "conductor",
-    "roughconductor",
-    "dielectric",
-    "thindielectric",
-    "roughdielectric",
-    "plastic",
-    "roughplastic",
-    "principled",
-    "measured",
-    "twosided",
-    "mask",
-    "blendbsdf",
-    "normalmap",
-    "bumpmap",
-    "null",
-    "phong",
-    "ward",
-    "roughdiffuse",
-];
-
 impl Builder<'_> {
     pub(super) fn material(&mut self, p: Properties) -> Result<MaterialId, Error> {
         if let Some(&m) = self.materials.get(&p.index) {
@@ -111,6 +89,7 @@ impl Builder<'_> {
                 self.build(p, m)?
             }
             "principled" => self.principled(p)?,
+            "principledthin" => self.principled_thin(p)?,
             "measured" => self.measured(p)?,
             "twosided" => {
                 p.accept(&["allow_transmission"]);
@@ -171,7 +150,7 @@ impl Builder<'_> {
             "null" => self.push(Material::Null),
             "phong" | "ward" => self.glossy_of_0_6(p)?,
             "roughdiffuse" => self.rough_diffuse(p)?,
-            _ => return Err(p.unknown_plugin(BSDFS)),
+            _ => return Err(p.unknown_plugin()),
         };
         p.finish()?;
         self.materials.insert(p.index, id);
@@ -287,6 +266,32 @@ impl Builder<'_> {
             }
         };
         put(p, &mut m, "eta", Value::Number(eta))?;
+        self.build(p, m)
+    }
+
+    fn principled_thin(&mut self, p: Properties) -> Result<MaterialId, Error> {
+        const NUMBERS: &[&str] = &[
+            "roughness",
+            "anisotropic",
+            "spec_trans",
+            "eta",
+            "spec_tint",
+            "sheen",
+            "sheen_tint",
+            "flatness",
+            "diff_trans",
+        ];
+        p.accept(&[
+            "diffuse_reflectance_sampling_rate",
+            "specular_reflectance_sampling_rate",
+            "specular_transmittance_sampling_rate",
+            "diffuse_transmittance_sampling_rate",
+        ]);
+        let mut m = self.start(p, "principled_thin")?;
+        self.set(p, &mut m, "base_color", "base_color", Role::Colour)?;
+        for name in NUMBERS {
+            self.set(p, &mut m, name, name, Role::Number)?;
+        }
         self.build(p, m)
     }
 
@@ -480,17 +485,6 @@ impl Builder<'_> {
 
     /// A texture; `as_number` where it stands for a number and not for a colour.
     pub(super) fn texture(&mut self, p: Properties, as_number: bool) -> Result<TextureId, Error> {
-        const KNOWN: &[&str] = &[
-            "bitmap",
-            "checkerboard",
-            "mesh_attribute",
-            "uniform",
-            "srgb",
-            "d65",
-            "regular",
-            "irregular",
-            "rawconstant",
-        ];
         if let Some(&t) = self.textures.get(&(p.index, as_number)) {
             return Ok(t);
         }
@@ -545,11 +539,11 @@ impl Builder<'_> {
                     let c = match value {
                         Value::Rgb(c) => c,
                         Value::Number(v) => Vec3::splat(v),
-                        Value::Texture(_) => return Err(p.unknown_plugin(KNOWN)),
+                        Value::Texture(_) => return Err(p.unknown_plugin()),
                     };
                     one_texel(c)
                 }
-                None => return Err(p.unknown_plugin(KNOWN)),
+                None => return Err(p.unknown_plugin()),
             },
         };
         p.finish()?;

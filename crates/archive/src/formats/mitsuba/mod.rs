@@ -6,6 +6,7 @@
 //! storage of textures) is accepted and has no effect.
 
 mod document;
+mod features;
 mod lights;
 mod materials;
 mod properties;
@@ -15,6 +16,8 @@ mod shapes;
 #[cfg(test)]
 mod tests;
 mod values;
+
+pub use features::FEATURES;
 
 use super::Options;
 use crate::Error;
@@ -121,7 +124,6 @@ const AOVS: &[(&str, Aov)] = &[
 ];
 
 fn integrator(p: Properties) -> Result<Integrator, Error> {
-    const KNOWN: &[&str] = &["path", "direct", "depth", "aov", "moment", "volpath", "volpathmis"];
     p.accept(&["block_size", "samples_per_pass", "timeout"]);
     let mut out = match p.plugin() {
         "moment" => {
@@ -184,7 +186,7 @@ fn integrator(p: Properties) -> Result<Integrator, Error> {
             Integrator { kind: IntegratorKind::Direct, strategy, ..Integrator::default() }
         }
         "depth" => Integrator { kind: IntegratorKind::Depth, ..Integrator::default() },
-        _ => return Err(p.unknown_plugin(KNOWN)),
+        _ => return Err(p.unknown_plugin()),
     };
     let follows_paths = matches!(p.plugin(), "path" | "volpath" | "volpathmis");
     if follows_paths {

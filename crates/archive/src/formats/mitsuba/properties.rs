@@ -1,6 +1,8 @@
 //! Typed access to the properties of one plugin; what nobody asked for is an error.
 
 use super::document::{At, Class, Document, Object, Property, Spectrum, Value};
+use super::features::FEATURES;
+use crate::formats::support::{Feature, Support, find};
 use crate::{Error, Place};
 use glam::{Mat4, Vec3};
 use std::path::PathBuf;
@@ -48,8 +50,16 @@ impl<'a> Properties<'a> {
         Error::invalid(self.place(), problem)
     }
 
-    /// This plugin is none of `known`.
-    pub(super) fn unknown_plugin(self, known: &[&str]) -> Error {
+    /// This plugin is not read: why, or what was probably meant.
+    pub(super) fn unknown_plugin(self) -> Error {
+        let class = self.class().name();
+        if let Some(Feature { support: Support::No(why), .. }) =
+            find(FEATURES, &format!("{class}: {}", self.plugin()))
+        {
+            return self.invalid(format!("the {class} '{}' is not read: {why}", self.plugin()));
+        }
+        let of_class = FEATURES.iter().filter(|f| !matches!(f.support, Support::No(_)));
+        let known = of_class.filter_map(|f| f.name.strip_prefix(class)?.strip_prefix(": "));
         let what = match self.class() {
             Class::Integrator => "integrator plugin",
             Class::Sensor => "sensor plugin",
@@ -62,7 +72,7 @@ impl<'a> Properties<'a> {
             Class::Texture => "texture plugin",
             _ => "plugin",
         };
-        Error::unknown(self.place(), what, self.plugin(), known.iter().copied())
+        Error::unknown(self.place(), what, self.plugin(), known)
     }
 
     /// The property called `name`; from now on it counts as read.

@@ -12,9 +12,8 @@ const MAX_SIDE: u32 = 1 << 16;
 
 impl Builder<'_> {
     pub(super) fn camera(&mut self, p: Properties) -> Result<Camera, Error> {
-        const KNOWN: &[&str] = &["perspective", "thinlens", "orthographic"];
-        if !KNOWN.contains(&p.plugin()) {
-            return Err(p.unknown_plugin(KNOWN));
+        if !["perspective", "thinlens", "orthographic"].contains(&p.plugin()) {
+            return Err(p.unknown_plugin());
         }
         let film = p.child(Class::Film)?.map_or(Ok(Film::default()), film)?;
         let samples_per_pixel = match p.child(Class::Sampler)? {
@@ -105,7 +104,7 @@ fn film(p: Properties) -> Result<Film, Error> {
         "ldrfilm" => {
             p.accept(&["gamma", "exposure", "key", "burn", "tonemap_method", "has_vignetting", "attach_log"])
         }
-        _ => return Err(p.unknown_plugin(&["hdrfilm", "ldrfilm"])),
+        _ => return Err(p.unknown_plugin()),
     }
     p.accept(&["file_format", "pixel_format", "component_format", "sample_border", "banner", "compensate"]);
     let default = Film::default();
@@ -127,7 +126,6 @@ fn film(p: Properties) -> Result<Film, Error> {
 }
 
 fn filter(p: Properties) -> Result<Filter, Error> {
-    const KNOWN: &[&str] = &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"];
     // Wider filters than this mix pixels that have nothing to do with each other, and cost its square.
     let radius = |name, default| {
         p.float_in(name, default, |v| v > 0.0 && v <= 64.0, "more than 0, at most 64 pixels")
@@ -142,7 +140,7 @@ fn filter(p: Properties) -> Result<Filter, Error> {
         }
         "catmullrom" => Filter::CatmullRom,
         "lanczos" => Filter::Lanczos { lobes: p.count("lobes", 3, 1, 64)? as f32 },
-        _ => return Err(p.unknown_plugin(KNOWN)),
+        _ => return Err(p.unknown_plugin()),
     };
     p.finish()?;
     Ok(filter)

@@ -24,18 +24,6 @@ pub(super) struct MeshKey {
 
 impl Builder<'_> {
     pub(super) fn shape(&mut self, p: Properties) -> Result<Shape, Error> {
-        const KNOWN: &[&str] = &[
-            "obj",
-            "ply",
-            "serialized",
-            "sphere",
-            "rectangle",
-            "disk",
-            "cylinder",
-            "cube",
-            "instance",
-            "shapegroup",
-        ];
         p.accept(&["silhouette_sampling_weight"]);
         let mut to_world = p.to_world()?;
         if p.plugin() == "instance" {
@@ -87,7 +75,7 @@ impl Builder<'_> {
             }
             "rectangle" => Geometry::Rectangle,
             "disk" => Geometry::Disc,
-            _ => return Err(p.unknown_plugin(KNOWN)),
+            _ => return Err(p.unknown_plugin()),
         };
         if !to_world.inverse().is_finite() {
             return Err(p.invalid("the shape has no size in single precision"));
