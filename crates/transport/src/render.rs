@@ -535,7 +535,7 @@ fn parts(
     groups: &[String],
 ) -> Vec<Part> {
     let Film { width, height, crop, filter } = &camera.film;
-    let Integrator { kind, max_depth, rr_depth, clamp, hide_emitters, aovs: _ } = integrator;
+    let Integrator { kind, max_depth, rr_depth, strategy, clamp, hide_emitters, aovs: _ } = integrator;
     let or = |value: Option<String>, none: &str| value.unwrap_or_else(|| none.to_string());
     let layers: Vec<&str> = aovs.iter().map(|a| a.name()).collect();
     let mut parts = vec![
@@ -546,6 +546,7 @@ fn parts(
         Part::text("the list of layers", or((!layers.is_empty()).then(|| layers.join(",")), "empty")),
         Part::text("the list of light groups", or((!groups.is_empty()).then(|| groups.join(",")), "empty")),
         Part::text("the integrator", format!("{kind:?}").to_lowercase()),
+        Part::text("the way of looking for light", format!("{strategy:?}").to_lowercase()),
         Part::text("the longest path", or(max_depth.map(|d| d.to_string()), "unlimited")),
         Part::text("the length from which roulette ends paths", rr_depth),
         Part::text("the clamp", or(clamp.map(|c| c.to_string()), "none")),
