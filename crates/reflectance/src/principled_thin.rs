@@ -75,6 +75,12 @@ fn to_upper(w: Vec3, side: f32) -> Vec3 {
     Vec3::new(w.x, w.y, w.z * 1f32.copysign(side))
 }
 
+/// Whether light that a facet mirrors from `o` to `i` (both above), turned over to the other side of the sheet, leaves
+/// behind that facet as well: else it is lost, up to a sixth of it at roughness 1, as in Mitsuba.
+fn behind(o: Vec3, i: Vec3) -> bool {
+    (o + i).dot(Vec3::new(i.x, i.y, -i.z)) < 0.0
+}
+
 impl Model for PrincipledThin {
     const NAME: &'static str = "principled_thin";
     const SOURCE: &'static str =
@@ -97,6 +103,18 @@ impl Model for PrincipledThin {
         self.eval_pdf(table, wo, wi).1
     }
 
+    fn laws(&self) -> Laws {
+        if self.spec_trans > 0.0 {
+            return Laws {
+                reciprocal: false,
+                why: "sheen and retroreflection are added to the diffuse, and light that would leave before the facet \
+                    which it passed is lost one way and not the other",
+                ..Self::LAWS
+            };
+        }
+        Self::LAWS
+    }
+
     fn eval_pdf(&self, _: &[f32], wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         if wo.z == 0.0 || wi.z == 0.0 {
             return (Vec3::ZERO, 0.0);
@@ -112,7 +130,7 @@ impl Model for PrincipledThin {
             return (f, lobes.reflects * pdf + lobes.diffuse * cosine_hemisphere_pdf(i));
         }
         let i = Vec3::new(i.x, i.y, -i.z);
-        let (s, pdf, cos) = self.facets_through().reflect(o, i);
+        let (s, pdf, cos) = if behind(o, i) { self.facets_through().reflect(o, i) } else { (0.0, 0.0, 0.0) };
         let clear = self.spec_trans * (1.0 - f_dielectric(cos, self.eta)) * s;
         let diffuse = (1.0 - self.spec_trans) * passed * FRAC_1_PI;
         let rest = (1.0 - self.spec_trans) * passed;
@@ -128,7 +146,11 @@ impl Model for PrincipledThin {
         let (i, above) = if u.z < lobes.reflects {
             (self.facets(self.roughness).sample_reflection(o, uv), true)
         } else if u.z < lobes.reflects + lobes.passes {
-            (self.facets_through().sample_reflection(o, uv), false)
+            let i = self.facets_through().sample_reflection(o, uv);
+            if !behind(o, i) {
+                return None;
+            }
+            (i, false)
         } else {
             (cosine_hemisphere(uv), u.z < lobes.reflects + lobes.passes + lobes.diffuse)
         };

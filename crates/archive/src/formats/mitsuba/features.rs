@@ -6,6 +6,7 @@ const POINTS: &str = "the renderer takes its own low-discrepancy points; the num
 const MEDIA: &str = "no participating media; remove the medium";
 const POLARISED: &str = "light is not polarised here";
 const SPECTRAL: &str = "light is carried in three colours";
+const GRADIENTS: &str = "no derivatives of pictures; use path";
 const SENSORS: &str = "sensors make pictures here";
 
 /// Each plugin as `class: name`.
@@ -57,22 +58,37 @@ pub const FEATURES: &[Feature] = &[
     Feature::partly("integrator: direct", "how many samples of each kind, beyond none"),
     Feature::partly("integrator: moment", "the second moment is kept as the variance of the mean"),
     Feature::yes("integrator: path"),
+    Feature::no("integrator: direct_projective", GRADIENTS),
+    Feature::no("integrator: prb", GRADIENTS),
+    Feature::no("integrator: prb_basic", GRADIENTS),
+    Feature::no("integrator: prb_projective", GRADIENTS),
+    Feature::no("integrator: prbvolpath", GRADIENTS),
     Feature::no("integrator: ptracer", "use path, which finds the same light"),
     Feature::no("integrator: stokes", POLARISED),
     Feature::partly("integrator: volpath", MEDIA),
     Feature::partly("integrator: volpathmis", MEDIA),
+    Feature::no("integrator: volprim_rf_basic", MEDIA),
     Feature::no("medium: heterogeneous", MEDIA),
     Feature::no("medium: homogeneous", MEDIA),
+    Feature::no("phase: blendphase", MEDIA),
+    Feature::no("phase: hg", MEDIA),
+    Feature::no("phase: isotropic", MEDIA),
+    Feature::no("phase: rayleigh", MEDIA),
+    Feature::no("phase: sggx", MEDIA),
+    Feature::no("phase: tabphase", MEDIA),
     Feature::yes("rfilter: box"),
     Feature::yes("rfilter: catmullrom"),
     Feature::yes("rfilter: gaussian"),
     Feature::yes("rfilter: lanczos"),
     Feature::yes("rfilter: mitchell"),
     Feature::yes("rfilter: tent"),
+    Feature::partly("sampler: halton", POINTS),
+    Feature::partly("sampler: hammersley", POINTS),
     Feature::partly("sampler: independent", POINTS),
     Feature::partly("sampler: ldsampler", POINTS),
     Feature::partly("sampler: multijitter", POINTS),
     Feature::partly("sampler: orthogonal", POINTS),
+    Feature::partly("sampler: sobol", POINTS),
     Feature::partly("sampler: stratified", POINTS),
     Feature::no("sensor: batch", "render its cameras one by one with --camera"),
     Feature::no("sensor: distant", SENSORS),
@@ -81,6 +97,7 @@ pub const FEATURES: &[Feature] = &[
     Feature::yes("sensor: perspective"),
     Feature::no("sensor: radiancemeter", SENSORS),
     Feature::partly("sensor: thinlens", "the shape of the aperture: a disc"),
+    Feature::no("shape: blender", "Blender hands it over in memory; export the mesh to a file"),
     Feature::no("shape: bsplinecurve", "no curves; convert them to meshes"),
     Feature::yes("shape: cube"),
     Feature::yes("shape: cylinder"),
@@ -98,6 +115,7 @@ pub const FEATURES: &[Feature] = &[
     Feature::partly("shape: shapegroup", "shapes that emit"),
     Feature::yes("shape: sphere"),
     Feature::partly("texture: bitmap", "formats of storage; the picture is kept as floats"),
+    Feature::no("texture: blackbody", "write the colour as rgb"),
     Feature::yes("texture: checkerboard"),
     Feature::yes("texture: d65"),
     Feature::yes("texture: irregular"),
@@ -110,3 +128,30 @@ pub const FEATURES: &[Feature] = &[
     Feature::no("volume: constvolume", MEDIA),
     Feature::no("volume: gridvolume", MEDIA),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    /// Every plugin that comes with Mitsuba 3.9.1, as its folder of plugins and its Python package name them.
+    const OF_3_9_1: &str = "aov area batch bitmap blackbody blendbsdf blender blendphase box bsplinecurve bumpmap \
+        catmullrom checkerboard circular conductor constant constvolume cube cylinder d65 depth dielectric diffuse \
+        direct direct_projective directional directionalarea disk distant ellipsoids ellipsoidsmesh envmap gaussian \
+        gridvolume hair hdrfilm heterogeneous hg homogeneous independent instance irradiancemeter irregular isotropic \
+        lanczos ldsampler linearcurve mask measured measured_polarized merge mesh_attribute mitchell moment \
+        multijitter normalmap null obj orthogonal orthographic path perspective plastic ply point polarizer pplastic \
+        prb prb_basic prb_projective prbvolpath principled principledthin projector ptracer radiancemeter rawconstant \
+        rayleigh rectangle regular retarder roughconductor roughdielectric roughplastic sdfgrid serialized sggx \
+        shapegroup specfilm sphere spot srgb stokes stratified sunsky tabphase tent thindielectric thinlens \
+        timed_sunsky twosided uniform volpath volpathmis volprim_rf_basic volume";
+
+    #[test]
+    fn every_plugin_stands_in_the_table_once() {
+        let names: Vec<&str> = FEATURES.iter().map(|f| f.name.split_once(": ").unwrap().1).collect();
+        let missing: Vec<&str> = OF_3_9_1.split_whitespace().filter(|n| !names.contains(n)).collect();
+        assert!(missing.is_empty(), "{missing:?}");
+        let mut seen = HashSet::new();
+        assert!(FEATURES.iter().all(|f| seen.insert(f.name)));
+    }
+}

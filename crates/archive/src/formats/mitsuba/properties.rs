@@ -75,6 +75,14 @@ impl<'a> Properties<'a> {
         Error::unknown(self.place(), what, self.plugin(), known)
     }
 
+    /// Where plugins of one class are all treated alike: an error for one that is not read.
+    pub(super) fn check_plugin(self) -> Result<(), Error> {
+        match find(FEATURES, &format!("{}: {}", self.class().name(), self.plugin())) {
+            Some(f) if !matches!(f.support, Support::No(_)) => Ok(()),
+            _ => Err(self.unknown_plugin()),
+        }
+    }
+
     /// The property called `name`; from now on it counts as read.
     pub(super) fn get(self, name: &'static str) -> Option<&'a Property> {
         self.object.asked.borrow_mut().insert(name);

@@ -18,7 +18,8 @@ impl Builder<'_> {
         let film = p.child(Class::Film)?.map_or(Ok(Film::default()), film)?;
         let samples_per_pixel = match p.child(Class::Sampler)? {
             Some(s) => {
-                s.accept(&["seed", "jitter", "strength"]);
+                s.check_plugin()?;
+                s.accept(&["seed", "jitter", "strength", "scramble", "dimension"]);
                 let n = s.count("sample_count", 4, 1, u32::MAX)?;
                 s.finish()?;
                 n

@@ -81,7 +81,7 @@ impl Builder<'_> {
             return Err(p.invalid("the shape has no size in single precision"));
         }
         if let Some(medium) = p.children(Class::Medium).first() {
-            return Err(medium.invalid("participating media are not supported; remove the medium"));
+            return Err(medium.unknown_plugin());
         }
         let emitter = p.child(Class::Emitter)?;
         let emission = match emitter {

@@ -15,6 +15,14 @@ fn mistakes_are_named_with_file_line_column_and_the_nearest_word() {
             "<bsdf type=\"diffuse\">\n  <rgb name=\"reflectence\" value=\"1\"/></bsdf>",
             "3:3: unknown property 'reflectence'; did you mean 'reflectance'?",
         ),
+        (
+            "<texture type=\"blackbody\" id=\"t\"/>",
+            "2:16: the texture 'blackbody' is not read: write the colour as rgb",
+        ),
+        (
+            "<shape type=\"sphere\"><medium type=\"homogeneous\" name=\"interior\"/></shape>",
+            "2:36: the medium 'homogeneous' is not read: no participating media; remove the medium",
+        ),
         ("<shpae type=\"sphere\"/>", "2:1: unknown element 'shpae'; did you mean 'shape'?"),
         ("<shape typ=\"sphere\"/>", "2:8: unknown attribute 'typ'; did you mean 'type'?"),
         ("<shape/>", "2:1: expected the attribute 'type' in <shape>"),
@@ -220,7 +228,7 @@ fn sensors_and_films_keep_to_their_ranges() {
         ),
         ("<film type=\"ldfilm\"/>", "unknown film plugin 'ldfilm'; did you mean 'hdrfilm'?"),
         (
-            "<sampler type=\"any\"><integer name=\"sample_count\" value=\"0\"/></sampler>",
+            "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"0\"/></sampler>",
             "'sample_count' is 0",
         ),
     ] {
