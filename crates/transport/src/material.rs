@@ -261,7 +261,7 @@ impl Materials {
                 let (a, b) = both(*front, *back);
                 [a[0].max(b[0]), a[1].max(b[1])]
             }
-            Node::Mask { base, .. } => self.maps(*base),
+            Node::Mask { base, .. } | Node::Body { base, .. } | Node::OneSided { base } => self.maps(*base),
             Node::NormalMap { base, .. } | Node::BumpMap { base, .. } => self.maps(*base).map(|n| n + 1),
             Node::Blend { first, second, .. } => {
                 let (a, b) = both(*first, *second);
@@ -339,7 +339,8 @@ impl Materials {
         wo: Vec3,
         scratch: &'a mut Scratch,
     ) -> Shading<'a> {
-        let mut shading = Shading { first: None, rest: Vec::new(), through: 0.0, through_probability: 0.0, body: None };
+        let mut shading =
+            Shading { first: None, rest: Vec::new(), through: 0.0, through_probability: 0.0, body: None };
         let seen = Seen { frame: point.frame, wo: point.frame.to_local(wo), turned_over: false, turns: &[] };
         let mut room = Room { slots: &mut scratch.slots, turns: &mut scratch.turns };
         self.resolve(textures, id, point, seen, [1.0; 2], &mut room, &mut shading);

@@ -9,7 +9,7 @@ use yugen_proof::{ChiSquare, Subject, chi_square, furnace, sampling};
 use yugen_reflectance::btf::{Btf, Texel};
 use yugen_reflectance::{Choice, Kind, Laws, Sample};
 use yugen_transport::material::{Materials, Point, Shading, scratch};
-use yugen_transport::texture::{Lookup, Textures};
+use yugen_transport::texture::{Lookup, Place, Textures};
 
 fn model(name: &str, set: &[(&str, f32)]) -> Material {
     let kind = Kind::from_name(name).expect("a model");
@@ -36,7 +36,7 @@ fn picture(image: Image) -> Texture {
     Texture::Image {
         image: Arc::new(image),
         filter: TextureFilter::Bilinear,
-        wrap: Wrap::Repeat,
+        wrap: [Wrap::Repeat; 2],
         to_uv: glam::Affine2::IDENTITY,
         channel: None,
     }
@@ -80,7 +80,7 @@ impl Surface {
             handedness: 1.0,
             normal: Vec3::Z,
             dp: [Vec3::X, Vec3::new(0.2, 1.5, 0.0)],
-            lookup: Lookup { uv: Vec2::new(0.45, 0.6), footprint: 0.0, surface: None },
+            lookup: Lookup { uv: Vec2::new(0.45, 0.6), footprint: 0.0, place: Place::Unknown },
         };
         let mut room = scratch();
         f(&self.materials.shade(&self.textures, self.last, &point, wo, &mut room))

@@ -117,9 +117,9 @@ impl Folders {
             let above = |r: &PathBuf| {
                 Some((r.join(climb(name)).canonicalize().ok()?, r.join(name).canonicalize().ok()?))
             };
-            let reached = self.roots.iter().filter_map(above);
+            let mut reached = self.roots.iter().filter_map(above);
             if let Some((_, file)) =
-                reached.filter(|(folder, file)| folder.parent().is_some() && file.starts_with(folder)).next()
+                reached.find(|(folder, file)| folder.parent().is_some() && file.starts_with(folder))
             {
                 return Ok(file);
             }

@@ -5,10 +5,10 @@
 #![allow(clippy::disallowed_methods)]
 
 mod exr;
-mod negative;
-mod normals;
 mod gltf;
 mod mitsuba;
+mod negative;
+mod normals;
 mod obj;
 mod ply;
 
