@@ -2,7 +2,7 @@
 
 use crate::Subject;
 use crate::chi_square::{domain, guides};
-use crate::integrate::{Partition, Rule};
+use crate::integrate::{Domain, Partition, Rule};
 use glam::{Vec2, Vec3};
 use yugen_optics::distribution::ONE_MINUS_EPSILON;
 use yugen_optics::random::Pcg32;
@@ -97,7 +97,11 @@ const FURNACE: Rule = Rule { tolerance: 2e-5, budget: 600_000 };
 
 fn quadrature(subject: &dyn Subject, w: Vec3, rule: Rule, f: impl Fn(Vec3) -> Vec3) -> Albedo {
     let found = guides(subject, w, 1024, 7);
-    let p = Partition::new(domain(subject), &found, rule, |v| (f(v) * v.z.abs()).as_dvec3().to_array());
+    let domain = domain(subject);
+    // A lobe as narrow on either side takes twice as many cells.
+    let budget = if domain == Domain::Sphere { 2 * rule.budget } else { rule.budget };
+    let p =
+        Partition::new(domain, &found, Rule { budget, ..rule }, |v| (f(v) * v.z.abs()).as_dvec3().to_array());
     let [r, g, b] = p.integral();
     Albedo { value: Vec3::new(r as f32, g as f32, b as f32), error: p.error() as f32 }
 }

@@ -59,15 +59,16 @@ fn of_quarters(image: &Image) -> [[f32; 3]; 4] {
     sums
 }
 
-/// The picture lies upright on the wall.
+/// The picture lies on the wall as Mitsuba 3.9.1 throws it: seen from behind the lamp, its upper left is at the lower
+/// right.
 fn thrown(image: &Image) -> Result<String, String> {
     let [a, b, c, d] = of_quarters(image);
     let reads = |q: [f32; 3], lit: [bool; 3]| q.iter().zip(lit).all(|(v, lit)| (*v > 0.05) == lit);
-    let upright = reads(a, [true, false, false])
-        && reads(b, [false, true, false])
-        && reads(c, [false, false, true])
-        && reads(d, [true, true, false]);
-    if upright { Ok("upright".into()) } else { Err(format!("the quarters are {a:?} {b:?} {c:?} {d:?}")) }
+    let thrown = reads(a, [true, true, false])
+        && reads(b, [false, false, true])
+        && reads(c, [false, true, false])
+        && reads(d, [true, false, false]);
+    if thrown { Ok("as there".into()) } else { Err(format!("the quarters are {a:?} {b:?} {c:?} {d:?}")) }
 }
 
 /// A sphere before a sky of one is darker than it, and so is the quarter of the picture that it has moved to.

@@ -143,7 +143,10 @@ fn mistakes_are_named_with_file_line_column_and_the_nearest_word() {
             "2:56: shape 'sphere' takes only one bsdf, this is the second",
         ),
         ("<emitter type=\"area\"/>", "2:16: an area emitter belongs inside a <shape>"),
-        ("<emitter type=\"sunsky\"/>", "2:16: unknown emitter plugin 'sunsky'; expected one of area, point"),
+        (
+            "<emitter type=\"sunsky\"/>",
+            "2:16: the emitter 'sunsky' is not read: no model of the sky; bake it to a picture and use envmap",
+        ),
         (
             "<integrator type=\"path\"><integer name=\"max_depth\" value=\"-2\"/></integrator>",
             "2:25: 'max_depth' is -2; expected -1 for no limit, or 0 and more",
@@ -226,7 +229,7 @@ fn sensors_and_films_keep_to_their_ranges() {
             "<film type=\"hdrfilm\"><rfilter type=\"gausian\"/></film>",
             "unknown rfilter plugin 'gausian'; did you mean 'gaussian'?",
         ),
-        ("<film type=\"ldfilm\"/>", "unknown film plugin 'ldfilm'; did you mean 'hdrfilm'?"),
+        ("<film type=\"ldfilm\"/>", "unknown film plugin 'ldfilm'; did you mean 'ldrfilm'?"),
         (
             "<sampler type=\"independent\"><integer name=\"sample_count\" value=\"0\"/></sampler>",
             "'sample_count' is 0",
@@ -290,14 +293,12 @@ fn a_scene_reaches_only_into_its_folders() {
     let none = Options::default();
     assert_eq!(f.load("scene/good.xml", &none).unwrap().shapes[0].name, "here");
     assert_eq!(f.load("scene/path.xml", &none).unwrap().shapes[0].name, "there");
-    let climbs = f.load("scene/climbs.xml", &none).unwrap_err();
-    assert!(climbs.contains("the file '../outside.obj' lies outside the folders of this scene"), "{climbs}");
-    assert!(climbs.starts_with("DIR/scene/climbs.xml:1:"), "{climbs}");
-    // A file that is not there gets the same answer: nobody learns what lies outside.
-    let secret = climbs.replace("outside.obj", "secret.obj");
-    std::fs::write(f.0.join("scene/climbs.xml"), with_sensor(&shape("../secret.obj"))).unwrap();
-    assert_eq!(f.load("scene/climbs.xml", &none).unwrap_err(), secret);
-    assert!(f.load("scene/path_climbs.xml", &none).unwrap_err().contains("lies outside"));
+    // `<path>` may climb, and so may a name.
+    assert_eq!(f.load("scene/climbs.xml", &none).unwrap().shapes[0].name, "outside");
+    assert_eq!(f.load("scene/path_climbs.xml", &none).unwrap().shapes[0].name, "outside");
+    let root = with_sensor(&shape("../../../../../../../../../../../../../../etc/hostname"));
+    std::fs::write(f.0.join("scene/climbs.xml"), root).unwrap();
+    assert!(f.load("scene/climbs.xml", &none).unwrap_err().contains("lies outside"));
     let absolute = with_sensor(&shape(&f.0.join("outside.obj").to_string_lossy()));
     std::fs::write(f.0.join("scene/climbs.xml"), absolute).unwrap();
     assert!(f.load("scene/climbs.xml", &none).unwrap_err().contains("lies outside"));
