@@ -255,6 +255,36 @@ fn mitsuba_0_6() {
             Right::Mean([0.4809; 3], 0.004),
             &["roughdiffuse to oren_nayar"],
         ),
+        row(
+            "roughdiffuse by its older name",
+            r#"<bsdf type="roughdiffuse"><rgb name="diffuseReflectance" value=".25"/></bsdf>"#.into(),
+            Right::Mean([0.2448; 3], 0.004),
+            &["roughdiffuse to oren_nayar"],
+        ),
+        // The value is Mitsuba 3.9.1's for Cu.
+        Case {
+            before: "a mirror",
+            ..row(
+                "copper where nothing is said",
+                r#"<bsdf type="conductor"/>"#.into(),
+                Right::Mean([0.952, 0.620, 0.511], 0.003),
+                &["maxDepth to max_depth"],
+            )
+        },
+        Case {
+            files: vec![(
+                "a.xml",
+                String::from_utf8_lossy(&old(r#"<bsdf type="diffuse"/>"#))
+                    .replace("</integrator>", r#"<boolean name="strictNormals" value="true"/></integrator>"#)
+                    .into_bytes(),
+            )],
+            ..row(
+                "strict normals",
+                String::new(),
+                Right::Mean([0.5; 3], 0.003),
+                &["strictNormals to nothing"],
+            )
+        },
     ];
     check("mitsuba 0.6", &cases);
 }

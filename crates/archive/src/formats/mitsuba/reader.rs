@@ -387,7 +387,7 @@ impl Reader {
         let name = if c.old {
             let new = snake_case(&name);
             // More than a person reads is not kept.
-            if new != name && self.translated.len() < MAX_TOLD {
+            if new != name && new != STRICT && self.translated.len() < MAX_TOLD {
                 self.translated.insert((name, new.clone()));
             }
             new
@@ -454,6 +454,12 @@ impl Reader {
         self.children(node, Context { parent: index, depth: c.depth + 1, ..c })?;
         if c.old {
             let object = &mut self.document.objects[index];
+            let strict = |p: &Property| p.name == STRICT && matches!(p.value, Value::Boolean(true));
+            if object.class == Class::Integrator && object.properties.iter().any(strict) {
+                let kept =
+                    "nothing: light that a shading normal sees on the wrong side of its surface is kept";
+                self.translated.insert(("strictNormals".into(), kept.into()));
+            }
             upgrade(object);
             let model = match object.plugin.as_str() {
                 "ldrfilm" => "hdrfilm",
@@ -530,14 +536,27 @@ fn snake_case(name: &str) -> String {
     out
 }
 
+/// An option of 0.6's path tracers that no longer exists.
+const STRICT: &str = "strict_normals";
+
 /// What else changed with version 2.0.
 fn upgrade(object: &mut Object) {
-    if object.plugin == "diffuse" {
+    if matches!(object.plugin.as_str(), "diffuse" | "roughdiffuse") {
         for p in &mut object.properties {
             if p.name == "diffuse_reflectance" {
                 p.name = "reflectance".into();
             }
         }
+    }
+    // Metals were copper unless something was said.
+    let said = |p: &Property| matches!(p.name.as_str(), "material" | "eta" | "k");
+    if matches!(object.plugin.as_str(), "conductor" | "roughconductor") && !object.properties.iter().any(said)
+    {
+        let (value, at) = (Value::String("Cu".into()), object.at);
+        object.properties.push(Property { name: "material".into(), value, at, read: Cell::new(false) });
+    }
+    if object.class == Class::Integrator {
+        object.properties.retain(|p| p.name != STRICT);
     }
     // Offsets and scales of textures became one transform: first moved, then scaled.
     let mut take = |name: &str| {
