@@ -26,13 +26,11 @@ import resource
 import subprocess
 import sys
 import time
-import venv
 
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-VENV = ROOT / ".venv" / "bench"
-OUT = ROOT / "out" / "bench"
-YUGEN = ROOT / "target" / "release" / "yugen"
-PACKAGES = ["mitsuba==3.9.1", "numpy"]
+import peer
+
+OUT = peer.ROOT / "out" / "bench"
+YUGEN = peer.ROOT / "target" / "dist" / "yugen"
 
 # name: file under YUGEN_DATA, definitions, size, sample counts, samples of the reference
 SCENES = {
@@ -162,30 +160,13 @@ print("\n" + json.dumps(out))
 """
 
 
-def peer_python():
-    python = VENV / "bin" / "python"
-    if not python.exists():
-        print("installing Mitsuba 3 into", VENV.relative_to(ROOT), file=sys.stderr)
-        venv.create(VENV, with_pip=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
-    return python
-
-
-def llvm_library():
-    if os.environ.get("DRJIT_LIBLLVM_PATH"):
-        return os.environ["DRJIT_LIBLLVM_PATH"]
-    folders = [pathlib.Path("/usr/lib/x86_64-linux-gnu"), *sorted(pathlib.Path("/usr/lib").glob("llvm-*/lib"))]
-    found = [f for folder in folders for f in sorted(folder.glob("libLLVM.so.*"))]
-    return str(found[-1]) if found else None
-
-
-def peer(variant, scene, defines, size, renders, chunk=256):
+def render_peer(variant, scene, defines, size, renders, chunk=256):
     env = dict(os.environ)
     if "llvm" in variant:
-        env["DRJIT_LIBLLVM_PATH"] = llvm_library()
+        env["DRJIT_LIBLLVM_PATH"] = peer.llvm_library()
     job = dict(variant=variant, scene=str(scene), defines={k: str(v) for k, v in defines.items()}, size=size,
                renders=renders, chunk=chunk)
-    done = run([str(peer_python()), "-c", PEER, json.dumps(job)], env)
+    done = run([str(peer.python()), "-c", PEER, json.dumps(job)], env)
     # The program may log to standard output as well.
     return json.loads([line for line in done["stdout"].splitlines() if line.startswith("[{")][-1]), done
 
@@ -247,7 +228,7 @@ print(json.dumps(out))
 
 def compare(reference, images):
     job = json.dumps(dict(reference=str(reference), images=[str(i) for i in images]))
-    out = subprocess.run([str(peer_python()), "-c", COMPARE, job], capture_output=True, text=True)
+    out = subprocess.run([str(peer.python()), "-c", COMPARE, job], capture_output=True, text=True)
     if out.returncode != 0:
         raise SystemExit(out.stderr[-3000:])
     return json.loads(out.stdout.splitlines()[-1])
@@ -275,9 +256,7 @@ def main():
     parser.add_argument("--scene", action="append", choices=SCENES, help="only this scene (may be repeated)")
     parser.add_argument("--quick", action="store_true", help="a quarter of the samples for the reference")
     args = parser.parse_args()
-    if "YUGEN_DATA" not in os.environ:
-        raise SystemExit("YUGEN_DATA is not set: it must name the folder that holds mitsuba/ and cloth/")
-    data = pathlib.Path(os.environ["YUGEN_DATA"]).resolve()
+    data = peer.data()
     (OUT / "cloth").mkdir(parents=True, exist_ok=True)
     cloth_scenes(data, OUT / "cloth")
     names = args.scene or list(SCENES)
@@ -299,7 +278,7 @@ def main():
             rows.append(row)
             print(f"{name:22} {row['rate'] / 1e6:7.2f} M samples/s  {row['memory']:7.1f} MB  {row['startup']:.2f} s start-up")
             continue
-        variants = ["scalar_rgb"] + (["llvm_ad_rgb"] if llvm_library() else [])
+        variants = ["scalar_rgb"] + (["llvm_ad_rgb"] if peer.llvm_library() else [])
         if len(variants) == 1:
             print("no LLVM library found: llvm_ad_rgb is left out (Debian: apt-get install libllvm19)", file=sys.stderr)
         reference = folder / f"halves_{reference_spp}.npy"
@@ -308,21 +287,21 @@ def main():
             reference = folder / f"halves_{reference_spp}.npy"
         if not reference.exists():
             print(f"{name}: reference, {reference_spp} samples a pixel", file=sys.stderr)
-            peer(variants[-1], path, defines, size, [(reference_spp, 77, str(reference))])
+            render_peer(variants[-1], path, defines, size, [(reference_spp, 77, str(reference))])
         error_ours = compare(reference, pictures)
         row["bias"] = error_ours[-1]["mean_ratio"]
         ours_points = [(r["render_seconds"], e["relmse"]) for r, e in zip(ours, error_ours)]
         best = None
         for variant in variants:
             files = [folder / f"{variant}_{s}.npy" for s in counts]
-            report, _ = peer(variant, path, defines, size, [(s, 1, str(f)) for s, f in zip(counts, files)])
+            report, _ = render_peer(variant, path, defines, size, [(s, 1, str(f)) for s, f in zip(counts, files)])
             errors = compare(reference, files)
             points = [(r["seconds"], e["relmse"]) for r, e in zip(report, errors)]
             target = points[-1][1]
             t_peer, _ = time_to(target, points)
             t_ours, slope = time_to(target, ours_points)
             rate = counts[-1] * size[0] * size[1] / report[-1]["seconds"]
-            start = peer(variant, path, defines, size, [(1, 1, str(folder / "start.npy"))])[1]["wall"]
+            start = render_peer(variant, path, defines, size, [(1, 1, str(folder / "start.npy"))])[1]["wall"]
             row[variant] = dict(ratio=t_peer / t_ours, rate=rate, seconds=t_peer, startup=start, error=target)
             if best is None or t_peer / t_ours < best:
                 best = t_peer / t_ours

@@ -1,19 +1,24 @@
 """The fit of crates/capture/examples/fit_rate.rs by SciPy, texel by texel, and by NumPy, all texels at once.
 
-    cargo run --release -p yugen-capture --example fit_rate -- 64 64 1 target/fit
-    python benches/fit_rate.py target/fit.f32
+    cargo xtask bench fit [SIDE [LIGHTS]]
 
 Same readings, same model, same noise. Both start from the truth, disturbed by a few percent, which spares them the start
 that the Rust fit finds for itself.
 """
 
-import sys
 import time
 
+import peer
+
+if __name__ == "__main__":
+    peer.enter()
 import numpy as np
 from scipy.optimize import least_squares
 
-data = np.fromfile(sys.argv[1], np.float32).astype(float)
+READINGS = peer.ROOT / "out" / "bench" / "fit"
+READINGS.parent.mkdir(parents=True, exist_ok=True)
+print(peer.example("yugen-capture", "fit_rate", *(peer.words() + ["64", "64"][len(peer.words()):])[:2], 1, READINGS))
+data = np.fromfile(READINGS.with_suffix(".f32"), np.float32).astype(float)
 lights, texels = int(data[0]), int(data[1])
 light = data[2 : 2 + 3 * lights].reshape(-1, 3)
 rest = data[2 + 3 * lights :].reshape(texels, -1)

@@ -1,34 +1,27 @@
 """Rays a second, Yugen beside Mitsuba 3 (Embree), on the same meshes, in turn.
 
-Usage: python benches/ray_rate.py [MESH.obj ...]
-Needs `pip install mitsuba` and LLVM for `llvm_ad_rgb` (DRJIT_LIBLLVM_PATH where it is not found by itself).
+    cargo xtask bench rays [MESH.obj ...]
+
 Rays start evenly in the mesh's box and go in directions drawn evenly: 2^20 of them, best of five.
 """
 import os
-import subprocess
-import sys
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-DATA = os.environ.get("YUGEN_DATA")
+import peer
 
 
 def meshes():
-    if len(sys.argv) > 1:
-        return [Path(p) for p in sys.argv[1:]]
-    if not DATA:
-        sys.exit("name meshes, or set YUGEN_DATA")
+    if peer.words():
+        return [Path(p) for p in peer.words()]
     names = ["mitsuba/common/meshes/sphere.obj", "mesh/dancing_girl/DancingGirl.obj",
              "mesh/spot/spot_triangulated.obj", "mesh/teapot.obj"]
-    return [Path(DATA) / n for n in names]
+    return [peer.data() / n for n in names]
 
 
 def yugen(path):
     """Closest and occlusion rays, M/s."""
-    command = ["cargo", "run", "-q", "--release", "-p", "yugen-transport", "--example", "ray_rate", "--", str(path)]
-    out = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    words = out.splitlines()[-1].split()
+    words = peer.example("yugen-transport", "ray_rate", path).splitlines()[-1].split()
     return float(words[-5]), float(words[-4])
 
 
@@ -62,12 +55,7 @@ def mitsuba(mi, dr, path, count=1 << 20):
 
 
 def main():
-    try:
-        import drjit as dr
-        import mitsuba as mi
-    except ImportError:
-        sys.exit("Mitsuba is missing: pip install mitsuba")
-    mi.set_variant("llvm_ad_rgb")
+    mi, dr = peer.mitsuba()
     print(f"{'M rays/s':28} {'closest':>22} {'occlusion':>26}")
     print(f"{'':28} {'yugen':>7} {'mitsuba':>8} {'ratio':>6} {'yugen':>9} {'mitsuba':>8} {'ratio':>6}")
     product = [1.0, 1.0]
@@ -84,4 +72,5 @@ def main():
 
 
 if __name__ == "__main__":
+    peer.enter()
     main()

@@ -1,24 +1,24 @@
 """Texels a second of core time for the fit of PTM and HSH, Yugen beside numpy, on stacks of the same size, in turn.
 
-Usage: python benches/rti_rate.py [SIDE] [LIGHTS]
-Needs `pip install numpy`. numpy fits the same basis with `lstsq`, as a script would, and with a pseudo-inverse and one product in
+    cargo xtask bench rti [SIDE] [LIGHTS]
+
+numpy fits the same basis with `lstsq`, as a script would, and with a pseudo-inverse and one product in
 single precision, as a good one would.
 """
-import subprocess
-import sys
 import time
-from pathlib import Path
 
+import peer
+
+if __name__ == "__main__":
+    peer.enter()
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-SIDE, LIGHTS = [int(a) for a in sys.argv[1:3]] + [512, 64][len(sys.argv) - 1:]
+SIDE, LIGHTS = ([int(a) for a in peer.words()] + [512, 64][len(peer.words()):])[:2]
 
 
 def yugen():
     """Name of the basis to M texels/s, linear values."""
-    command = ["cargo", "run", "-q", "--release", "-p", "yugen-capture", "--example", "rti_rate", "--"]
-    out = subprocess.run(command + [str(SIDE), str(LIGHTS)], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    out = peer.example("yugen-capture", "rti_rate", SIDE, LIGHTS)
     rates = {}
     for line in out.splitlines()[1:]:
         if " linear " in line:

@@ -1,4 +1,4 @@
-//! `cargo xtask demo | test | bench | setup`: each does its own set-up.
+//! `cargo xtask demo | test | bench | install | setup`: each does its own set-up.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,14 @@ cargo xtask <what>
 
   demo    build the renderer and make the contact sheet: out/demo/
   test    everything a change must pass: format, lints, tests (software GPU)
-  bench   build Yugen and measure it; with --peer, beside Mitsuba 3
+  bench   build Yugen for this processor and measure it: whole pictures, or what is named, beside other programs
+            bench [render] [--peer]   samples a second; with --peer, time to equal error beside Mitsuba 3
+            bench bsdf [--peer]       nanoseconds to evaluate and sample each reflectance model
+            bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
+            bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
+            bench rti [SIDE [LIGHTS]] texels a second of relightable images, beside NumPy
+            bench all                 one after the other
+  install build the program for this processor and put it where cargo puts programs
   setup   install the system packages that tests and demo need
 ";
 
@@ -32,6 +39,7 @@ fn main() -> ExitCode {
         "demo" => demo(&rest),
         "test" => test(&rest),
         "bench" => bench(&rest),
+        "install" => cargo(&["install", "--path", "crates/cli", "--profile", "dist"]),
         "setup" => setup(),
         "" | "help" | "--help" | "-h" => {
             print!("{HELP}");
@@ -169,16 +177,46 @@ fn demo(rest: &[String]) -> Outcome {
     cargo(&args)
 }
 
+/// What is measured, and the script of it.
+const BENCHES: &[(&str, &str)] = &[
+    ("render", "bench.py"),
+    ("bsdf", "bsdf_rate.py"),
+    ("rays", "ray_rate.py"),
+    ("fit", "fit_rate.py"),
+    ("rti", "rti_rate.py"),
+];
+
 fn bench(rest: &[String]) -> Outcome {
-    cargo(&["build", "--release", "--package", "yugen-cli"])?;
-    let script = root().join("benches/bench.py");
-    step(&format!("python3 {} {}", script.display(), rest.join(" ")));
-    run(Command::new("python3").arg(script).args(rest))
+    let named = rest.first().filter(|word| !word.starts_with('-'));
+    let (what, rest) = named.map_or(("render", rest), |word| (word.as_str(), &rest[1..]));
+    let all = what == "all";
+    let chosen: Vec<_> = BENCHES.iter().filter(|(name, _)| all || *name == what).collect();
+    if chosen.is_empty() {
+        let names: Vec<&str> = BENCHES.iter().map(|(name, _)| *name).collect();
+        return Err(format!("there is no benchmark '{what}'; expected all or one of {}", names.join(", ")));
+    }
+    for (name, script) in chosen {
+        if *name == "render" {
+            cargo(&["build", "--profile", "dist", "--package", "yugen-cli"])?;
+        }
+        let script = root().join("benches").join(script);
+        step(&format!("python3 {} {}", script.display(), rest.join(" ")));
+        // The scripts run examples by cargo: for this processor as well.
+        run(Command::new("python3").arg(script).args(rest).envs([this_processor()]))?;
+    }
+    Ok(())
+}
+
+/// What makes cargo build with all instructions that this processor has.
+fn this_processor() -> (&'static str, String) {
+    let others = std::env::var("RUSTFLAGS").unwrap_or_default();
+    ("RUSTFLAGS", format!("{others} -C target-cpu=native").trim().to_string())
 }
 
 fn cargo(args: &[&str]) -> Outcome {
     step(&format!("cargo {}", args.join(" ")));
-    run(Command::new(env!("CARGO")).args(args).current_dir(root()))
+    let own = args.contains(&"dist").then(this_processor);
+    run(Command::new(env!("CARGO")).args(args).current_dir(root()).envs(own))
 }
 
 fn run(command: &mut Command) -> Outcome {
