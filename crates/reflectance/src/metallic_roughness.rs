@@ -242,9 +242,11 @@ impl Model for MetallicRoughness {
     const NAME: &'static str = "metallic_roughness";
     const SOURCE: &'static str = "Khronos Group 2021, glTF 2.0 Specification, appendix B";
     const DOC: &'static str = "The material of glTF: diffuse or metal, with anisotropy, sheen, clear coat, tinted \
-        specular and thin film as its extensions define them. The coat and the sheen take from what is below as \
-        much as the more grazing of both directions says, so that the model is reciprocal. The film's colours \
-        are those of linear sRGB.";
+        specular and thin film as its extensions define them. The dielectric's reflection, the coat and the sheen \
+        take from what is below as much as the more grazing of both directions says, so that the model is \
+        reciprocal and returns no more than arrives; the specification takes what the facet between both reflects, \
+        by which white plastic returns up to a third too much at grazing angles. The film's colours are those of \
+        linear sRGB.";
     const LAWS: Laws = Laws::PHYSICAL;
 
     /// The albedo of sheen.
@@ -266,7 +268,8 @@ impl Model for MetallicRoughness {
         }
         let (s, specular_pdf, cos) = self.facets().reflect(self.turn(wo, 1.0), self.turn(wi, 1.0));
         let (dielectric, metal) = self.fresnel(cos);
-        let diffuse = self.base_color * ((1.0 - dielectric.max_element()) * FRAC_1_PI);
+        let taken = self.fresnel(wo.z.min(wi.z)).0.max(dielectric).max_element();
+        let diffuse = self.base_color * ((1.0 - taken) * FRAC_1_PI);
         let mut f = (dielectric * s + diffuse).lerp(metal * s, self.metallic);
         let sheen = self.sheen_color.max_element();
         if sheen > 0.0 {
@@ -327,11 +330,31 @@ mod tests {
         for (a, b, c, d) in PAIRS {
             let (wo, wi) = (spherical(a, b), spherical(c, d));
             assert!(close(m.eval(&table, wo, wi), ggx(base).eval(&[], wo, wi)));
-            // Appendix B.3.5: the dielectric's mix by Fresnel at the half vector.
+            // Appendix B.3.5, but by Fresnel at the more grazing direction.
             let m = MetallicRoughness { metallic: 0.0, ..m };
-            let fr = 0.04 + 0.96 * schlick_weight(wo.dot((wo + wi).normalize()));
+            let fr = 0.04 + 0.96 * schlick_weight(wo.z.min(wi.z));
             let expected = (1.0 - fr) * base * FRAC_1_PI + ggx(Vec3::splat(0.04)).eval(&[], wo, wi);
             assert!(close(m.eval(&table, wo, wi), expected));
+        }
+    }
+
+    #[test]
+    fn white_plastic_returns_no_more_than_arrives() {
+        let n = 64;
+        for roughness in [0.0, 0.2, 0.5, 0.8, 1.0] {
+            let white = MetallicRoughness { metallic: 0.0, roughness, ..Default::default() };
+            for theta in [0.0, 0.5, 1.0, 1.3, 1.5] {
+                let wo = spherical(theta, 0.3);
+                let mut sum = 0.0;
+                for i in 0..n * n {
+                    let at = |k: usize| (k as f32 + 0.5) / n as f32;
+                    let lobe = (i as f64 * 0.618_033_988_749_895).fract() as f32;
+                    let sample = white.sample(&[], wo, Vec3::new(at(i % n), at(i / n), lobe));
+                    sum += sample.map_or(0.0, |s| s.weight.x);
+                }
+                let albedo = sum / (n * n) as f32;
+                assert!((0.3..1.002).contains(&albedo), "roughness {roughness}, {theta} rad: {albedo}");
+            }
         }
     }
 

@@ -342,8 +342,8 @@ fn what_lets_light_through() {
                 |_| {},
             ),
             "grey metal",
-            // Schlick's term adds less than a thousandth.
-            mean(0.8, 0.1, 0.1, 3e-3),
+            // Schlick's term, reflected before it reaches the ground, is 2 ∫ (1 − c)⁵ c dc = 1/21 of all that comes.
+            mean(0.8 * 20.0 / 21.0, 0.1 * 20.0 / 21.0, 0.1 * 20.0 / 21.0, 3e-3),
         ),
         case(
             "glossy specular-glossiness",
@@ -358,8 +358,8 @@ fn what_lets_light_through() {
                 |_| {},
             ),
             "grey metal",
-            // What is not reflected, by the brightest channel, lights the ground.
-            mean(0.5 + 0.25, 0.25 + 0.25, 0.25, 6e-3),
+            // What is not reflected, by the brightest channel, lights the ground: 1/2 head on, 20/21 of that from all around.
+            mean(0.5 + 5.0 / 21.0, 0.25 + 5.0 / 21.0, 5.0 / 21.0, 6e-3),
         ),
         case(
             "index of zero",
