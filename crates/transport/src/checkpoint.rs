@@ -5,6 +5,7 @@
 //! precision, the lower bytes are mostly zero and the upper ones mostly alike.
 
 use crate::film::Tile;
+use crate::guide::{Guide, NUMBERS};
 use crate::render::lock;
 use flate2::Compression;
 use flate2::read::ZlibDecoder;
@@ -204,6 +205,7 @@ pub(crate) fn write(head: &Head, tiles: &[Mutex<Tile>], sums: usize) -> Vec<u8> 
         let mut heads = Vec::new();
         let mut columns = vec![Vec::new(); sums];
         let mut moments = [const { Vec::new() }; 7];
+        let mut guides = [const { Vec::new() }; NUMBERS];
         for tile in block {
             let tile = lock(tile);
             let tile = tile.to_go_on();
@@ -228,13 +230,18 @@ pub(crate) fn write(head: &Head, tiles: &[Mutex<Tile>], sums: usize) -> Vec<u8> 
                     *count ^= (tile.samples as f32).to_bits();
                 }
             }
+            for guide in &tile.guides {
+                for (column, value) in guides.iter_mut().zip(guide.numbers()) {
+                    column.push(value.to_bits());
+                }
+            }
         }
         tell_alpha_by_weight(&mut columns);
         let mut raw = heads;
         for column in &columns {
             spread(column.iter().map(|v| v.to_le_bytes()), column.len(), &mut raw);
         }
-        for column in &moments {
+        for column in moments.iter().chain(&guides) {
             spread(column.iter().map(|v| v.to_le_bytes()), column.len(), &mut raw);
         }
         let mut packed = ZlibEncoder::new(Vec::new(), Compression::fast());
@@ -271,7 +278,7 @@ pub(crate) fn read(
     accept(&head)?;
     for block in tiles.chunks(BLOCK) {
         let mut from = Unpacked(ZlibDecoder::new(from.bytes()?));
-        let (mut pixels, mut padded) = (0, 0);
+        let (mut pixels, mut padded, mut guided) = (0, 0, 0);
         for tile in block {
             let mut tile = lock(tile);
             tile.samples = u32::from_le_bytes(from.take()?);
@@ -282,6 +289,7 @@ pub(crate) fn read(
             if tile.samples > 0 {
                 padded += tile.sums.len() / sums;
                 pixels += tile.moments.len();
+                guided += tile.guides.len();
             }
         }
         let mut columns = Vec::new();
@@ -293,7 +301,11 @@ pub(crate) fn read(
         for column in &mut moments {
             *column = from.column::<4>(pixels)?.into_iter().map(u32::from_le_bytes).collect();
         }
-        let (mut pixel, mut place) = (0, 0);
+        let mut guides = [const { Vec::new() }; NUMBERS];
+        for column in &mut guides {
+            *column = from.column::<4>(guided)?.into_iter().map(f32::from_le_bytes).collect();
+        }
+        let (mut pixel, mut place, mut guide) = (0, 0, 0);
         for tile in block {
             let mut tile = lock(tile);
             let samples = tile.samples;
@@ -312,6 +324,10 @@ pub(crate) fn read(
                 }
                 to[6] = f32::from_bits(to[6].to_bits() ^ (samples as f32).to_bits());
                 pixel += 1;
+            }
+            for to in &mut tile.guides {
+                *to = Guide::from_numbers(guides.each_ref().map(|column| column[guide]));
+                guide += 1;
             }
         }
     }

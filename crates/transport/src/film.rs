@@ -4,6 +4,7 @@
 //! threads ever write to the same place and the picture is the same for any number of them: a pixel is
 //! the sum over the tiles that reach it, in tile order.
 
+use crate::guide::{Guide, Halves, VALUES};
 use glam::Vec3;
 use yugen_archive::scene::{Film, Filter};
 use yugen_optics::Image;
@@ -114,6 +115,8 @@ pub struct Tile {
     /// Per pixel of the tile itself: mean and sum of squared deviations of luminance-like RGB (Welford), and
     /// the number of samples that went in.
     pub moments: Vec<[f32; 7]>,
+    /// Per pixel of the tile itself, where the picture is to be denoised.
+    pub guides: Vec<Guide>,
     /// The tile before its last visit, where that was a shorter one than usual for want of more samples to take: from
     /// here on it is as if it had not been, should more be asked for.
     pub before: Option<Box<Tile>>,
@@ -131,6 +134,7 @@ impl Tile {
         self.before = Some(Box::new(Self {
             sums: if blank { Vec::new() } else { self.sums.clone() },
             moments: if blank { Vec::new() } else { self.moments.clone() },
+            guides: if blank { Vec::new() } else { self.guides.clone() },
             before: None,
             ..*self
         }));
@@ -224,13 +228,20 @@ pub struct FilmLayout {
     /// Names of the accumulated channels: R, G, B, A and the AOVs.
     pub channels: Vec<String>,
     filter: FilterTable,
+    /// Whether a denoiser's guides are kept.
+    guided: bool,
 }
 
 impl FilmLayout {
     /// For `film`, accumulating `channels`.
     pub fn new(film: &Film, channels: Vec<String>) -> Self {
         let window = film.crop.unwrap_or([0, 0, film.width, film.height]);
-        Self { film: film.clone(), window, channels, filter: FilterTable::new(film.filter) }
+        Self { film: film.clone(), window, channels, filter: FilterTable::new(film.filter), guided: false }
+    }
+
+    /// With guides for a denoiser.
+    pub fn guided(self) -> Self {
+        Self { guided: true, ..self }
     }
 
     /// Tiles in rows, all empty.
@@ -254,6 +265,7 @@ impl FilmLayout {
                     sums: vec![0.0; padded * (self.channels.len() + 1)],
                     moments: vec![[0.0; 7]; (size[0] * size[1]) as usize],
                     before: None,
+                    guides: if self.guided { vec![Guide::default(); (size[0] * size[1]) as usize] } else { Vec::new() },
                 });
             }
         }
@@ -279,7 +291,7 @@ impl FilmLayout {
     }
 
     /// Adds a sample taken at `position` (pixel coordinates, pixel (x, y) covering [x, x+1)) inside pixel
-    /// `pixel` of `tile`. `values` are the channels. A value that is not finite is counted and dropped.
+    /// `pixel` of `tile`. `values` are the channels. A value that is not finite is counted and dropped: `false`.
     #[inline]
     pub fn add(
         &self,
@@ -288,11 +300,11 @@ impl FilmLayout {
         pixel: [u32; 2],
         position: [f32; 2],
         values: &[f32],
-    ) {
+    ) -> bool {
         // A sum of finite numbers this side of overflow; one comparison instead of many.
         if !values.iter().fold(0.0, |sum, v| sum + v.abs()).is_finite() {
             tile.rejected += 1;
-            return;
+            return false;
         }
         let local = ((pixel[1] - tile.origin[1]) * tile.size[0] + (pixel[0] - tile.origin[0])) as usize;
         visit.pixels[local].add(Vec3::new(values[0], values[1], values[2]));
@@ -305,7 +317,7 @@ impl FilmLayout {
             for (c, value) in values.iter().chain(&[1.0]).enumerate() {
                 visit.sums[at + c * visit.pitch] += value;
             }
-            return;
+            return true;
         }
         let [x, y] = [position[0] - left as f32, position[1] - top as f32];
         let r = self.filter.radius;
@@ -325,6 +337,14 @@ impl FilmLayout {
                 visit.splat_row(from, py, &across, wy, values);
             }
         }
+        true
+    }
+
+    /// Adds what a sample of pixel `pixel` says to a half of its guide.
+    #[inline]
+    pub fn guide(&self, tile: &mut Tile, pixel: [u32; 2], half: usize, values: &[f32; VALUES]) {
+        let local = (pixel[1] - tile.origin[1]) * tile.size[0] + (pixel[0] - tile.origin[0]);
+        tile.guides[local as usize].add(half, values);
     }
 
     /// Adds what a visit gathered to the tile.
@@ -402,6 +422,19 @@ impl FilmLayout {
             }
         }
         image
+    }
+
+    /// The guides of all tiles as planes of the window.
+    pub fn halves(&self, tiles: &[Tile]) -> Halves {
+        let [wx, wy, w, h] = self.window;
+        let mut out = Halves::new(w as usize, h as usize);
+        for tile in tiles {
+            for (i, (guide, m)) in tile.guides.iter().zip(&tile.moments).enumerate() {
+                let (x, y) = (i as u32 % tile.size[0], i as u32 / tile.size[0]);
+                out.set((tile.origin[0] - wx + x) as usize, (tile.origin[1] - wy + y) as usize, guide, m);
+            }
+        }
+        out
     }
 }
 

@@ -11,6 +11,7 @@ pub mod checkpoint;
 mod environment;
 pub mod film;
 pub mod geometry;
+pub mod guide;
 pub mod integrator;
 pub mod lights;
 pub mod material;

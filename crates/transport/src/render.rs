@@ -8,6 +8,7 @@ use crate::accel::NO_INSTANCE;
 use crate::camera::Lens;
 use crate::checkpoint::{self, Counting, Head, Part, ResumeError};
 use crate::film::{FilmLayout, Tile};
+use crate::guide::{self, Guide, Halves};
 use crate::integrator::{FirstHit, Follow, Groups, PrepareError, Radiance, Walk, World};
 use crate::reuse::{GROUP, Rooms};
 use crate::sampler::Sampler;
@@ -91,6 +92,8 @@ pub struct Options {
     pub integrator: Option<Integrator>,
     /// What to record besides radiance.
     pub aovs: Vec<Aov>,
+    /// Keep what a denoiser needs.
+    pub denoise: bool,
 }
 
 /// How far a render is.
@@ -128,6 +131,7 @@ pub struct Job {
     aovs: Vec<Aov>,
     budget: Budget,
     seed: u32,
+    denoise: bool,
     threads: usize,
     parts: Vec<Part>,
     tiles: Vec<Mutex<Tile>>,
@@ -177,13 +181,19 @@ impl Job {
             }
             channels.extend(groups.iter().flat_map(|g| ["R", "G", "B"].map(|c| format!("light.{g}.{c}"))));
         }
-        let layout = FilmLayout::new(&camera.film, channels);
+        let mut layout = FilmLayout::new(&camera.film, channels);
+        if options.denoise {
+            layout = layout.guided();
+        }
         let [_, _, width, height] = layout.window;
         if u64::from(width) * u64::from(height) > MAX_PIXELS {
             return Err(PrepareError::TooLarge { width, height, limit: MAX_PIXELS });
         }
         let budget = options.budget.unwrap_or(Budget::Samples(camera.samples_per_pixel.max(1)));
-        let parts = parts(scene, &camera, &integrator, &aovs, options.seed, &groups);
+        let mut parts = parts(scene, &camera, &integrator, &aovs, options.seed, &groups);
+        if options.denoise {
+            parts.push(Part::text("denoising", "on"));
+        }
         let tiles = layout.tiles().into_iter().map(Mutex::new).collect();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Ok(Self {
@@ -194,6 +204,7 @@ impl Job {
             aovs,
             budget,
             seed: options.seed,
+            denoise: options.denoise,
             threads: options.threads.unwrap_or(cores).max(1),
             parts,
             tiles,
@@ -374,6 +385,10 @@ impl Job {
         let (spread, width) = self.lens.pixel_spread();
         // The samples of a pixel share its footprint.
         let sharpen = 1.0 / (end as f32).sqrt().clamp(1.0, 8.0);
+        let planned = match self.budget {
+            Budget::Samples(n) => Some(n),
+            _ => None,
+        };
         let mut values = Vec::with_capacity(self.layout.channels.len());
         let mut visit = self.layout.visit(tile);
         let mut rooms = Rooms::new();
@@ -385,7 +400,7 @@ impl Job {
         let follow = Follow {
             settings: &self.integrator,
             groups: by_light.then_some(Groups { shares, sums: &sums }),
-            albedo: self.aovs.contains(&Aov::Albedo),
+            albedo: self.denoise || self.aovs.contains(&Aov::Albedo),
             width: width * sharpen,
             spread: spread * sharpen,
         };
@@ -435,7 +450,10 @@ impl Job {
                     for sum in &sums {
                         values.extend(sum.take().to_array());
                     }
-                    self.layout.add(tile, &mut visit, *pixel, position.to_array(), &values);
+                    let usable = self.layout.add(tile, &mut visit, *pixel, position.to_array(), &values);
+                    if self.denoise && usable {
+                        self.layout.guide(tile, *pixel, guide::half(index, planned), &Guide::of(r));
+                    }
                 }
             }
         }
@@ -451,6 +469,12 @@ impl Job {
             image = self.with_ids(image);
         }
         image
+    }
+
+    /// What a denoiser is told; `None` where it was not kept.
+    pub fn halves(&self) -> Option<Halves> {
+        let tiles: Vec<Tile> = self.tiles.iter().map(|t| lock(t).clone()).collect();
+        self.denoise.then(|| self.layout.halves(&tiles))
     }
 
     /// Shape numbers do not average: one ray through each pixel's centre.
@@ -709,6 +733,7 @@ mod tests {
             sums: Vec::new(),
             moments,
             before: None,
+            guides: Vec::new(),
         };
         let tiles = [Mutex::new(tile)];
         let noise = Noise::of(&tiles);
