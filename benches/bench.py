@@ -4,6 +4,7 @@
     cargo xtask bench                    Yugen alone: samples a second and memory per scene
     cargo xtask bench --peer             both, in turn, on the same scene files, and a table
     cargo xtask bench --peer --scene cbox --quick
+    cargo xtask bench --peer --denoise   Yugen's pictures of 16 and 64 samples a pixel denoised, that time included
 
 Scenes are read from the folder named by YUGEN_DATA (mitsuba/…, cloth/…). Mitsuba is installed from PyPI into
 .venv/bench, its own environment; its llvm variant needs an LLVM library (Debian: libllvm19) and is left out,
@@ -13,7 +14,8 @@ Mitsuba renders each scene at several sample counts, Yugen to several error targ
 more samples; Mitsuba has no such budget). The error of a picture is the relative mean square error against a
 converged reference, rendered by Mitsuba with another seed, in two halves: the product of the differences to each has
 no part that is the reference's own noise. The time to a given error is read off the straight line through (log time,
-log error). Times are of rendering alone, warm (Mitsuba's kernels compiled, scene loaded); start-up
+log error). With --denoise it is the time that Mitsuba, which has no denoiser on a CPU, takes to the error of Yugen's
+denoised picture. Times are of rendering alone, warm (Mitsuba's kernels compiled, scene loaded); start-up
 is the wall clock of a whole process that renders one sample a pixel.
 """
 
@@ -46,6 +48,8 @@ SCENES = {
 
 # Relative errors that Yugen renders to; they lie about where Mitsuba's sample counts end.
 TARGETS = (0.2, 0.1, 0.05)
+# Samples a pixel of the pictures that are denoised.
+DENOISED = (16, 64)
 
 CLOTH = """<scene version="3.0.0">
   <default name="spp" value="64"/>
@@ -253,6 +257,7 @@ def scene_file(name, data):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--peer", action="store_true", help="also run Mitsuba 3 and compare")
+    parser.add_argument("--denoise", action="store_true", help="with --peer: denoised pictures as well")
     parser.add_argument("--scene", action="append", choices=SCENES, help="only this scene (may be repeated)")
     parser.add_argument("--quick", action="store_true", help="a quarter of the samples for the reference")
     args = parser.parse_args()
@@ -292,6 +297,13 @@ def main():
         row["bias"] = error_ours[-1]["mean_ratio"]
         ours_points = [(r["render_seconds"], e["relmse"]) for r, e in zip(ours, error_ours)]
         best = None
+        clean = []
+        if args.denoise:
+            cleaned = [folder / f"denoised_{spp}.exr" for spp in DENOISED]
+            clean = [yugen(path, defines, size, ["--spp", str(spp), "--denoise"], 1, picture)[0]
+                     for spp, picture in zip(DENOISED, cleaned)]
+            for report, error in zip(clean, compare(reference, cleaned)):
+                report["relmse"] = error["relmse"]
         for variant in variants:
             files = [folder / f"{variant}_{s}.npy" for s in counts]
             report, _ = render_peer(variant, path, defines, size, [(s, 1, str(f)) for s, f in zip(counts, files)])
@@ -303,6 +315,8 @@ def main():
             rate = counts[-1] * size[0] * size[1] / report[-1]["seconds"]
             start = render_peer(variant, path, defines, size, [(1, 1, str(folder / "start.npy"))])[1]["wall"]
             row[variant] = dict(ratio=t_peer / t_ours, rate=rate, seconds=t_peer, startup=start, error=target)
+            row[variant]["denoised"] = [time_to(r["relmse"], points)[0] / (r["render_seconds"] + r["denoise_seconds"])
+                                        for r in clean]
             if best is None or t_peer / t_ours < best:
                 best = t_peer / t_ours
         row["ratio"] = best
@@ -312,7 +326,14 @@ def main():
         for variant in variants:
             line += f"  {variant} {row[variant]['rate'] / 1e6:6.2f} M/s ({row[variant]['ratio']:.2f}x)"
         print(line, f" mean/ref {row['bias']:.4f}", flush=True)
+        for k, (spp, r) in enumerate(zip(DENOISED, clean)):
+            print(f"{'':22} denoised, {spp} samples: {r['relmse']:.5f} in {r['render_seconds']:.2f} + "
+                  f"{r['denoise_seconds']:.2f} s", *(f"  {v} {row[v]['denoised'][k]:.2f}x" for v in variants), flush=True)
     write_table(rows, args.peer)
+
+
+def geometric(values):
+    return math.exp(sum(map(math.log, values)) / len(values))
 
 
 def write_table(rows, with_peer):
@@ -331,6 +352,12 @@ def write_table(rows, with_peer):
                 + f" | {r['memory']:.0f} |")
         mean = math.exp(sum(math.log(r["ratio"]) for r in rows) / len(rows))
         lines.append(f"\nGeometric mean of the ratio to the faster peer: **{mean:.2f}**.")
+        for variant in variants:
+            if rows[0][variant]["denoised"]:
+                lines.append(f"\nDenoised, {' and '.join(map(str, DENOISED))} samples a pixel, time of {variant} to equal error over "
+                             "Yugen's: " + ", ".join(f"{r['scene']} " + " and ".join(f"{x:.2f}" for x in r[variant]["denoised"])
+                                                     for r in rows)
+                             + f"; geometric mean **{geometric([x for r in rows for x in r[variant]['denoised']]):.2f}**.")
     else:
         lines.append("| scene | M samples/s | MB | start-up s |\n|---|---|---|---|")
         for r in rows:

@@ -4,6 +4,7 @@
 //! threads ever write to the same place and the picture is the same for any number of them: a pixel is
 //! the sum over the tiles that reach it, in tile order.
 
+use crate::denoise::Footprint;
 use crate::guide::{Guide, Halves, VALUES};
 use glam::Vec3;
 use yugen_archive::scene::{Film, Filter};
@@ -244,6 +245,12 @@ impl FilmLayout {
         Self { guided: true, ..self }
     }
 
+    /// What its filter does to pixels that are means of their own samples.
+    pub fn footprint(&self) -> Footprint {
+        let filter = self.film.filter;
+        Footprint::new(filter_radius(filter), |x| filter_value(filter, x))
+    }
+
     /// Tiles in rows, all empty.
     pub fn tiles(&self) -> Vec<Tile> {
         let [x0, y0, w, h] = self.window;
@@ -265,7 +272,11 @@ impl FilmLayout {
                     sums: vec![0.0; padded * (self.channels.len() + 1)],
                     moments: vec![[0.0; 7]; (size[0] * size[1]) as usize],
                     before: None,
-                    guides: if self.guided { vec![Guide::default(); (size[0] * size[1]) as usize] } else { Vec::new() },
+                    guides: if self.guided {
+                        vec![Guide::default(); (size[0] * size[1]) as usize]
+                    } else {
+                        Vec::new()
+                    },
                 });
             }
         }

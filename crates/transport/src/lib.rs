@@ -8,6 +8,7 @@
 pub mod accel;
 pub mod camera;
 pub mod checkpoint;
+pub mod denoise;
 mod environment;
 pub mod film;
 pub mod geometry;

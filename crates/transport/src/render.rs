@@ -7,8 +7,9 @@
 use crate::accel::NO_INSTANCE;
 use crate::camera::Lens;
 use crate::checkpoint::{self, Counting, Head, Part, ResumeError};
+use crate::denoise::denoise;
 use crate::film::{FilmLayout, Tile};
-use crate::guide::{self, Guide, Halves};
+use crate::guide::{self, Guide};
 use crate::integrator::{FirstHit, Follow, Groups, PrepareError, Radiance, Walk, World};
 use crate::reuse::{GROUP, Rooms};
 use crate::sampler::Sampler;
@@ -471,10 +472,35 @@ impl Job {
         image
     }
 
-    /// What a denoiser is told; `None` where it was not kept.
-    pub fn halves(&self) -> Option<Halves> {
-        let tiles: Vec<Tile> = self.tiles.iter().map(|t| lock(t).clone()).collect();
-        self.denoise.then(|| self.layout.halves(&tiles))
+    /// The picture denoised: R, G and B are, and kept as they were in `noisy.R`, `noisy.G` and `noisy.B`; `error.R`,
+    /// `error.G` and `error.B` are estimates of the standard error that remains. Everything else is as in
+    /// [`Job::image`], as is all where guides were not kept.
+    pub fn denoised(&self) -> Image {
+        let image = self.image();
+        if !self.denoise {
+            return image;
+        }
+        let halves = {
+            let tiles: Vec<Tile> = self.tiles.iter().map(|t| lock(t).clone()).collect();
+            self.layout.halves(&tiles)
+        };
+        let n = image.channels.len();
+        let picture = std::array::from_fn(|c| image.data.iter().skip(c).step_by(n).copied().collect());
+        let clean = denoise(&halves, &picture, &self.layout.footprint(), self.threads);
+        let layers = ["noisy.R", "noisy.G", "noisy.B", "error.R", "error.G", "error.B"].map(String::from);
+        let mut out = Image {
+            width: image.width,
+            height: image.height,
+            channels: image.channels.iter().cloned().chain(layers).collect(),
+            data: Vec::with_capacity(image.width * image.height * (n + 6)),
+        };
+        for (i, pixel) in image.data.chunks_exact(n).enumerate() {
+            out.data.extend(clean.rgb.iter().map(|plane| plane[i]));
+            out.data.extend_from_slice(&pixel[3..]);
+            out.data.extend_from_slice(&pixel[..3]);
+            out.data.extend(clean.error.iter().map(|plane| plane[i]));
+        }
+        out
     }
 
     /// Shape numbers do not average: one ray through each pixel's centre.

@@ -85,6 +85,12 @@ pub struct Render {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse::aov)]
     aov: Vec<Vec<Aov>>,
 
+    /// Take the noise out of the picture afterwards, guided by what the first surfaces are; docs/render.md says how far
+    /// to trust it. The picture as rendered is kept beside it: in an .exr as layer noisy, with the estimated standard
+    /// error as layer error; else as NAME.noisy.EXT.
+    #[arg(long)]
+    denoise: bool,
+
     /// Name of the camera; the first where absent.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
@@ -149,7 +155,8 @@ impl Render {
             ..self.reading.options()
         };
         let scene = formats::load_scene(&self.scene, &options)?;
-        check_outputs([&self.output, &checkpoint.path])?;
+        let noisy = self.denoise.then(|| beside(&self.output, "noisy"));
+        check_outputs([&self.output, &checkpoint.path].into_iter().chain(&noisy))?;
         let loaded = started.elapsed();
         let options = self.options(&scene)?;
         let light = !scene.lights.is_empty() || scene.shapes.iter().any(|s| s.emission.is_some());
@@ -168,18 +175,20 @@ impl Render {
         }
         let ended = self.work(&job, &scene, &checkpoint)?;
         let samples = job.status().samples;
-        if samples > 0
-            && let Err(e) = self.write_picture(&job, &scene)
-        {
+        let written = if samples > 0 { self.write_picture(&job, &scene) } else { Ok(None) };
+        let denoising = match written {
+            Ok(denoising) => denoising,
             // What cannot be written here may be written there.
-            return Err(match checkpoint.write(&job) {
-                Ok(true) => e.context(format!("what was rendered is in {}", checkpoint.path.display())),
-                _ => e,
-            });
-        }
+            Err(e) => {
+                return Err(match checkpoint.write(&job) {
+                    Ok(true) => e.context(format!("what was rendered is in {}", checkpoint.path.display())),
+                    _ => e,
+                });
+            }
+        };
         let kept = if ended { checkpoint.close(&job, self.keep)? } else { checkpoint.write(&job)? };
         let kept = kept.then_some(checkpoint.path.as_path());
-        self.report(&job, &Outcome { loaded, prepared, ended, kept });
+        self.report(&job, &Outcome { loaded, prepared, ended, kept, denoising });
         if !ended {
             if samples == 0 {
                 eprintln!("interrupted before the first sample: {} is as it was", self.output.display());
@@ -213,7 +222,8 @@ impl Render {
                 return Action::Stop;
             }
             if let Some(watch) = &mut watch {
-                watch.keep(|| complain(self.write_picture(job, scene), "the picture so far is not written"));
+                let write = || self.write_picture(job, scene).map(|_| ());
+                watch.keep(|| complain(write(), "the picture so far is not written"));
             }
             if self.checkpoint > 0.0 {
                 let write = || checkpoint.write(job).map(|_| ()).map_err(Into::into);
@@ -225,13 +235,24 @@ impl Render {
         Ok(ended)
     }
 
-    /// The picture as it stands, whole or not at all.
-    fn write_picture(&self, job: &Job, scene: &Scene) -> Result<()> {
+    /// The picture as it stands, whole or not at all; what denoising it came to.
+    fn write_picture(&self, job: &Job, scene: &Scene) -> Result<Option<Denoising>> {
         let write = image::WriteOptions {
             metadata: self.metadata(job),
             ..self.display.of(&self.output, scene.working_space)?
         };
-        Ok(image::write(&self.output, &for_format(job.image(), &self.output), &write)?)
+        let started = Instant::now();
+        let picture = job.denoised();
+        let denoising = self
+            .denoise
+            .then(|| Denoising { took: started.elapsed(), error: report::error_that_remains(&picture) });
+        if self.denoise && !is_exr(&self.output) {
+            let noisy = picture.select(&["noisy.R", "noisy.G", "noisy.B"]).unwrap_or_default();
+            let noisy = Image { channels: ["R", "G", "B"].map(String::from).to_vec(), ..noisy };
+            image::write(&beside(&self.output, "noisy"), &noisy, &write)?;
+        }
+        image::write(&self.output, &for_format(picture, &self.output), &write)?;
+        Ok(denoising)
     }
 
     fn options(&self, scene: &Scene) -> Result<Options> {
@@ -262,7 +283,15 @@ impl Render {
                 aovs.push(*aov);
             }
         }
-        if !aovs.is_empty() && self.output.extension().is_none_or(|e| !e.eq_ignore_ascii_case("exr")) {
+        if self.denoise {
+            if !matches!(integrator.kind, IntegratorKind::Path | IntegratorKind::Direct) {
+                bail!("--denoise is for light; the integrator looks for other things");
+            }
+            if self.spp == Some(1) {
+                bail!("--denoise compares samples of a pixel; --spp has to be 2 or more");
+            }
+        }
+        if !aovs.is_empty() && !is_exr(&self.output) {
             bail!("--aov needs an .exr to keep its layers in; {} is not one", self.output.display());
         }
         Ok(Options {
@@ -274,6 +303,7 @@ impl Render {
             threads: self.threads.map(usize::from),
             integrator: Some(integrator),
             aovs,
+            denoise: self.denoise,
         })
     }
 }
@@ -288,11 +318,33 @@ struct Outcome<'a> {
     ended: bool,
     /// The checkpoint that is there now.
     kept: Option<&'a Path>,
+    /// Of the picture, where it was asked for.
+    denoising: Option<Denoising>,
+}
+
+/// What denoising a picture came to.
+struct Denoising {
+    took: Duration,
+    /// Estimate of the relative standard error that remains, root mean square over the picture.
+    error: f32,
+}
+
+/// Whether a file keeps layers.
+fn is_exr(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+}
+
+/// `picture.png` to `picture.noisy.png`.
+fn beside(path: &Path, what: &str) -> PathBuf {
+    path.with_extension(match path.extension() {
+        Some(extension) => format!("{what}.{}", extension.display()),
+        None => what.to_string(),
+    })
 }
 
 /// Display formats get the picture only.
 fn for_format(picture: Image, path: &Path) -> Image {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+    if is_exr(path) {
         return picture;
     }
     picture.select(&["R", "G", "B"]).unwrap_or(picture)

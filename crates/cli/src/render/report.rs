@@ -1,9 +1,10 @@
 //! What `yugen render` says of its work: on the terminal, as JSON and in the picture.
 
-use super::{Outcome, Render};
+use super::{Denoising, Outcome, Render};
 use crate::json;
 use indicatif::HumanBytes;
 use serde_json::json;
+use yugen_optics::Image;
 use yugen_transport::render::{Job, MAX_SAMPLES};
 
 impl Render {
@@ -42,6 +43,8 @@ impl Render {
                 "load_seconds": outcome.loaded.as_secs_f64(),
                 "prepare_seconds": outcome.prepared.as_secs_f64(),
                 "relative_error": job.error(),
+                "denoise_seconds": outcome.denoising.as_ref().map(|d| d.took.as_secs_f64()),
+                "denoised_relative_error": outcome.denoising.as_ref().map(|d| d.error),
                 "rejected_samples": status.rejected,
                 "clamped_light": status.clamped,
                 "triangles": stats.triangles,
@@ -58,6 +61,11 @@ impl Render {
             // Nothing can be said of a moment.
             if seconds > 0.05 { format!(" ({:.2} M samples/s)", rate / 1e6) } else { String::new() },
         );
+        if let Some(Denoising { took, error }) = &outcome.denoising {
+            let from = job.error();
+            let seconds = took.as_secs_f64();
+            println!("denoised in {seconds:.1} s: a relative error of about {error:.3} instead of {from:.3}");
+        }
         if status.clamped > 0.0 {
             println!("{:.2} % of the light was clamped away", 100.0 * status.clamped);
         }
@@ -75,4 +83,15 @@ impl Render {
             );
         }
     }
+}
+
+/// Root mean square over the picture of the denoiser's estimate of the standard error over the value; dark pixels count
+/// as a hundredth of the picture's mean, as in [`Job::error`].
+pub(super) fn error_that_remains(picture: &Image) -> f32 {
+    let Some(all) = picture.select(&["R", "G", "B", "error.R", "error.G", "error.B"]) else { return 0.0 };
+    let count = 3.0 * (all.width * all.height) as f32;
+    let pixels = || all.data.chunks_exact(6);
+    let floor = (0.01 * pixels().flat_map(|p| &p[..3]).sum::<f32>() / count).max(1e-9);
+    let squared = |p: &[f32], c: usize| p[3 + c] * p[3 + c] / (p[c] * p[c] + floor * floor);
+    (pixels().map(|p| squared(p, 0) + squared(p, 1) + squared(p, 2)).sum::<f32>() / count).sqrt()
 }

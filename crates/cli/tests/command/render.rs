@@ -137,7 +137,7 @@ fn json_says_what_was_done() {
 #[test]
 fn mistakes_are_told_before_anything_is_rendered() {
     let (folder, scene) = set_up("mistakes");
-    let cases: [(&[&str], &str, &str); 13] = [
+    let cases: [(&[&str], &str, &str); 15] = [
         (&["--at", "1.5"], "a.exr", "does not move"),
         (&[], "missing/a.png", "there is no folder"),
         (&[], ".", "cannot tell a picture format"),
@@ -151,6 +151,8 @@ fn mistakes_are_told_before_anything_is_rendered() {
         (&["--checkpoint", "-1"], "a.exr", "expected a number of seconds"),
         (&["--exposure", "nan"], "a.png", "expected stops"),
         (&["--clamp", "0"], "a.png", "expected a number above zero"),
+        (&["--denoise", "--integrator", "depth"], "a.exr", "--denoise is for light"),
+        (&["--denoise", "--spp", "1"], "a.exr", "--spp has to be 2 or more"),
     ];
     for (arguments, output, expected) in cases {
         let text = bad(render(&scene, &folder.join(output), arguments));
@@ -205,6 +207,53 @@ fn warnings_name_file_and_cause() {
     let scene = folder.join("t.gltf");
     std::fs::write(&scene, gltf).unwrap();
     warned(&scene, &["t.gltf", "mesh 'tent' has no TEXCOORD_1, which a texture of its material asks for"]);
+}
+
+/// Cleaner by what is claimed, with the raw picture and the error that remains beside it; killed, resumed or with other
+/// threads the same.
+#[test]
+fn denoised_it_is_cleaner_and_the_raw_picture_is_kept() {
+    let (folder, scene) = set_up("denoise");
+    let picture = |name: &str| {
+        let options = yugen_archive::formats::image::ReadOptions::default();
+        yugen_archive::formats::image::read(&folder.join(name), &options).unwrap()
+    };
+    let base = ["--json", "--checkpoint", "0", "--spp"];
+    let rendered =
+        |name: &str, more: &[&str]| report(render(&scene, &folder.join(name), &[&base[..], more].concat()));
+    rendered("plain.exr", &["16"]);
+    let told = rendered("clean.exr", &["16", "--denoise", "--threads", "1"]);
+    rendered("again.exr", &["16", "--denoise", "--threads", "3"]);
+    rendered("truth.exr", &["4096", "--seed", "5"]);
+    let (plain, clean, truth) = (picture("plain.exr"), picture("clean.exr"), picture("truth.exr"));
+    assert_eq!(clean.data, picture("again.exr").data);
+    let colours = ["R", "G", "B"];
+    let noisy = clean.select(&["noisy.R", "noisy.G", "noisy.B"]).unwrap();
+    assert_eq!(noisy.data, plain.select(&colours).unwrap().data);
+    let truth = truth.select(&colours).unwrap();
+    let error = |image: &yugen_optics::Image| {
+        let squared = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2) / f64::from(b * b).max(1e-6);
+        image.data.iter().zip(&truth.data).map(squared).sum::<f64>() / truth.data.len() as f64
+    };
+    let (before, after) = (error(&noisy), error(&clean.select(&colours).unwrap()));
+    assert!(before > 2.0 * after, "{before} {after}");
+    assert!(told["denoise_seconds"].as_f64().unwrap() > 0.0);
+    let claimed = told["denoised_relative_error"].as_f64().unwrap();
+    assert!((0.2..5.0).contains(&(claimed / after.sqrt())), "{claimed} {after}");
+
+    rendered("a.png", &["16", "--denoise"]);
+    assert!(std::fs::read(folder.join("a.noisy.png")).unwrap().starts_with(b"\x89PNG"));
+    // The first samples, then the rest.
+    let resumed = |spp: &str, more: &[&str]| {
+        let options = [&["--json", "--keep", "--denoise", "--spp", spp], more].concat();
+        report(render(&scene, &folder.join("resumed.exr"), &options))
+    };
+    resumed("4", &[]);
+    resumed("16", &["--resume"]);
+    assert_eq!(picture("resumed.exr").data, clean.data);
+    let checkpoint = folder.join("resumed.exr.checkpoint");
+    std::fs::copy(&checkpoint, folder.join("plain.exr.checkpoint")).unwrap();
+    refused(render(&scene, &folder.join("plain.exr"), &["--spp", "32", "--resume"]), &["denoising"]);
 }
 
 /// The part that is asked for is the film's own crop to the bit, and that part of the whole picture but for its noise.

@@ -1,0 +1,749 @@
+//! A denoiser for pictures of the path tracer, guided by what the first surfaces are and by how noisy each pixel is.
+//!
+//! After Bitterli, Rousselle, Moon, Iglesias-Guitián, Adler, Mitchell, Jarosz and Novák 2016, "Nonlinearly Weighted
+//! First-order Regression for Denoising Monte Carlo Renderings": at every pixel radiance is taken for a linear
+//! function of albedo, normal, distance and coverage, fitted to the pixels around. Those whose own surroundings look
+//! alike, as far as their noise lets one tell, weigh most (non-local means with variances: Rousselle, Knaus and
+//! Zwicker 2012). The samples come in two halves that know nothing of each other: the weights of one serve the other,
+//! and what one makes of a pixel is judged by the other, which chooses between several widths and leaves the pixel as
+//! it is where that is better.
+
+use crate::guide::Halves;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Pixels to each side that a pixel is fitted to.
+const REACH: usize = 9;
+/// Pixels to each side that are compared to say how alike two pixels are.
+const PATCH: usize = 3;
+/// Pixels around a block that it looks at.
+const BORDER: usize = REACH + PATCH;
+/// Pixels across and down of a block, which one thread works at.
+const BLOCK: usize = 16;
+/// Pixels that are worked at together.
+const LANES: usize = 8;
+/// Offsets of a window.
+const OFFSETS: usize = (2 * REACH + 1) * (2 * REACH + 1);
+/// How far apart two pixels may be, in standard deviations of their difference, to count as alike: candidates.
+const WIDTHS: [f32; 2] = [0.5, 1.0];
+/// Most that two pixels may be apart, in squares of the above; beyond that they have nothing to do with each other.
+const APART: f32 = 8.0;
+/// Darkest albedo that radiance is divided by.
+const DARK: f32 = 0.02;
+/// Added to the variance of features, as a part of their spread: what a fit may not make much of.
+const RIDGE: f32 = 1e-3;
+
+/// How much larger than its noise fine detail has to be.
+const FINE: f32 = 1.2;
+/// How much the filter changes a pixel's albedo, normal and coverage, squared, where half of that is enough.
+const SHARP: f32 = 1e-3;
+
+type Lanes = [f32; LANES];
+
+/// A denoised picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Denoised {
+    /// Radiance, plane after plane.
+    pub rgb: [Vec<f32>; 3],
+    /// Estimate of its standard error.
+    pub error: [Vec<f32>; 3],
+}
+
+/// A plane with a border around it.
+struct Plane {
+    pitch: usize,
+    data: Vec<f32>,
+}
+
+impl Plane {
+    /// `plane` of so many pixels, its edge repeated outside.
+    fn new(plane: &[f32], width: usize, height: usize) -> Self {
+        let pitch = (width.next_multiple_of(BLOCK) + 2 * BORDER).next_multiple_of(LANES) + 2 * LANES;
+        let rows = height.next_multiple_of(BLOCK) + 2 * BORDER;
+        let mut data = Vec::with_capacity(pitch * rows);
+        for y in 0..rows {
+            let row = y.saturating_sub(BORDER).min(height - 1) * width;
+            data.extend((0..pitch).map(|x| plane[row + x.saturating_sub(BORDER).min(width - 1)]));
+        }
+        Self { pitch, data }
+    }
+
+    /// The pixels from (x, y) on, with the border counted.
+    #[inline(always)]
+    fn at(&self, x: usize, y: usize) -> &Lanes {
+        let from = y * self.pitch + x;
+        self.data[from..].first_chunk().unwrap_or(&[0.0; LANES])
+    }
+}
+
+/// One half, ready to be looked at.
+struct Side {
+    rgb: [Plane; 3],
+    /// Of all three together.
+    variance: Plane,
+}
+
+/// Everything that a block looks at.
+struct View {
+    width: usize,
+    height: usize,
+    sides: [Side; 2],
+    features: Vec<Plane>,
+    /// Least spread of each that counts.
+    floors: Vec<f32>,
+}
+
+/// What comes of a block: for every width, half and colour its pixels.
+type Fits = [[[[f32; BLOCK * BLOCK]; 3]; 2]; WIDTHS.len()];
+
+/// Mean of the (2 `reach` + 1)² pixels around each.
+fn blur(plane: &[f32], width: usize, height: usize, reach: usize) -> Vec<f32> {
+    let mut across = vec![0.0; plane.len()];
+    for (to, from) in across.chunks_exact_mut(width).zip(plane.chunks_exact(width)) {
+        for (x, to) in to.iter_mut().enumerate() {
+            let part = &from[x.saturating_sub(reach)..(x + reach + 1).min(width)];
+            *to = part.iter().sum::<f32>() / part.len() as f32;
+        }
+    }
+    let mut out = vec![0.0; plane.len()];
+    for (y, to) in out.chunks_exact_mut(width).enumerate() {
+        let (from, end) = (y.saturating_sub(reach), (y + reach + 1).min(height));
+        for row in from..end {
+            for (to, from) in to.iter_mut().zip(&across[row * width..]) {
+                *to += from;
+            }
+        }
+        let share = 1.0 / (end - from) as f32;
+        to.iter_mut().for_each(|v| *v *= share);
+    }
+    out
+}
+
+/// `f` of the pixels of two planes.
+fn zip(a: &[f32], b: &[f32], f: impl Fn(f32, f32) -> f32) -> Vec<f32> {
+    a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()
+}
+
+/// Distances of a block's pixels to those around them: for each group of lanes all offsets.
+fn distances(side: &Side, view: &View, x0: usize, y0: usize, out: &mut [Lanes]) {
+    const WIDE: usize = BLOCK + 2 * LANES;
+    const HIGH: usize = BLOCK + 2 * PATCH;
+    let mut sums = [[0.0f32; BLOCK]; HIGH];
+    let mut row = [0.0f32; WIDE];
+    let reach = REACH as isize;
+    for (o, (dy, dx)) in (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| (y, x))).enumerate() {
+        for (y, sum) in sums.iter_mut().enumerate() {
+            let py = y0 + BORDER - PATCH + y;
+            let qy = py.wrapping_add_signed(dy);
+            for x in (0..BLOCK + 2 * PATCH).step_by(LANES) {
+                let px = x0 + BORDER - PATCH + x;
+                let qx = px.wrapping_add_signed(dx);
+                let (vp, vq) = (side.variance.at(px, py), side.variance.at(qx, qy));
+                let mut squared = [0.0; LANES];
+                for plane in &side.rgb {
+                    let (p, q) = (plane.at(px, py), plane.at(qx, qy));
+                    for i in 0..LANES {
+                        squared[i] += (p[i] - q[i]) * (p[i] - q[i]);
+                    }
+                }
+                for i in 0..LANES {
+                    let v = vp[i] + vq[i];
+                    // What noise adds to the square; a neighbour noisier than the pixel itself is no excuse.
+                    let noise = vp[i] + vp[i].min(vq[i]);
+                    row[x + i] = ((squared[i] - noise) / (v + 1e-12)).min(1e4);
+                }
+            }
+            *sum = std::array::from_fn(|x| (0..=2 * PATCH).map(|i| row[x + i]).sum());
+        }
+        for y in 0..BLOCK {
+            let qy = (y0 + y) as isize + dy;
+            for group in 0..BLOCK / LANES {
+                let x = group * LANES;
+                let mut d = [0.0; LANES];
+                for sum in &sums[y..=y + 2 * PATCH] {
+                    for i in 0..LANES {
+                        d[i] += sum[x + i];
+                    }
+                }
+                for (i, d) in d.iter_mut().enumerate() {
+                    let qx = (x0 + x + i) as isize + dx;
+                    let inside =
+                        (0..view.width as isize).contains(&qx) && (0..view.height as isize).contains(&qy);
+                    *d = if inside { *d / ((2 * PATCH + 1) * (2 * PATCH + 1)) as f32 } else { f32::INFINITY };
+                }
+                out[(y * (BLOCK / LANES) + group) * OFFSETS + o] = d;
+            }
+        }
+    }
+}
+
+/// Value at its own pixel of the linear function of `K` features that fits the pixels around best: for all three
+/// colours of `target`.
+#[inline(always)]
+fn fit<const K: usize>(
+    features: &[(&Plane, f32)],
+    target: &[Plane; 3],
+    distance: &[Lanes],
+    width: f32,
+    x: usize,
+    y: usize,
+) -> [Lanes; 3] {
+    let zero = [0.0f32; LANES];
+    // Upper triangle of the normal equations: features, then one; and right-hand sides.
+    let mut s = [[zero; K]; K];
+    let (mut s1, mut count) = ([zero; K], zero);
+    let (mut t, mut t1) = ([[zero; 3]; K], [zero; 3]);
+    let own: [Lanes; K] = std::array::from_fn(|k| *features[k].0.at(x, y));
+    let scale: [f32; K] = std::array::from_fn(|k| features[k].1);
+    let sharp = 1.0 / (APART * width * width);
+    let mut o = 0;
+    for qy in y - REACH..=y + REACH {
+        for qx in x - REACH..=x + REACH {
+            let d = distance[o];
+            o += 1;
+            let mut w = zero;
+            for i in 0..LANES {
+                // A power near to the exponential function that ends.
+                let e = (1.0 - d[i].max(0.0) * sharp).max(0.0);
+                let e = e * e;
+                let e = e * e;
+                w[i] = e * e;
+            }
+            if w == zero {
+                continue;
+            }
+            let mut f = [zero; K];
+            let mut wf = [zero; K];
+            for k in 0..K {
+                let q = features[k].0.at(qx, qy);
+                for i in 0..LANES {
+                    f[k][i] = (q[i] - own[k][i]) * scale[k];
+                    wf[k][i] = w[i] * f[k][i];
+                }
+            }
+            let c: [&Lanes; 3] = std::array::from_fn(|c| target[c].at(qx, qy));
+            for i in 0..LANES {
+                count[i] += w[i];
+            }
+            for (to, colour) in t1.iter_mut().zip(c) {
+                for i in 0..LANES {
+                    to[i] += w[i] * colour[i];
+                }
+            }
+            for k in 0..K {
+                for i in 0..LANES {
+                    s1[k][i] += wf[k][i];
+                }
+                for (to, colour) in t[k].iter_mut().zip(c) {
+                    for i in 0..LANES {
+                        to[i] += wf[k][i] * colour[i];
+                    }
+                }
+                for j in k..K {
+                    for i in 0..LANES {
+                        s[k][j][i] += wf[k][i] * f[j][i];
+                    }
+                }
+            }
+        }
+    }
+    // Gaussian elimination without pivoting: the matrix is positive definite. The row of ones comes last, so that its
+    // solution, the value at the pixel itself, needs no substitution.
+    let mut rest = count;
+    for k in 0..K {
+        let mut inverse = zero;
+        for i in 0..LANES {
+            inverse[i] = 1.0 / (s[k][k][i].max(0.0) + RIDGE * count[i]);
+        }
+        for j in k + 1..K {
+            let mut factor = zero;
+            for i in 0..LANES {
+                factor[i] = s[k][j][i] * inverse[i];
+            }
+            for l in j..K {
+                for i in 0..LANES {
+                    s[j][l][i] -= factor[i] * s[k][l][i];
+                }
+            }
+            for i in 0..LANES {
+                s1[j][i] -= factor[i] * s1[k][i];
+            }
+            for c in 0..3 {
+                for i in 0..LANES {
+                    t[j][c][i] -= factor[i] * t[k][c][i];
+                }
+            }
+        }
+        for i in 0..LANES {
+            let factor = s1[k][i] * inverse[i];
+            rest[i] -= factor * s1[k][i];
+            for c in 0..3 {
+                t1[c][i] -= factor * t[k][c][i];
+            }
+        }
+    }
+    std::array::from_fn(|c| std::array::from_fn(|i| t1[c][i] / rest[i].max(1e-3 * count[i])))
+}
+
+/// What a reconstruction filter does to pixels that are means of their own samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Footprint {
+    /// Weights of the pixels in a row or column that do to a smooth picture what the filter does to samples; of an odd
+    /// number, the middle one for the pixel itself.
+    pub taps: Vec<f32>,
+    /// Part of a pixel's variance that is in the filtered picture, but not in the weighted pixels: of where in a pixel
+    /// its samples lie.
+    pub leftover: f32,
+    /// Part of a pixel's variance that is in the filtered picture.
+    pub kept: f32,
+}
+
+impl Footprint {
+    /// Of a separable filter with this half width, in pixels.
+    pub fn new(radius: f32, filter: impl Fn(f32) -> f32) -> Self {
+        const STEPS: usize = 64;
+        let border = (radius - 0.5).ceil().max(0.0) as usize;
+        let at = |pixel: usize, step: usize| {
+            let x = pixel as f32 - border as f32 + (step as f32 + 0.5) / STEPS as f32 - 0.5;
+            (x, if x.abs() > radius { 0.0 } else { filter(x) })
+        };
+        let all = |f: &dyn Fn(f32, f32) -> f32| -> Vec<f32> {
+            let of =
+                |pixel| (0..STEPS).map(|s| at(pixel, s)).map(|(x, g)| f(x, g)).sum::<f32>() / STEPS as f32;
+            (0..=2 * border).map(of).collect()
+        };
+        let total: f32 = all(&|_, g| g).iter().sum();
+        let (mean, square) = (all(&|_, g| g / total), all(&|_, g| (g / total) * (g / total)));
+        let spread: f32 = all(&|x, g| x * x * g / total).iter().sum();
+        // The means of the filter over pixels spread as much as the filter and a pixel together, and a pixel is there
+        // already: twice the twelfth that a pixel spreads has to go.
+        let place = |i: usize| i as f32 - border as f32;
+        let now: f32 = mean.iter().enumerate().map(|(i, w)| place(i) * place(i) * w).sum();
+        let missing = 0.5 * (spread - 1.0 / 12.0 - now);
+        let width = mean.len();
+        let mut taps = vec![0.0; width + 2];
+        for (i, w) in mean.iter().enumerate() {
+            taps[i] += missing * w;
+            taps[i + 1] += (1.0 - 2.0 * missing) * w;
+            taps[i + 2] += missing * w;
+        }
+        let padded = |i: usize, of: &[f32]| if i == 0 || i > width { 0.0 } else { of[i - 1] };
+        let own: f32 = square.iter().sum();
+        let both: f32 = taps.iter().enumerate().map(|(i, w)| w * padded(i, &mean)).sum();
+        let weights: f32 = taps.iter().map(|w| w * w).sum();
+        let leftover = (own * own - 2.0 * both * both + weights * weights).max(0.0);
+        if radius <= 0.5 {
+            return Self { taps: vec![1.0], leftover: 0.0, kept: 1.0 };
+        }
+        Self { taps, leftover, kept: own * own }
+    }
+
+    /// `plane` as the filter would show it.
+    fn apply(&self, plane: &[f32], width: usize, height: usize) -> Vec<f32> {
+        let half = self.taps.len() / 2;
+        let mut across = vec![0.0; plane.len()];
+        for (to, from) in across.chunks_exact_mut(width).zip(plane.chunks_exact(width)) {
+            for (x, to) in to.iter_mut().enumerate() {
+                let at = |i: usize| from[(x + i).saturating_sub(half).min(width - 1)];
+                *to = self.taps.iter().enumerate().map(|(i, w)| w * at(i)).sum();
+            }
+        }
+        let mut out = vec![0.0; plane.len()];
+        for (y, to) in out.chunks_exact_mut(width).enumerate() {
+            for (i, w) in self.taps.iter().enumerate() {
+                let row = (y + i).saturating_sub(half).min(height - 1) * width;
+                for (to, from) in to.iter_mut().zip(&across[row..]) {
+                    *to += w * from;
+                }
+            }
+        }
+        out
+    }
+}
+
+/// All fits of a block.
+#[inline(always)]
+fn block(view: &View, x0: usize, y0: usize) -> Box<Fits> {
+    let groups = BLOCK * BLOCK / LANES;
+    let mut apart = [vec![[0.0; LANES]; groups * OFFSETS], vec![[0.0; LANES]; groups * OFFSETS]];
+    for (side, out) in view.sides.iter().zip(&mut apart) {
+        distances(side, view, x0, y0, out);
+    }
+    // Features that tell anything here.
+    let mut told = Vec::new();
+    for (plane, floor) in view.features.iter().zip(&view.floors) {
+        let (mut sum, mut squares, mut n) = (0.0f64, 0.0f64, 0.0f64);
+        for y in y0 + BORDER - REACH..(y0 + BLOCK + BORDER + REACH).min(view.height + BORDER) {
+            for x in x0 + BORDER - REACH..(x0 + BLOCK + BORDER + REACH).min(view.width + BORDER) {
+                let v = f64::from(plane.data[y * plane.pitch + x]);
+                (sum, squares, n) = (sum + v, squares + v * v, n + 1.0);
+            }
+        }
+        let spread = (squares / n - (sum / n) * (sum / n)).max(0.0).sqrt() as f32;
+        if spread > *floor {
+            told.push((plane, 1.0 / spread));
+        }
+    }
+    let mut out = Box::new([[[[0.0; BLOCK * BLOCK]; 3]; 2]; WIDTHS.len()]);
+    for group in 0..groups {
+        let (x, y) = (group % (BLOCK / LANES) * LANES, group / (BLOCK / LANES));
+        let (px, py) = (x0 + x + BORDER, y0 + y + BORDER);
+        for half in 0..2 {
+            // What the noise of one half makes look alike does not look alike in the other.
+            let distance = &apart[1 - half][group * OFFSETS..(group + 1) * OFFSETS];
+            let target = &view.sides[half].rgb;
+            for (w, width) in WIDTHS.into_iter().enumerate() {
+                let rgb = match told.len() {
+                    0 => fit::<0>(&told, target, distance, width, px, py),
+                    1 => fit::<1>(&told, target, distance, width, px, py),
+                    2 => fit::<2>(&told, target, distance, width, px, py),
+                    3 => fit::<3>(&told, target, distance, width, px, py),
+                    4 => fit::<4>(&told, target, distance, width, px, py),
+                    5 => fit::<5>(&told, target, distance, width, px, py),
+                    6 => fit::<6>(&told, target, distance, width, px, py),
+                    7 => fit::<7>(&told, target, distance, width, px, py),
+                    _ => fit::<8>(&told[..8], target, distance, width, px, py),
+                };
+                for (to, from) in out[w][half].iter_mut().zip(rgb) {
+                    to[y * BLOCK + x..][..LANES].copy_from_slice(&from);
+                }
+            }
+        }
+    }
+    out
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn block_avx2(view: &View, x0: usize, y0: usize) -> Box<Fits> {
+    block(view, x0, y0)
+}
+
+/// Wider registers where there are any; the same operations in the same order, so the same bits.
+fn block_by_cpu(view: &View, x0: usize, y0: usize) -> Box<Fits> {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has what the function was compiled for.
+        #[allow(unsafe_code)]
+        return unsafe { block_avx2(view, x0, y0) };
+    }
+    block(view, x0, y0)
+}
+
+/// All fits of a picture: for every width, half and colour a plane.
+fn fits(view: &View, threads: usize) -> Vec<[[Vec<f32>; 3]; 2]> {
+    let (w, h) = (view.width, view.height);
+    let corners: Vec<(usize, usize)> =
+        (0..h).step_by(BLOCK).flat_map(|y| (0..w).step_by(BLOCK).map(move |x| (x, y))).collect();
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        while let Some(&(x, y)) = corners.get(next.fetch_add(1, Ordering::Relaxed)) {
+            done.push((x, y, block_by_cpu(view, x, y)));
+        }
+        done
+    };
+    let done: Vec<_> = std::thread::scope(|scope| {
+        let all: Vec<_> = (0..threads.clamp(1, corners.len())).map(|_| scope.spawn(work)).collect();
+        all.into_iter().flat_map(|t| t.join().unwrap_or_else(|e| std::panic::resume_unwind(e))).collect()
+    });
+    let plane = || vec![0.0f32; w * h];
+    let mut out: Vec<[[Vec<f32>; 3]; 2]> =
+        WIDTHS.iter().map(|_| std::array::from_fn(|_| std::array::from_fn(|_| plane()))).collect();
+    for (x0, y0, block) in done {
+        let across = BLOCK.min(w - x0);
+        for (out, block) in out.iter_mut().flatten().flatten().zip(block.as_flattened().as_flattened()) {
+            for y in 0..BLOCK.min(h - y0) {
+                out[(y0 + y) * w + x0..][..across].copy_from_slice(&block[y * BLOCK..][..across]);
+            }
+        }
+    }
+    out
+}
+
+/// Denoises what `halves` say. `picture` is what the reconstruction filter, of this `footprint`, makes of the same
+/// samples: R, G, B, plane after plane. The same bits for any number of `threads`.
+pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, threads: usize) -> Denoised {
+    let (w, h) = (halves.width, halves.height);
+    let pixels = w * h;
+    let [a, b] = &halves.mean;
+    let part = zip(&halves.count[0], &halves.count[1], |a, b| if a + b > 0.0 { a / (a + b) } else { 0.5 });
+    let mean = |c: usize| -> Vec<f32> {
+        (0..pixels).map(|i| part[i] * a[c][i] + (1.0 - part[i]) * b[c][i]).collect()
+    };
+    let cover = mean(13);
+    // Radiance over albedo is smoother than radiance.
+    let albedo: [Vec<f32>; 3] =
+        std::array::from_fn(|c| zip(&mean(3 + c), &cover, |albedo, cover| (albedo + 1.0 - cover).max(DARK)));
+    let light: [[Vec<f32>; 3]; 2] =
+        [a, b].map(|half| std::array::from_fn(|c| zip(&half[c], &albedo[c], |v, albedo| v / albedo)));
+    // Samples are better spread than by chance: the difference of the halves knows by how much, the variance of
+    // samples where.
+    let told: [Vec<f32>; 3] =
+        std::array::from_fn(|c| zip(&halves.variance[c], &albedo[c], |v, a| v / (a * a)));
+    let seen: [Vec<f32>; 3] = std::array::from_fn(|c| {
+        (0..pixels).map(|i| (light[0][c][i] - light[1][c][i]).powi(2) * part[i] * (1.0 - part[i])).collect()
+    });
+    let sum = |planes: &[Vec<f32>; 3]| -> Vec<f32> {
+        (0..pixels).map(|i| planes[0][i] + planes[1][i] + planes[2][i]).collect()
+    };
+    let ratio = zip(&blur(&sum(&seen), w, h, 4), &blur(&sum(&told), w, h, 4), |seen, told| {
+        (seen / told.max(1e-20)).clamp(0.02, 2.0)
+    });
+    let variance: [Vec<f32>; 3] = std::array::from_fn(|c| zip(&told[c], &ratio, |v, r| v * r));
+    let whole = sum(&variance);
+    let side = |half: usize| Side {
+        rgb: std::array::from_fn(|c| Plane::new(&light[half][c], w, h)),
+        variance: Plane::new(
+            &zip(&whole, &part, |v, p| v / if half == 0 { p } else { 1.0 - p }.max(0.01)),
+            w,
+            h,
+        ),
+    };
+    let depth = mean(12);
+    let farness = depth.iter().sum::<f32>() / (cover.iter().sum::<f32>()).max(1.0);
+    let features: Vec<(Vec<f32>, f32)> = (6..9)
+        .map(|i| (mean(i), 0.005))
+        .chain((3..6).map(|i| (mean(i), 0.005)))
+        .chain([(depth, 1e-4 * farness), (cover, 0.01)])
+        .collect();
+    let view = View {
+        width: w,
+        height: h,
+        sides: [side(0), side(1)],
+        floors: features.iter().map(|f| f.1).collect(),
+        features: features.iter().map(|f| Plane::new(&f.0, w, h)).collect(),
+    };
+    let fits = fits(&view, threads);
+
+    // All errors relative to how bright it is around.
+    let bright: Vec<f32> = (0..pixels)
+        .map(|i| (0..3).map(|c| part[i] * light[0][c][i] + (1.0 - part[i]) * light[1][c][i]).sum())
+        .collect();
+    let dark = 0.01 * bright.iter().sum::<f32>() / pixels as f32;
+    let scale: Vec<f32> =
+        blur(&bright, w, h, 2).iter().map(|v| 1.0 / (v * v + dark * dark).max(1e-20)).collect();
+    // Of a fit: its mean square error as the other half tells, and what of it is noise.
+    let judge = |fit: &[[Vec<f32>; 3]; 2]| -> [Vec<f32>; 2] {
+        let (mut error, mut noise) = (vec![0.0; pixels], vec![0.0; pixels]);
+        for i in 0..pixels {
+            let p = [part[i].max(0.01), (1.0 - part[i]).max(0.01)];
+            for c in 0..3 {
+                let d = fit[0][c][i] - fit[1][c][i];
+                noise[i] += scale[i] * 0.25 * d * d;
+                let across = |from: usize| {
+                    let d = fit[from][c][i] - light[1 - from][c][i];
+                    d * d - variance[c][i] / p[1 - from]
+                };
+                error[i] += scale[i] * 0.5 * (across(0) + across(1));
+            }
+            error[i] -= noise[i];
+        }
+        [blur(&error, w, h, 3), blur(&noise, w, h, 3)]
+    };
+    let judged: Vec<[Vec<f32>; 2]> = fits.iter().map(judge).collect();
+    let wider: Vec<f32> =
+        zip(&judged[0][0], &judged[1][0], |narrow, wide| if wide < narrow { 1.0 } else { 0.0 });
+    let wider = blur(&wider, w, h, 2);
+    let mix = |i: usize, narrow: f32, wide: f32| narrow + wider[i] * (wide - narrow);
+    let raw_noise = blur(&zip(&whole, &scale, |v, s| v * s), w, h, 3);
+    let mut rgb: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; pixels]);
+    let mut error: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; pixels]);
+    let mut raw: [Vec<f32>; 3] = std::array::from_fn(|_| vec![0.0; pixels]);
+    for i in 0..pixels {
+        let noise = mix(i, judged[0][1][i], judged[1][1][i]);
+        let bias = (mix(i, judged[0][0][i], judged[1][0][i]) - noise).max(0.0);
+        // As much of the pixel itself as makes the sum of both errors least.
+        let keep = if bias + raw_noise[i] > 0.0 { bias / (bias + raw_noise[i]) } else { 1.0 };
+        let fit: [f32; 3] = std::array::from_fn(|c| {
+            let half = |half: usize| mix(i, fits[0][half][c][i], fits[1][half][c][i]);
+            0.5 * (half(0) + half(1))
+        });
+        // Errors around were seen relative to the brightness around, and are so here.
+        let here = fit.iter().sum::<f32>().powi(2).min(1.0 / scale[i]) + dark * dark;
+        let all = fit.iter().map(|v| v * v).sum::<f32>().max(1e-20);
+        for c in 0..3 {
+            let own = part[i] * light[0][c][i] + (1.0 - part[i]) * light[1][c][i];
+            rgb[c][i] = albedo[c][i] * (fit[c] + keep * (own - fit[c]));
+            raw[c][i] = albedo[c][i] * own;
+            let of_fit = (noise + bias) * here * (fit[c] * fit[c] / all);
+            let squared =
+                (1.0 - keep) * (1.0 - keep) * of_fit + keep * keep * footprint.kept * variance[c][i];
+            error[c][i] = albedo[c][i] * squared.max(0.0).sqrt();
+        }
+    }
+    // What the filter shows and pixels cannot, where it is more than noise: where in a pixel an edge is.
+    let mut out: [Vec<f32>; 3] = std::array::from_fn(|_| Vec::new());
+    let mut fine: [Vec<f32>; 3] =
+        std::array::from_fn(|c| zip(&picture[c], &footprint.apply(&raw[c], w, h), |p, f| p - f));
+    if footprint.leftover > 0.0 {
+        let squared = |planes: &[Vec<f32>; 3]| -> Vec<f32> {
+            (0..pixels).map(|i| (0..3).map(|c| planes[c][i].powi(2)).sum()).collect()
+        };
+        // Where surfaces end, detail is to be expected.
+        let mut sharp = vec![0.0f32; pixels];
+        for feature in [3, 4, 5, 6, 7, 8, 13] {
+            let plain = mean(feature);
+            for ((to, a), b) in sharp.iter_mut().zip(&plain).zip(footprint.apply(&plain, w, h)) {
+                *to += (a - b) * (a - b);
+            }
+        }
+        let there = blur(&squared(&fine), w, h, 1);
+        let noise: Vec<f32> =
+            (0..pixels).map(|i| (0..3).map(|c| variance[c][i] * albedo[c][i].powi(2)).sum()).collect();
+        let noise = blur(&noise, w, h, 1);
+        for i in 0..pixels {
+            let least = FINE / (1.0 + sharp[i] / SHARP);
+            let share = (1.0 - least * footprint.leftover * noise[i] / there[i].max(1e-30)).max(0.0);
+            fine.iter_mut().for_each(|plane| plane[i] *= share);
+        }
+    }
+    for c in 0..3 {
+        out[c] = zip(&footprint.apply(&rgb[c], w, h), &fine[c], |v, fine| v + fine);
+    }
+    Denoised { rgb: out, error }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use yugen_optics::random::Pcg32;
+
+    const SIZE: usize = 48;
+
+    /// Two halves of 8 samples with normal noise of this deviation each, around `truth`; albedo 1 and the first
+    /// component of the normal as given, everything else alike.
+    fn noisy(
+        truth: impl Fn(usize, usize) -> f32,
+        normal: impl Fn(usize, usize) -> f32,
+        deviation: f32,
+    ) -> Halves {
+        let mut halves = Halves::new(SIZE, SIZE);
+        let mut random = Pcg32::new(7, 1);
+        for y in 0..SIZE {
+            for x in 0..SIZE {
+                let i = y * SIZE + x;
+                for half in 0..2 {
+                    halves.count[half][i] = 8.0;
+                    for c in 0..3 {
+                        halves.mean[half][c][i] =
+                            truth(x, y) + deviation * 0.5f32.sqrt() * random.normal() / 2.0;
+                        halves.mean[half][3 + c][i] = 1.0;
+                    }
+                    halves.mean[half][6][i] = normal(x, y);
+                    halves.mean[half][12][i] = 1.0;
+                    halves.mean[half][13][i] = 1.0;
+                }
+                for c in 0..3 {
+                    halves.variance[c][i] = deviation * deviation / 16.0;
+                }
+            }
+        }
+        halves
+    }
+
+    fn raw(halves: &Halves) -> [Vec<f32>; 3] {
+        std::array::from_fn(|c| zip(&halves.mean[0][c], &halves.mean[1][c], |a, b| 0.5 * (a + b)))
+    }
+
+    fn clean(halves: &Halves, threads: usize) -> Denoised {
+        denoise(halves, &raw(halves), &Footprint::new(0.5, |_| 1.0), threads)
+    }
+
+    fn squared_error(rgb: &[Vec<f32>; 3], truth: impl Fn(usize, usize) -> f32) -> f32 {
+        let of = |(i, v): (usize, &f32)| (v - truth(i % SIZE, i / SIZE)).powi(2);
+        rgb.iter().flat_map(|plane| plane.iter().enumerate().map(of)).sum::<f32>() / (3 * SIZE * SIZE) as f32
+    }
+
+    #[test]
+    fn noise_around_a_constant_goes_and_its_rest_is_known() {
+        let halves = noisy(|_, _| 1.0, |_, _| 0.0, 0.8);
+        let before = squared_error(&raw(&halves), |_, _| 1.0);
+        let out = clean(&halves, 2);
+        let after = squared_error(&out.rgb, |_, _| 1.0);
+        // 361 pixels of a window, most of them taken for alike.
+        assert!(before > 60.0 * after, "{before} {after}");
+        let claimed = out.error.iter().flatten().map(|e| e * e).sum::<f32>() / (3 * SIZE * SIZE) as f32;
+        assert!((0.5..4.0).contains(&(claimed / after)), "{claimed} {after}");
+    }
+
+    #[test]
+    fn the_same_bits_for_any_number_of_threads() {
+        let halves = noisy(|x, _| x as f32 / 8.0, |_, y| y as f32, 0.5);
+        assert_eq!(clean(&halves, 1), clean(&halves, 4));
+    }
+
+    #[test]
+    fn an_edge_that_the_normal_knows_stays_sharp() {
+        let side = |x: usize, _: usize| if x < SIZE / 2 { 0.0 } else { 1.0 };
+        let truth = |x: usize, y: usize| 1.0 + 0.5 * side(x, y);
+        let halves = noisy(truth, side, 1.6);
+        let mut out = clean(&halves, 2);
+        let whole = squared_error(&raw(&halves), truth) / squared_error(&out.rgb, truth);
+        assert!(whole > 20.0, "{whole}");
+        // The pixels on both sides of it.
+        for i in (0..SIZE * SIZE).filter(|i| !(SIZE / 2 - 1..=SIZE / 2).contains(&(i % SIZE))) {
+            out.rgb.iter_mut().for_each(|plane| plane[i] = truth(i % SIZE, i / SIZE));
+        }
+        let edge = squared_error(&out.rgb, truth) * (SIZE / 2) as f32;
+        assert!(squared_error(&raw(&halves), truth) > 10.0 * edge, "{edge}");
+    }
+
+    #[test]
+    fn what_no_feature_knows_and_no_noise_hides_is_left_as_it_is() {
+        // Spots of one pixel each, four deviations of the mean bright.
+        let truth = |x: usize, y: usize| if (x * 7 + y * 13) % 11 == 0 { 1.4 } else { 1.0 };
+        for deviation in [0.0, 0.04, 0.4] {
+            let halves = noisy(truth, |_, _| 0.0, deviation);
+            let (before, after) =
+                (squared_error(&raw(&halves), truth), squared_error(&clean(&halves, 2).rgb, truth));
+            assert!(after <= 1.05 * before + 1e-10, "{deviation}: {before} {after}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_variance_is_noticed() {
+        let halves = noisy(|_, _| 1.0, |_, _| 0.0, 0.8);
+        let right = squared_error(&clean(&halves, 2).rgb, |_, _| 1.0);
+        let mut wrong = halves;
+        wrong.variance.iter_mut().flatten().for_each(|v| *v *= 1e-4);
+        let wrong = squared_error(&clean(&wrong, 2).rgb, |_, _| 1.0);
+        assert!(wrong > 10.0 * right, "{wrong} {right}");
+    }
+
+    #[test]
+    fn pixels_without_samples_do_no_harm() {
+        let mut halves = noisy(|_, _| 1.0, |_, _| 0.0, 0.4);
+        for i in 0..SIZE * SIZE / 2 {
+            for half in 0..2 {
+                // All of the first rows, half of the next.
+                if half == 1 || i < SIZE * SIZE / 4 {
+                    halves.count[half][i] = 0.0;
+                    halves.mean[half].iter_mut().for_each(|plane| plane[i] = 0.0);
+                }
+            }
+        }
+        let out = denoise(
+            &halves,
+            &halves.mean[0][..3].to_vec().try_into().expect("three"),
+            &Footprint::new(0.5, |_| 1.0),
+            2,
+        );
+        assert!(out.rgb.iter().chain(&out.error).flatten().all(|v| v.is_finite()));
+        let rest = &out.rgb[0][SIZE * SIZE * 3 / 4..];
+        assert!(rest.iter().all(|v| (v - 1.0).abs() < 0.1));
+    }
+
+    #[test]
+    fn taps_do_to_means_what_the_filter_does_to_samples() {
+        for stddev in [0.4, 0.5, 1.0, 2.0] {
+            let filter = |x: f32| (-0.5 * (x / stddev) * (x / stddev)).exp();
+            let foot = Footprint::new(4.0 * stddev, filter);
+            let middle = (foot.taps.len() / 2) as f32;
+            let moment =
+                |n| foot.taps.iter().enumerate().map(|(i, w)| (i as f32 - middle).powi(n) * w).sum::<f32>();
+            assert!((moment(0) - 1.0).abs() < 1e-4 && moment(1).abs() < 1e-4, "{foot:?}");
+            assert!((moment(2) - (stddev * stddev - 1.0 / 12.0)).abs() < 2e-3, "{stddev}: {}", moment(2));
+            assert!(foot.leftover > 0.0 && foot.leftover < 0.2, "{foot:?}");
+        }
+    }
+}
