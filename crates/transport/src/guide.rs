@@ -7,9 +7,22 @@
 //! overstates up to tenfold.
 
 use crate::integrator::Radiance;
+use std::ops::Range;
 
-/// Values of a pixel, in the order of [`Guide::of`].
-pub const VALUES: usize = 14;
+/// Values of a pixel: radiance first, then what is seen.
+pub const VALUES: usize = 11;
+
+/// Which of them are the albedo.
+pub const ALBEDO: Range<usize> = 3..6;
+
+/// Which of them are the normal.
+pub const NORMAL: Range<usize> = 6..9;
+
+/// Which of them is the distance.
+pub const DEPTH: usize = 9;
+
+/// Which of them says whether a surface was met.
+pub const SURFACE: usize = 10;
 
 /// All numbers of a guide.
 pub const NUMBERS: usize = 2 * (VALUES + 1);
@@ -27,12 +40,11 @@ pub struct Guide {
 }
 
 impl Guide {
-    /// What a sample says: radiance, albedo, shading normal, position, distance, and whether a surface was met.
+    /// What a sample says.
     pub fn of(radiance: &Radiance) -> [f32; VALUES] {
-        let ([r, g, b], first) = (radiance.rgb.to_array(), &radiance.first);
-        let ([ar, ag, ab], [nx, ny, nz]) = (first.albedo.to_array(), first.shading_normal.to_array());
-        let [x, y, z] = first.position.to_array();
-        [r, g, b, ar, ag, ab, nx, ny, nz, x, y, z, first.depth, radiance.alpha]
+        let ([r, g, b], sight) = (radiance.rgb.to_array(), &radiance.sight);
+        let ([ar, ag, ab], [nx, ny, nz]) = (sight.albedo.to_array(), sight.normal.to_array());
+        [r, g, b, ar, ag, ab, nx, ny, nz, sight.depth, sight.surface]
     }
 
     /// All numbers of it, to be stored.

@@ -105,6 +105,29 @@ pub struct FirstHit {
     pub uv: glam::Vec2,
 }
 
+/// What a denoiser is told of a camera ray: which way the first surface faces, and what is seen, be it in that surface
+/// or through it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sight {
+    /// What light that falls on it is multiplied by on the way to the eye, roughly; 1 for what shines itself.
+    pub albedo: Vec3,
+    /// Unit, of the first surface after maps, towards the eye; zero where there is none.
+    pub normal: Vec3,
+    /// Length of the way to what is seen.
+    pub depth: f32,
+    /// 1 where it is a surface, 0 where the ray escaped.
+    pub surface: f32,
+    /// Nothing that comes later counts.
+    pub(crate) done: bool,
+}
+
+impl Sight {
+    /// Of the ends of paths that are not a camera's.
+    pub(crate) fn of_none() -> Self {
+        Self { done: true, ..Self::default() }
+    }
+}
+
 /// Radiance along one camera ray.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Radiance {
@@ -116,6 +139,8 @@ pub struct Radiance {
     pub clamped: f32,
     /// The first surface.
     pub first: FirstHit,
+    /// For a denoiser.
+    pub sight: Sight,
 }
 
 impl Radiance {
@@ -137,6 +162,20 @@ impl Radiance {
     }
 }
 
+impl Radiance {
+    /// Notes a surface for a denoiser: until one is met that is no mirror and no smooth glass, each in turn.
+    fn see(&mut self, walk: &Walk, shading: &Shading, wo: Vec3, distance: f32, shines: bool) {
+        let own = if shines { Vec3::ONE } else { shading.albedo() };
+        self.sight = Sight {
+            albedo: walk.throughput * own,
+            normal: if walk.depth == 0 { shading.normal_towards(wo) } else { self.sight.normal },
+            depth: self.sight.depth + distance,
+            surface: 1.0,
+            done: shines || shading.smooth(),
+        };
+    }
+}
+
 /// Where light is summed by the group that it comes from.
 #[derive(Clone, Copy, Debug)]
 pub struct Groups<'a> {
@@ -153,6 +192,8 @@ pub struct Follow<'a> {
     pub settings: &'a Integrator,
     /// Whether the first surface's albedo is wanted.
     pub albedo: bool,
+    /// Whether a denoiser wants to know what is seen.
+    pub sight: bool,
     /// Light group by group, where that is wanted.
     pub groups: Option<Groups<'a>>,
     /// Footprint of a ray at the camera, scene units.
@@ -351,6 +392,9 @@ impl World {
                         out.bring(follow, walk.depth, from, light);
                     }
                 }
+                if follow.sight && !out.sight.done {
+                    (out.sight.albedo, out.sight.surface) = (walk.throughput, 0.0);
+                }
                 return None;
             };
             let surface = self.geometry.surface(&walk.ray, &hit);
@@ -364,6 +408,7 @@ impl World {
                 walk.ray = Ray { origin, t_max: walk.ray.t_max - hit.t, ..walk.ray };
                 continue;
             }
+            let mut shines = false;
             if walk.depth < max_depth
                 && let Some((i, radiance)) = self.lights.emitted(&self.textures, &surface, &lookup, wo)
             {
@@ -371,6 +416,7 @@ impl World {
                     if walk.draw.delta { 0.0 } else { self.lights.pdf_hit(i, &walk.draw.from, &surface) };
                 let weight = walk.draw.weight(pdf, follow.settings.strategy, walk.depth);
                 out.bring(follow, walk.depth, i, walk.throughput * radiance * weight);
+                shines = radiance != Vec3::ZERO;
             }
             let point = point(&surface, lookup);
             let shading = self.materials.shade(&self.textures, surface.material, &point, wo, room);
@@ -379,11 +425,14 @@ impl World {
                 out.first = FirstHit {
                     albedo: if follow.albedo { shading.albedo() } else { Vec3::ZERO },
                     normal: surface.geometric_normal,
-                    shading_normal: surface.frame.n,
+                    shading_normal: shading.normal_towards(surface.frame.n),
                     depth: hit.t,
                     position: surface.position,
                     uv: surface.uv,
                 };
+            }
+            if follow.sight && !out.sight.done && shading.through < 1.0 {
+                out.see(walk, &shading, wo, hit.t, shines);
             }
             if walk.depth + 1 >= max_depth {
                 return None;

@@ -701,6 +701,13 @@ impl Shading<'_> {
         None
     }
 
+    /// Mean normal of its lobes, on the side that `side` points to; `side` itself where there are none.
+    pub fn normal_towards(&self, side: Vec3) -> Vec3 {
+        let mean: Vec3 = self.iter().map(|l| l.seen.frame.n * l.weight).sum();
+        let mean = mean.normalize_or(side);
+        if mean.dot(side) < 0.0 { -mean } else { mean }
+    }
+
     /// Albedo for AOVs.
     pub fn albedo(&self) -> Vec3 {
         self.iter().map(|l| l.bsdf.albedo() * l.weight).sum()

@@ -401,7 +401,8 @@ impl Job {
         let follow = Follow {
             settings: &self.integrator,
             groups: by_light.then_some(Groups { shares, sums: &sums }),
-            albedo: self.denoise || self.aovs.contains(&Aov::Albedo),
+            albedo: self.aovs.contains(&Aov::Albedo),
+            sight: self.denoise,
             width: width * sharpen,
             spread: spread * sharpen,
         };

@@ -8,7 +8,7 @@
 //! Only matt surfaces share: where x or y gleams, what one sees is nothing to the other, and the rays are wasted.
 
 use crate::geometry::offset_origin;
-use crate::integrator::{Arriving, Follow, Radiance, Vertex, Walk, World};
+use crate::integrator::{Arriving, Follow, Radiance, Sight, Vertex, Walk, World};
 use crate::lights::BACKGROUND;
 use crate::material::{Scratch, scratch};
 use crate::sampler::Sampler;
@@ -156,7 +156,7 @@ impl World {
         // From here on the path is followed for whoever looks at y.
         walk.before = carried;
         walk.throughput = Vec3::splat(boost);
-        let mut found = Radiance { alpha: 1.0, ..Radiance::default() };
+        let mut found = Radiance { alpha: 1.0, sight: Sight::of_none(), ..Radiance::default() };
         self.radiance(follow, walk, sampler, [&mut *later, &mut *between], &mut found);
         let (f, _) = vertex.shading.eval_pdf(s.wi);
         [straight, Some(Arriving { wi: s.wi, from: BACKGROUND, radiance: found.rgb / s.pdf, f })]
