@@ -797,7 +797,9 @@ mod tests {
         let out = clean(&halves, 2);
         assert!(out.rgb.iter().chain(&out.error).flatten().all(|v| v.is_finite()));
         let rest = &out.rgb[0][SIZE * SIZE / 2..];
-        assert!(rest.iter().all(|v| (v - 1.0).abs() < 0.1));
+        let worst = rest.iter().map(|v| (v - 1.0).abs()).fold(0.0, f32::max);
+        // 0.35 as rendered.
+        assert!(worst < 0.2, "{worst}");
         // One half alone tells nothing.
         halves.count[1].fill(0.0);
         let out = clean(&halves, 2);
