@@ -212,7 +212,9 @@ mi.set_variant("scalar_rgb")
 def load(f):
     if f.endswith(".npy"):
         return np.load(f)
-    return np.array(mi.Bitmap(f).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
+    # The picture without the layers beside it.
+    picture = dict(mi.Bitmap(f).split())["<root>"]
+    return np.array(picture.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
 job = json.loads(sys.argv[1])
 halves = load(job["reference"])
 ref = halves.mean(axis=0)

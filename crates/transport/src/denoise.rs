@@ -28,7 +28,7 @@ const WIDTHS: [f32; 2] = [0.35, 0.7];
 /// Most that two pixels may be apart, in squares of the above; beyond that they have nothing to do with each other.
 const APART: f32 = 8.0;
 /// Darkest albedo that radiance is divided by.
-const DARK: f32 = 0.02;
+const DARK: f32 = 0.05;
 /// Added to the variance of features, as a part of their spread: what a fit may not make much of.
 const RIDGE: f32 = 1e-3;
 
