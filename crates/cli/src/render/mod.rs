@@ -155,7 +155,7 @@ impl Render {
             ..self.reading.options()
         };
         let scene = formats::load_scene(&self.scene, &options)?;
-        let noisy = self.denoise.then(|| beside(&self.output, "noisy"));
+        let noisy = (self.denoise && !is_exr(&self.output)).then(|| beside(&self.output, "noisy"));
         check_outputs([&self.output, &checkpoint.path].into_iter().chain(&noisy))?;
         let loaded = started.elapsed();
         let options = self.options(&scene)?;

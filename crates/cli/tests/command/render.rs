@@ -224,7 +224,7 @@ fn denoised_it_is_cleaner_and_the_raw_picture_is_kept() {
     rendered("plain.exr", &["16"]);
     let told = rendered("clean.exr", &["16", "--denoise", "--threads", "1"]);
     rendered("again.exr", &["16", "--denoise", "--threads", "3"]);
-    rendered("truth.exr", &["4096", "--seed", "5"]);
+    rendered("truth.exr", &["1024", "--seed", "5"]);
     let (plain, clean, truth) = (picture("plain.exr"), picture("clean.exr"), picture("truth.exr"));
     assert_eq!(clean.data, picture("again.exr").data);
     let colours = ["R", "G", "B"];
@@ -245,6 +245,18 @@ fn denoised_it_is_cleaner_and_the_raw_picture_is_kept() {
 
     rendered("a.png", &["16", "--denoise"]);
     assert!(std::fs::read(folder.join("a.noisy.png")).unwrap().starts_with(b"\x89PNG"));
+    // Nor is a file that the scene reads lost to the raw picture.
+    let texture = folder.join("b.noisy.png");
+    std::fs::copy(folder.join("a.noisy.png"), &texture).unwrap();
+    let before = std::fs::read(&texture).unwrap();
+    let textured = folder.join("textured.toml");
+    let text = SCENE.replace("reflectance = 0.8", "reflectance = { image = \"b.noisy.png\" }");
+    std::fs::write(&textured, text).unwrap();
+    refused(
+        render(&textured, &folder.join("b.png"), &["--spp", "2", "--denoise"]),
+        &["b.noisy.png", "is read"],
+    );
+    assert_eq!(std::fs::read(&texture).unwrap(), before);
     // The first samples, then the rest.
     let resumed = |spp: &str, more: &[&str]| {
         let options = [&["--json", "--keep", "--denoise", "--spp", spp], more].concat();
