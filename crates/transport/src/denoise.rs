@@ -284,25 +284,26 @@ fn fit<const K: usize>(
             for i in 0..LANES {
                 factor[i] = s[k][j][i] * inverse[i];
             }
-            for l in j..K {
+            let (row, right) = (s[k], t[k]);
+            for (to, from) in s[j].iter_mut().zip(&row).skip(j) {
                 for i in 0..LANES {
-                    s[j][l][i] -= factor[i] * s[k][l][i];
+                    to[i] -= factor[i] * from[i];
                 }
             }
             for i in 0..LANES {
                 s1[j][i] -= factor[i] * s1[k][i];
             }
-            for c in 0..3 {
+            for (to, from) in t[j].iter_mut().zip(&right) {
                 for i in 0..LANES {
-                    t[j][c][i] -= factor[i] * t[k][c][i];
+                    to[i] -= factor[i] * from[i];
                 }
             }
         }
         for i in 0..LANES {
             let factor = s1[k][i] * inverse[i];
             rest[i] -= factor * s1[k][i];
-            for c in 0..3 {
-                t1[c][i] -= factor * t[k][c][i];
+            for (to, from) in t1.iter_mut().zip(&t[k]) {
+                to[i] -= factor * from[i];
             }
         }
     }
@@ -763,7 +764,7 @@ mod tests {
     #[test]
     fn what_no_feature_knows_and_no_noise_hides_is_left_as_it_is() {
         // Spots of one pixel each, four deviations of the mean bright.
-        let truth = |x: usize, y: usize| if (x * 7 + y * 13) % 11 == 0 { 1.4 } else { 1.0 };
+        let truth = |x: usize, y: usize| if (x * 7 + y * 13).is_multiple_of(11) { 1.4 } else { 1.0 };
         for deviation in [0.0, 0.04, 0.4] {
             let halves = noisy(truth, |_, _| 0.0, deviation);
             let (before, after) =
