@@ -122,7 +122,7 @@ def montage(path, truth, pictures):
     wrong = lambda x: np.clip(2 * np.sqrt(((x - truth.mean) ** 2 / truth.scale).mean(axis=2, keepdims=True)), 0, 1)
     rows = [np.concatenate([show(x) for x in pictures], 1),
             np.concatenate([wrong(x).repeat(3, 2) for x in pictures], 1)]
-    Image.fromarray((255 * np.concatenate(rows)).round().astype(np.uint8)).save(path)
+    Image.fromarray((255 * np.concatenate(rows)).round().astype(np.uint8)).save(path, quality=92)
 
 
 def main():

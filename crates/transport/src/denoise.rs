@@ -1,4 +1,4 @@
-//! A denoiser for pictures of the path tracer, guided by what the first surfaces are and by how noisy each pixel is.
+//! A denoiser for pictures of the path tracer, guided by what is seen and by how noisy each pixel is.
 //!
 //! After Bitterli, Rousselle, Moon, Iglesias-Guitián, Adler, Mitchell, Jarosz and Novák 2016, "Nonlinearly Weighted
 //! First-order Regression for Denoising Monte Carlo Renderings": at every pixel radiance is taken for a linear

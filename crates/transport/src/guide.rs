@@ -1,5 +1,5 @@
 //! What a denoiser is guided by: per pixel, and apart for two halves of its samples, the means of radiance and of what
-//! the first surface is.
+//! is seen there, be it in a mirror or through glass.
 //!
 //! Unlike the picture these are not filtered: a sample counts in its own pixel only, so that noise is not carried from
 //! pixel to pixel. The halves are blocks of the low-discrepancy sequence, each as well stratified as a picture of half

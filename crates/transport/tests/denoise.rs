@@ -2,7 +2,7 @@
 //! claimed.
 
 use yugen_archive::formats::{Options as Reading, load_scene};
-use yugen_archive::scene::Scene;
+use yugen_archive::scene::{Aov, Scene};
 use yugen_optics::Image;
 use yugen_transport::render::{Action, Budget, Job, Options};
 
@@ -228,4 +228,24 @@ fn the_same_bits_for_any_number_of_threads_and_when_resumed() {
     rest.resume(&first.checkpoint()).expect("its own checkpoint");
     assert!(rest.run(|_, _| Action::Continue));
     assert_eq!(one.data, rest.denoised().data);
+}
+
+#[test]
+fn the_layer_of_normals_shows_what_maps_do_to_them() {
+    let normals = |name: &str, scale: &str| {
+        let text = [ALL, LAMP, SCENES[3].3].concat().replace("bump_scale = 0.01", scale);
+        let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        std::fs::write(&path, text).expect("a scene is written");
+        let scene = load_scene(&path, &Reading::default()).expect("a scene");
+        let budget = Some(Budget::Samples(1));
+        let aovs = vec![Aov::ShadingNormal];
+        let job = Job::new(&scene, &Options { budget, aovs, ..Options::default() }).expect("a job");
+        assert!(job.run(|_, _| Action::Continue));
+        let names = ["shading_normal.X", "shading_normal.Y", "shading_normal.Z"];
+        job.image().select(&names).expect("its normals").data
+    };
+    let (plain, bumped) =
+        (normals("plain.toml", "bump_scale = 0"), normals("bumped.toml", "bump_scale = 0.01"));
+    let most = plain.iter().zip(&bumped).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(most > 0.1, "{most}");
 }

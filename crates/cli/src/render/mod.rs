@@ -85,9 +85,9 @@ pub struct Render {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse::aov)]
     aov: Vec<Vec<Aov>>,
 
-    /// Take the noise out of the picture afterwards, guided by what the first surfaces are; docs/render.md says how far
-    /// to trust it. The picture as rendered is kept beside it: in an .exr as layer noisy, with the estimated standard
-    /// error as layer error; else as NAME.noisy.EXT.
+    /// Take the noise out of the picture afterwards, guided by what is seen; docs/render.md says how far to trust it.
+    /// The picture as rendered is kept beside it: in an .exr as layer noisy, with the estimated standard error as layer
+    /// error; else as NAME.noisy.EXT.
     #[arg(long)]
     denoise: bool,
 
