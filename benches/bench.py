@@ -23,7 +23,6 @@ import argparse
 import json
 import math
 import os
-import pathlib
 import resource
 import subprocess
 import sys

@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 """Denoised pictures against converged ones, beside what Open Image Denoise makes of the same samples.
 
-    python3 -m pip install numpy OpenEXR Pillow pyoidn
-    python3 benches/denoise.py                        a table: errors, seconds, and how far off the estimate of them is
-    python3 benches/denoise.py --scene glass --picture glass.png
+    cargo xtask bench denoise                         a table: errors, seconds, and how far off the estimate of them is
+    cargo xtask bench denoise --scene glass --picture glass.png
 
 Scenes are those of bench.py, read from the folder named by YUGEN_DATA, two of examples/scenes, and two of
 benches/scenes. All are rendered 192 pixels high. Errors are relative mean square errors as in bench.py: against two
@@ -15,16 +14,19 @@ picture, albedo and normal, once as the reconstruction filter makes them, and on
 import argparse
 import json
 import os
-import pathlib
 import shutil
 import subprocess
 
+import peer
+
+if __name__ == "__main__":
+    peer.enter()
 import numpy as np
 import OpenEXR
 
 import bench
 
-ROOT = bench.ROOT
+ROOT = peer.ROOT
 OUT = ROOT / "out" / "denoise"
 HEIGHT = 192
 SAMPLES = (16, 64)
@@ -132,9 +134,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="a quarter of the samples for the converged pictures")
     parser.add_argument("--picture", help="raw, denoised, Open Image Denoise, converged, of 16 samples; one scene")
     args = parser.parse_args()
-    if "YUGEN_DATA" not in os.environ:
-        raise SystemExit("YUGEN_DATA is not set: it must name the folder that holds mitsuba/ and cloth/")
-    data = pathlib.Path(os.environ["YUGEN_DATA"]).resolve()
+    data = peer.data()
     (OUT / "cloth").mkdir(parents=True, exist_ok=True)
     bench.cloth_scenes(data, OUT / "cloth")
     print("| scene | samples | raw | denoised | Open Image Denoise | estimated error over true | seconds |")

@@ -11,6 +11,7 @@ cargo xtask <what>
   test    everything a change must pass: format, lints, tests (software GPU)
   bench   build Yugen for this processor and measure it: whole pictures, or what is named, beside other programs
             bench [render] [--peer]   samples a second; with --peer, time to equal error beside Mitsuba 3
+            bench denoise             error of denoised pictures, beside Open Image Denoise
             bench bsdf [--peer]       nanoseconds to evaluate and sample each reflectance model
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
@@ -180,6 +181,7 @@ fn demo(rest: &[String]) -> Outcome {
 /// What is measured, and the script of it.
 const BENCHES: &[(&str, &str)] = &[
     ("render", "bench.py"),
+    ("denoise", "denoise.py"),
     ("bsdf", "bsdf_rate.py"),
     ("rays", "ray_rate.py"),
     ("fit", "fit_rate.py"),
@@ -196,7 +198,7 @@ fn bench(rest: &[String]) -> Outcome {
         return Err(format!("there is no benchmark '{what}'; expected all or one of {}", names.join(", ")));
     }
     for (name, script) in chosen {
-        if *name == "render" {
+        if matches!(*name, "render" | "denoise") {
             cargo(&["build", "--profile", "dist", "--package", "yugen-cli"])?;
         }
         let script = root().join("benches").join(script);

@@ -117,6 +117,7 @@ impl Model for Merl {
         measurements reflect more than they receive there.";
     const LAWS: Laws = Laws::PHYSICAL;
     const WGSL: Option<&'static str> = Some(include_str!("merl.wgsl"));
+    const COSTLY: bool = true;
     const DATA: Data = Data::Required("the values of a MERL .binary file: 90 x 90 x 180 x RGB");
     const PRESETS: &'static [Preset] = &[Preset {
         name: "red_plastic",

@@ -705,6 +705,7 @@ impl Model for Microcylinder {
         show, it ends: use geometry or a BTF.";
     const LAWS: Laws = Laws { isotropic: false, ..Laws::PHYSICAL };
     const WGSL: Option<&'static str> = Some(include_str!("microcylinder.wgsl"));
+    const COSTLY: bool = true;
     const DATA: Data = Data::Optional(
         "tangent curves: for each of the two threads the count of offsets, the offsets in degrees, and count − 1 \
          lengths",

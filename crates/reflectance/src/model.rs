@@ -312,6 +312,8 @@ pub trait Model: Params + Send + Sync + 'static {
     /// The twin's worst error against `eval`, relative to the larger of the two values and `TWIN.1`:
     /// measured on lavapipe, then set near four times the worst seen. `(relative, floor)`.
     const TWIN: (f32, f32) = (1e-4, 1e-6);
+    /// Whether a call takes longer than a shadow ray, some 100 ns (`cargo xtask bench bsdf`).
+    const COSTLY: bool = false;
     /// Where its table comes from.
     const DATA: Data = Data::None;
     /// Named parameters.
@@ -405,6 +407,8 @@ macro_rules! models {
             pub fn wgsl(self) -> Option<&'static str> { match self { $( Kind::$model => <$module::$model as Model>::WGSL ),* } }
             /// Tolerance of its twin: (relative, floor).
             pub fn twin_tolerance(self) -> (f32, f32) { match self { $( Kind::$model => <$module::$model as Model>::TWIN ),* } }
+            /// Whether a call takes longer than a shadow ray.
+            pub fn costly(self) -> bool { match self { $( Kind::$model => <$module::$model as Model>::COSTLY ),* } }
             /// Where its table comes from.
             pub fn data(self) -> Data { match self { $( Kind::$model => <$module::$model as Model>::DATA ),* } }
             /// Named parameters.

@@ -544,6 +544,7 @@ impl Model for Rgl {
         why: "Eye and light are interpolated differently: the eye between few measured directions, the light on a \
             fine grid.",
     };
+    const COSTLY: bool = true;
     const DATA: Data = Data::Required("the values of an RGL .bsdf file");
     const PRESETS: &'static [Preset] = &[
         Preset {

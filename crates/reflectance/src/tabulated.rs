@@ -212,6 +212,7 @@ impl Model for Tabulated {
         isotropic: false,
         why: "Eye and light are read on different grids, and a reading is what it is.",
     };
+    const COSTLY: bool = true;
     const DATA: Data = Data::Required("a goniometer table");
     const PRESETS: &'static [Preset] = &[Preset {
         name: "satin",

@@ -46,6 +46,7 @@ pub struct Materials {
     nodes: Vec<Node>,
     see_through: Vec<bool>,
     matt: Vec<bool>,
+    costly: Vec<bool>,
 }
 
 /// What the surface is like where a ray met it.
@@ -207,7 +208,7 @@ impl Materials {
             .enumerate()
             .map(|(id, m)| node(m).map_err(|problem| MaterialError { material: id, problem }))
             .collect::<Result<_, _>>()?;
-        let mut materials = Self { nodes, see_through: Vec::new(), matt: Vec::new() };
+        let mut materials = Self { nodes, see_through: Vec::new(), matt: Vec::new(), costly: Vec::new() };
         for id in 0..materials.nodes.len() {
             let lobes = materials.lobes(id, 0).map_err(|problem| MaterialError { material: id, problem })?;
             if lobes > MAX_LOBES {
@@ -225,6 +226,7 @@ impl Materials {
         }
         materials.see_through = (0..materials.nodes.len()).map(|id| materials.is_see_through(id)).collect();
         materials.matt = (0..materials.nodes.len()).map(|id| materials.is_matt(id)).collect();
+        materials.costly = (0..materials.nodes.len()).map(|id| materials.is_costly(id)).collect();
         Ok(materials)
     }
 
@@ -308,15 +310,36 @@ impl Materials {
         }
     }
 
+    fn is_costly(&self, id: MaterialId) -> bool {
+        match &self.nodes[id] {
+            Node::Model { kind, .. } => kind.costly(),
+            Node::Null | Node::Cloth { .. } => false,
+            Node::TwoSided { front, back } => self.is_costly(*front) || self.is_costly(*back),
+            Node::Blend { first, second, .. } => self.is_costly(*first) || self.is_costly(*second),
+            Node::Sum(all) => all.iter().any(|m| self.is_costly(*m)),
+            Node::Mask { base, .. }
+            | Node::OneSided { base }
+            | Node::Body { base, .. }
+            | Node::NormalMap { base, .. }
+            | Node::BumpMap { base, .. } => self.is_costly(*base),
+        }
+    }
+
     /// Whether the material draws no direction with much more density than a matt one, where its textures do not say
     /// otherwise.
     pub fn matt(&self, id: MaterialId) -> bool {
         self.matt[id]
     }
 
-    /// Whether any material is matt.
-    pub fn any_matt(&self) -> bool {
-        self.matt.iter().any(|m| *m)
+    /// Whether pixels that see this material may share the ends of their paths: it is matt, and an end is looked at
+    /// from eight pixels and more, which pays only where that costs no more than the ray to it.
+    pub fn shares(&self, id: MaterialId) -> bool {
+        self.matt[id] && !self.costly[id]
+    }
+
+    /// Whether pixels may share anything.
+    pub fn any_shares(&self) -> bool {
+        (0..self.nodes.len()).any(|id| self.shares(id))
     }
 
     /// Whether light can go straight through this material somewhere.

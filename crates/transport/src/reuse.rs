@@ -5,7 +5,8 @@
 //! many paths as the group has, for a shadow ray each. Every x might have found y itself, with a density of its own;
 //! the balance heuristic over all of them (Veach 1997) keeps the sum unbiased, edges and all.
 //!
-//! Only matt surfaces share: where x or y gleams, what one sees is nothing to the other, and the rays are wasted.
+//! Only matt surfaces share: where x or y gleams, what one sees is nothing to the other, and the rays are wasted. Nor do
+//! models share that take longer than a ray to ask.
 
 use crate::geometry::offset_origin;
 use crate::integrator::{Arriving, Follow, Radiance, Sight, Vertex, Walk, World};
@@ -80,7 +81,7 @@ impl World {
             // Nor from which light what many share has come.
             && follow.groups.is_none()
             && !self.see_through()
-            && self.materials.any_matt()
+            && self.materials.any_shares()
     }
 
     /// Radiance along the `rays` of a group of pixels, one ray and sampler each. Returns how much of it, summed over
@@ -103,20 +104,20 @@ impl World {
         }
         let mut ends: [Option<End>; SIZE] = [const { None }; SIZE];
         // Those that share.
-        let matt: [Option<&Vertex>; SIZE] =
-            std::array::from_fn(|i| xs[i].as_ref().filter(|x| self.materials.matt(x.surface.material)));
+        let sharing: [Option<&Vertex>; SIZE] =
+            std::array::from_fn(|i| xs[i].as_ref().filter(|x| self.materials.shares(x.surface.material)));
         for (i, room) in second.iter_mut().enumerate().take(n) {
             let (Some(x), Some(walk), sampler, out) = (&xs[i], &mut walks[i], &mut paths[i].1, &mut out[i])
             else {
                 continue;
             };
             let Some((s, boost)) = self.bounce(follow, walk, x, sampler, between, out) else { continue };
-            if matt[i].is_none() || s.delta || s.null || s.pdf < RARE {
+            if sharing[i].is_none() || s.delta || s.null || s.pdf < RARE {
                 self.radiance(follow, walk, sampler, [&mut *later, &mut *between], out);
                 continue;
             }
             let Some(vertex) = self.meet(follow, walk, room, out) else { continue };
-            if !self.materials.matt(vertex.surface.material) {
+            if !self.materials.shares(vertex.surface.material) {
                 self.radiance_from(follow, walk, &vertex, sampler, [&mut *later, &mut *between], out);
                 continue;
             }
@@ -126,7 +127,7 @@ impl World {
         let mut shared = Vec3::ZERO;
         for (j, end) in ends.iter().enumerate() {
             if let Some(end) = end {
-                shared += self.share(&matt, j, end, between, out);
+                shared += self.share(&sharing, j, end, between, out);
             }
         }
         f64::from(shared.element_sum())
