@@ -2,9 +2,9 @@
 //! the lecture's red ball.
 //!
 //! Writes `out/demo/sheet.png`, the single pictures, the scenes they were made from and a page that shows them,
-//! `out/demo/index.html`. Each picture has its share of the time and gets as many samples as fit into it, so that the
-//! sheet takes about as long on any machine and is the less noisy the faster it is; with `--samples N` it is the same on
-//! all.
+//! `out/demo/index.html`. Each picture has its share of the time, gets as many samples as fit into it, and is denoised, so
+//! that the sheet takes about as long on any machine and is the better the faster it is; with `--samples N` it is the same
+//! on all.
 
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
@@ -171,7 +171,8 @@ fn main() -> Result<()> {
             Some(samples) => samples,
             None => affordable(&scene, picture.seconds)?,
         };
-        let rgb = render(&scene, samples)?;
+        let rgb =
+            render(&scene, samples)?.denoised().select(&["R", "G", "B"]).context("a picture has colours")?;
         let write = WriteOptions { curve: Curve::Aces, ..WriteOptions::from(scene.working_space) };
         image::write(&out.join(format!("{}.png", picture.name)), &rgb, &write)?;
         paste(&mut sheet, &rgb, GAP + (i % COLUMNS) * step, GAP + (i / COLUMNS) * step);
@@ -197,10 +198,11 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-fn render(scene: &Scene, samples: u32) -> Result<Image> {
-    let job = Job::new(scene, &Options { budget: Some(Budget::Samples(samples)), ..Options::default() })?;
+fn render(scene: &Scene, samples: u32) -> Result<Job> {
+    let options = Options { budget: Some(Budget::Samples(samples)), denoise: true, ..Options::default() };
+    let job = Job::new(scene, &options)?;
     job.run(|_, _| Action::Continue);
-    job.image().select(&["R", "G", "B"]).context("a picture has colours")
+    Ok(job)
 }
 
 /// How many samples a pixel fit into the time, by what a few of them take. At least so many that a slow machine has a
@@ -237,7 +239,7 @@ fn page(pictures: &[Picture]) -> String {
          body {{ background: #16130f; color: #e9e2d5; font: 15px/1.5 serif; margin: 2rem auto; max-width: 1700px }}\n\
          main {{ display: flex; flex-wrap: wrap; gap: 1rem }}\nfigure {{ margin: 0; width: {SIZE}px }}\n</style>\n\
          <h1>Yugen <span lang=\"ja\">幽玄</span></h1>\n\
-         <p>Each picture was path-traced from the scene it links to. \
+         <p>Each picture was path-traced and denoised from the scene it links to. \
          <span lang=\"ja\">どの絵も、リンク先の場面ファイルからパストレーシングで描いたものです。</span></p>\n\
          <main>\n{figures}</main>\n</html>\n"
     )

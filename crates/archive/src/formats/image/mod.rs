@@ -298,8 +298,8 @@ pub fn read_bytes(bytes: &[u8], name: &Path, options: &ReadOptions) -> Result<Im
     }
     tracing::debug!("{at}: {} x {}, {}", image.width, image.height, image.channels.join(", "));
     if !options.raw {
-        // Writers are known to fill the field with zeros.
-        let stated = chromaticities.filter(|&c| {
+        // Writers are known to fill the field with zeros, which states nothing.
+        let stated = chromaticities.filter(|c| c.iter().flatten().any(|x| *x != 0.0)).filter(|&c| {
             let usable = spans_a_space(c);
             if !usable {
                 tracing::warn!("{at}: the chromaticities {c:?} span no colour space; linear sRGB is assumed");
