@@ -6,7 +6,9 @@
 //! IMG 0002.png -0,6 0,0 0,8
 //! ```
 //! The last three words of a line are numbers, with a decimal point or a decimal comma; all before them is the name
-//! of the file, blanks and quotes around it aside. They say where the light stands as seen from the object: a
+//! of the file, blanks and quotes around it aside. Where a name with an extension is followed by more numbers, the first
+//! three count. Commas or semicolons may stand between the columns instead of blanks, and a list may do without names:
+//! then its lines are those of the pictures in the order of their names. The numbers say where the light stands as seen from the object: a
 //! direction of any length, or a position where the capture had its lamps near. Lengths are kept. +x is right,
 //! +y up, +z to the camera, unless [`Axes`] say otherwise.
 
@@ -19,11 +21,19 @@ use std::str::FromStr;
 /// One picture of a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The name as it stands in the list, often with a folder of the computer that wrote it.
+    /// The name as it stands in the list, often with a folder of the computer that wrote it; empty in all entries of a
+    /// list without names.
     pub file: String,
-    /// Toward the light, or where it stands; finite, not zero, z above zero.
+    /// Toward the light, or where it stands; finite, not zero, z above zero. A light on the horizon, or at most a degree
+    /// below it, is lifted to [`LOWEST`].
     pub light: Vec3,
 }
+
+/// Sine of the elevation to which lights at the horizon are lifted.
+pub const LOWEST: f32 = 1e-3;
+
+/// Sine of a degree: what may be wrong with a light that the list has below the horizon.
+const DEGREE: f32 = 0.017_452_4;
 
 /// Which numbers of a list are x, y and z: some programs count y downwards or name the axes in another order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,30 +112,54 @@ pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> 
             format!("'{}' is no number of lights, which the first line must be", shorten(head.trim()));
         Error::invalid(Place::line(file, first, 1), problem)
     })?;
-    let mut entries = Vec::new();
+    let mut entries: Vec<Entry> = Vec::new();
+    let (mut low, mut longer) = (0, 0);
     for (number, line) in lines {
-        let (name, numbers) = split(line).map_err(|(word, problem)| {
+        let Columns { name, numbers, more } = split(line).map_err(|(word, problem)| {
             let offset = word.as_ptr() as usize - line.as_ptr() as usize;
             Error::invalid(Place::line(file, number, line[..offset].chars().count() + 1), problem)
         })?;
         let at = || Place::line(file, number, 1);
-        let light = axes.apply(numbers);
+        if entries.first().is_some_and(|first| first.file.is_empty() != name.is_empty()) {
+            return Err(Error::invalid(
+                at(),
+                "some lines have file names and some have none; give all of them one",
+            ));
+        }
+        longer += usize::from(more);
+        let mut light = axes.apply(numbers);
         if light == Vec3::ZERO {
             return Err(Error::invalid(
                 at(),
                 "the light stands in the origin and so has no direction; correct or delete the line",
             ));
         }
-        if light.z <= 0.0 {
+        let length = light.length();
+        if light.z < -DEGREE * length {
+            let named = if name.is_empty() { String::new() } else { format!(" of '{}'", shorten(name)) };
             let problem = format!(
-                "the light of '{}' does not stand above the horizon (z is {}); correct or delete the line, or name the \
+                "the light{named} does not stand above the horizon (z is {}); correct or delete the line, or name the \
                  axes of the list, as in 'x y -z'",
-                shorten(name),
                 light.z
             );
             return Err(Error::invalid(at(), problem));
         }
+        low += usize::from(light.z < DEGREE * length);
+        light.z = light.z.max(LOWEST * length);
         entries.push(Entry { file: name.to_string(), light });
+    }
+    if low > 0 {
+        tracing::warn!(
+            "{}: {low} of {} lights stand within a degree of the horizon; what they graze tells little",
+            file.display(),
+            entries.len()
+        );
+    }
+    if longer > 0 {
+        tracing::warn!(
+            "{}: {longer} lines have more than three numbers; the first three after the name are taken",
+            file.display()
+        );
     }
     if count != entries.len() as u64 {
         let problem = format!(
@@ -137,34 +171,94 @@ pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> 
     Ok(entries)
 }
 
+/// What a line says.
+struct Columns<'a> {
+    /// Empty where there is none.
+    name: &'a str,
+    numbers: Vec3,
+    /// Whether numbers follow that were left out.
+    more: bool,
+}
+
+/// A number of a list: `0.5`, `0,5`, `.5,`.
+fn number(word: &str) -> Option<f32> {
+    // A comma at the end parts the numbers, one between digits is a decimal point.
+    let bare = word.strip_suffix([',', ';']).unwrap_or(word);
+    let value = match (bare.contains('.'), bare.matches(',').count()) {
+        (false, 1) => bare.replace(',', ".").parse::<f32>(),
+        _ => bare.parse::<f32>(),
+    };
+    value.ok().filter(|v| v.is_finite())
+}
+
+/// Without quotes around it.
+fn unquoted(name: &str) -> &str {
+    name.strip_prefix('"').and_then(|n| n.strip_suffix('"')).unwrap_or(name)
+}
+
+/// Columns between commas or semicolons, if that is what the line has: a name, unless there is none, and numbers.
+fn separated(line: &str) -> Option<Columns<'_>> {
+    let columns = |separator: char| {
+        let words: Vec<&str> = line.trim().split(separator).map(str::trim).collect();
+        let plain = |w: &&str| {
+            if separator == ';' { number(w) } else { w.parse().ok().filter(|v: &f32| v.is_finite()) }
+        };
+        let numbers: Vec<f32> = words.iter().rev().map_while(plain).collect();
+        // Numbers from the second column on, or from the first.
+        let named = match words.len() - numbers.len() {
+            0 if words.len() == 3 => false,
+            0 | 1 if words.len() > 3 => true,
+            _ => return None,
+        };
+        let first = usize::from(named);
+        let at = |i: usize| plain(&words[first + i]);
+        Some(Columns {
+            name: if named { unquoted(words[0]) } else { "" },
+            numbers: Vec3::new(at(0)?, at(1)?, at(2)?),
+            more: words.len() > first + 3,
+        })
+    };
+    columns(';').or_else(|| columns(','))
+}
+
 /// The name and the numbers of a line, or the word that is wrong and why.
-fn split(line: &str) -> Result<(&str, Vec3), (&str, String)> {
+fn split(line: &str) -> Result<Columns<'_>, (&str, String)> {
+    if let Some(columns) = separated(line) {
+        return Ok(columns);
+    }
+    // The numbers at the end, the last first.
     let mut rest = line.trim_end();
-    let mut numbers = Vec3::ZERO;
-    for axis in (0..3).rev() {
+    let mut found = Vec::new();
+    loop {
         let start =
             rest.char_indices().rev().find(|(_, c)| c.is_whitespace()).map_or(0, |(i, c)| i + c.len_utf8());
         let word = &rest[start..];
-        if start == 0 {
-            return Err((rest, "expected 'file x y z'".into()));
+        match number(word) {
+            Some(value) if !word.is_empty() => found.push((value, rest)),
+            _ if found.len() >= 3 => break,
+            _ if start == 0 => return Err((rest, "expected 'file x y z'".into())),
+            _ => {
+                return Err((
+                    word,
+                    format!("'{}' is not a finite number; expected 'file x y z'", shorten(word)),
+                ));
+            }
         }
-        // A comma at the end parts the numbers, one between digits is a decimal point.
-        let bare = word.strip_suffix([',', ';']).unwrap_or(word);
-        let value = match (bare.contains('.'), bare.matches(',').count()) {
-            (false, 1) => bare.replace(',', ".").parse::<f32>(),
-            _ => bare.parse::<f32>(),
-        };
-        numbers[axis] = value.ok().filter(|v| v.is_finite()).ok_or_else(|| {
-            (word, format!("'{}' is not a finite number; expected 'file x y z'", shorten(word)))
-        })?;
         rest = rest[..start].trim_end();
     }
+    // What looks like the name of a picture ends there; else the last three are the numbers and the rest is the name.
+    let whole = |name: &str| {
+        let extension = unquoted(name).rsplit_once('.').map_or("", |(_, extension)| extension);
+        (1..=5).contains(&extension.len()) && extension.starts_with(|c: char| c.is_ascii_alphabetic())
+    };
     let name = rest.trim().trim_end_matches([',', ';']);
-    let name = name.strip_prefix('"').and_then(|n| n.strip_suffix('"')).unwrap_or(name);
-    if name.is_empty() {
-        return Err((line, "there is no file name before the three numbers".into()));
+    if whole(name) {
+        let numbers = Vec3::from_array(std::array::from_fn(|i| found[found.len() - 1 - i].0));
+        return Ok(Columns { name: unquoted(name), numbers, more: found.len() > 3 });
     }
-    Ok((name, numbers))
+    let numbers = Vec3::from_array(std::array::from_fn(|i| found[2 - i].0));
+    let name = found.get(3).map_or(name, |(_, upto)| upto.trim().trim_end_matches([',', ';']));
+    Ok(Columns { name: unquoted(name), numbers, more: false })
 }
 
 /// What fits into a message.
@@ -221,6 +315,33 @@ mod tests {
     }
 
     #[test]
+    fn columns_may_be_parted_by_commas_be_more_or_have_no_name() {
+        let third = Vec3::new(0.1, -0.2, 0.3);
+        for (line, name) in [
+            ("a.png,0.1,-0.2,0.3", "a.png"),
+            ("a b.png;0,1;-0,2;0,3", "a b.png"),
+            ("a.png, 0.1, -.2, 0.3, 77", "a.png"),
+            ("12,0.1,-0.2,0.3", "12"),
+            ("a.png 0.1 -0.2 0.3 1.5 2", "a.png"),
+            ("photo 7 0.1 -0.2 0.3", "photo 7"),
+            ("\"a 2.png\" 0.1 -0.2 0.3 9", "a 2.png"),
+            ("0.1 -0.2 0.3", ""),
+            ("0.1,-0.2,0.3", ""),
+        ] {
+            let got = parse(&format!("1\n{line}\n")).unwrap();
+            assert_eq!(got, [Entry { file: name.into(), light: third }], "{line}");
+        }
+    }
+
+    #[test]
+    fn lights_at_the_horizon_are_lifted_above_it() {
+        for z in ["0", "-0.017", "1e-9"] {
+            let got = parse(&format!("1\na.png 0.6 0.8 {z}\n")).unwrap();
+            assert!((got[0].light.z - LOWEST).abs() < 1e-5, "{z}: {}", got[0].light);
+        }
+    }
+
+    #[test]
     fn axes_turn_what_other_programs_mean() {
         let axes: Axes = "x -y z".parse().unwrap();
         let got = read(b"1\na.png 1 2 3", Path::new("a.lp"), axes).unwrap();
@@ -246,7 +367,9 @@ mod tests {
                 "1\na.png 0 0 -1\n",
                 "a.lp:2:1: the light of 'a.png' does not stand above the horizon (z is -1)",
             ),
-            ("1\na.png 1 0 0\n", "a.lp:2:1: the light of 'a.png' does not stand above"),
+            ("1\na.png 1 0 -0.02\n", "a.lp:2:1: the light of 'a.png' does not stand above"),
+            ("1\n1 0 -0.02\n", "a.lp:2:1: the light does not stand above"),
+            ("2\na.png 0 0 1\n0 0 1\n", "a.lp:3:1: some lines have file names and some have none"),
             ("1\na.png 0 0 0\n", "a.lp:2:1: the light stands in the origin"),
             ("1\n\ná.png 0 NaN 1\n", "a.lp:3:9: 'NaN' is not a finite number"),
             ("1\na.png 0 inf 1\n", "a.lp:2:9: 'inf' is not a finite number"),
@@ -255,7 +378,6 @@ mod tests {
             ("1\na.png 0 1\n", "a.lp:2:1: expected 'file x y z'"),
             ("1\nb a.png 0 1\n", "a.lp:2:3: 'a.png' is not a finite number; expected 'file x y z'"),
             ("1\n0 1\n", "a.lp:2:1: expected 'file x y z'"),
-            ("1\n  0 0 1\n", "a.lp:2:1: there is no file name"),
         ] {
             let got = parse(text).unwrap_err().to_string();
             assert!(got.starts_with(want), "{text:?}: {got}");

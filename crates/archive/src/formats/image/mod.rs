@@ -377,6 +377,11 @@ fn writer(name: &Path) -> Result<Encode, Error> {
     })
 }
 
+/// Whether a file's name ends as those of pictures do.
+pub fn is_picture(name: &Path) -> bool {
+    codec_by_extension(name).is_some()
+}
+
 fn codec_by_extension(name: &Path) -> Option<&'static Codec> {
     let extension = name.extension()?.to_str()?.to_lowercase();
     CODECS.iter().find(|c| c.extensions.contains(&extension.as_str()))

@@ -363,3 +363,44 @@ fn a_large_stack_stays_within_four_gibibytes() {
     );
     assert!(kilobytes < 4 << 20, "{kilobytes} kB");
 }
+
+/// Pictures 1, 2 and 10 of three lights, and the list with these names for them.
+fn listed(names: [&str; 3]) -> Temporary {
+    let folder = Temporary::new();
+    let srgb = WriteOptions::from(ColourSpace::LinearSrgb);
+    for (light, name) in ["shot1.png", "shot2.png", "shot10.png"].into_iter().enumerate() {
+        folder.put(name, write_bytes(name.as_ref(), &linear(light), &srgb).unwrap());
+    }
+    let line = |(i, name): (usize, &str)| format!("{name} 0 {i} 1\n");
+    let lines: String = names.into_iter().enumerate().map(line).collect();
+    folder.put(LIGHTS, format!("3\n{lines}"));
+    folder
+}
+
+#[test]
+fn names_of_other_computers_find_their_pictures() {
+    for names in [
+        ["SHOT1.PNG", "Shot2.png", "shot10.Png"],
+        ["shot1.nef", "shot2.NEF", "SHOT10.tif"],
+        ["C:\\a\\SHOT1.PNG", "x/shot2.png", "shot10"],
+        // By their order, in which 2 comes before 10.
+        ["", "", ""],
+        ["ball_a.png", "ball_b.png", "ball_c.png"],
+    ] {
+        let folder = listed(names);
+        let stack = Folder::open(&folder.0).unwrap();
+        let found: Vec<_> =
+            stack.pictures.iter().map(|p| p.path.file_name().unwrap().to_str().unwrap()).collect();
+        assert_eq!(found, ["shot1.png", "shot2.png", "shot10.png"], "{names:?}");
+        assert_eq!(stack.pictures[2].light, Vec3::new(0.0, 2.0, 1.0));
+    }
+    listed(["shot1.png", "ball_b.png", "shot10.png"]).fails(&["'", "ball_b.png' is not there"]);
+    listed(["shot1.png", "SHOT1.png", "shot10.png"]).fails(&["two lines of the list mean the picture"]);
+    let folder = listed(["", "", ""]);
+    fs::remove_file(folder.0.join("shot2.png")).unwrap();
+    folder.fails(&["the list names no pictures, and has 3 lights for 2 pictures"]);
+    // Two that differ in their extension: which one is meant?
+    let folder = listed(["shot1.png", "shot2.jpg", "shot10.png"]);
+    fs::copy(folder.0.join("shot2.png"), folder.0.join("shot2.tif")).unwrap();
+    folder.fails(&["shot2.jpg' is not there"]);
+}
