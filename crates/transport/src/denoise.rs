@@ -8,6 +8,7 @@
 //! and what one makes of a pixel is judged by the other, which chooses between several widths and leaves the pixel as
 //! it is where that is better.
 
+use crate::accel;
 use crate::guide::{ALBEDO, DEPTH, Halves, NORMAL, SURFACE};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -101,8 +102,8 @@ struct View {
     width: usize,
     height: usize,
     sides: [Side; 2],
-    /// Which pixels have samples.
-    met: Vec<bool>,
+    /// 0 at pixels with samples, infinity at those without and outside the picture.
+    far: Plane,
     features: Vec<Feature>,
 }
 
@@ -138,55 +139,55 @@ fn zip(a: &[f32], b: &[f32], f: impl Fn(f32, f32) -> f32) -> Vec<f32> {
 }
 
 /// Distances of a block's pixels to those around them: for each group of lanes all offsets.
-fn distances(side: &Side, view: &View, x0: usize, y0: usize, out: &mut [Lanes]) {
+#[inline(always)]
+fn distances<L: accel::Lanes>(side: &Side, far: &Plane, x0: usize, y0: usize, out: &mut [Lanes]) {
     const WIDE: usize = BLOCK + 2 * LANES;
     const HIGH: usize = BLOCK + 2 * PATCH;
-    let mut sums = [[0.0f32; BLOCK]; HIGH];
+    // Loops throughout, as in `fit`.
+    let (zero, least, most) = (L::splat(0.0), L::splat(1e-12), L::splat(1e4));
+    let share = L::splat(1.0 / ((2 * PATCH + 1) * (2 * PATCH + 1)) as f32);
+    let mut sums = [[zero; BLOCK / LANES]; HIGH];
     let mut row = [0.0f32; WIDE];
-    let reach = REACH as isize;
-    for (o, (dy, dx)) in (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| (y, x))).enumerate() {
-        for (y, sum) in sums.iter_mut().enumerate() {
-            let py = y0 + BORDER - PATCH + y;
-            let qy = py.wrapping_add_signed(dy);
-            for x in (0..BLOCK + 2 * PATCH).step_by(LANES) {
-                let px = x0 + BORDER - PATCH + x;
-                let qx = px.wrapping_add_signed(dx);
-                let (vp, vq) = (side.variance.at(px, py), side.variance.at(qx, qy));
-                let mut squared = [0.0; LANES];
-                for plane in &side.rgb {
-                    let (p, q) = (plane.at(px, py), plane.at(qx, qy));
-                    for i in 0..LANES {
-                        squared[i] += (p[i] - q[i]) * (p[i] - q[i]);
-                    }
-                }
-                for i in 0..LANES {
-                    let v = vp[i] + vq[i];
+    let mut o = 0;
+    for dy in 0..=2 * REACH {
+        for dx in 0..=2 * REACH {
+            for (y, sum) in sums.iter_mut().enumerate() {
+                let py = y0 + BORDER - PATCH + y;
+                let qy = py + dy - REACH;
+                for x in (0..BLOCK + 2 * PATCH).step_by(LANES) {
+                    let px = x0 + BORDER - PATCH + x;
+                    let qx = px + dx - REACH;
+                    let vp = L::from_array(side.variance.at(px, py));
+                    let vq = L::from_array(side.variance.at(qx, qy));
                     // What noise adds to the square; a neighbour noisier than the pixel itself is no excuse.
-                    let noise = vp[i] + vp[i].min(vq[i]);
-                    row[x + i] = ((squared[i] - noise) / (v + 1e-12)).min(1e4);
+                    let mut apart = zero.sub(vp.add(vp.min(vq)));
+                    for plane in &side.rgb {
+                        let d = L::from_array(plane.at(px, py)).sub(L::from_array(plane.at(qx, qy)));
+                        apart = d.mul_add(d, apart);
+                    }
+                    let apart = apart.div(vp.add(vq).add(least)).min(most);
+                    row[x..x + LANES].copy_from_slice(&apart.to_array());
                 }
-            }
-            *sum = std::array::from_fn(|x| (0..=2 * PATCH).map(|i| row[x + i]).sum());
-        }
-        for y in 0..BLOCK {
-            let qy = (y0 + y) as isize + dy;
-            for group in 0..BLOCK / LANES {
-                let x = group * LANES;
-                let mut d = [0.0; LANES];
-                for sum in &sums[y..=y + 2 * PATCH] {
-                    for i in 0..LANES {
-                        d[i] += sum[x + i];
+                for (group, sum) in sum.iter_mut().enumerate() {
+                    *sum = zero;
+                    for i in 0..=2 * PATCH {
+                        let from = group * LANES + i;
+                        *sum = sum.add(L::from_array(row[from..].first_chunk().unwrap_or(&[0.0; LANES])));
                     }
                 }
-                for (i, d) in d.iter_mut().enumerate() {
-                    let qx = (x0 + x + i) as isize + dx;
-                    let inside = (0..view.width as isize).contains(&qx)
-                        && (0..view.height as isize).contains(&qy)
-                        && view.met[qy as usize * view.width + qx as usize];
-                    *d = if inside { *d / ((2 * PATCH + 1) * (2 * PATCH + 1)) as f32 } else { f32::INFINITY };
-                }
-                out[(y * (BLOCK / LANES) + group) * OFFSETS + o] = d;
             }
+            for y in 0..BLOCK {
+                for group in 0..BLOCK / LANES {
+                    let mut d = zero;
+                    for sum in &sums[y..=y + 2 * PATCH] {
+                        d = d.add(sum[group]);
+                    }
+                    let far = far.at(x0 + BORDER + group * LANES + dx - REACH, y0 + BORDER + y + dy - REACH);
+                    out[(y * (BLOCK / LANES) + group) * OFFSETS + o] =
+                        d.mul_add(share, L::from_array(far)).to_array();
+                }
+            }
+            o += 1;
         }
     }
 }
@@ -194,7 +195,9 @@ fn distances(side: &Side, view: &View, x0: usize, y0: usize, out: &mut [Lanes]) 
 /// Value at its own pixel of the linear function of `K` features that fits the pixels around best: for all three
 /// colours of `target`.
 #[inline(always)]
-fn fit<const K: usize>(
+// Rows of two matrices at once: indices say what happens.
+#[allow(clippy::needless_range_loop)]
+fn fit<L: accel::Lanes, const K: usize>(
     features: &[(&Feature, f32)],
     target: &[Plane; 3],
     distance: &[Lanes],
@@ -202,69 +205,57 @@ fn fit<const K: usize>(
     x: usize,
     y: usize,
 ) -> [Lanes; 3] {
-    let zero = [0.0f32; LANES];
+    // Loops throughout: a closure over lanes would not be compiled for the lanes' instructions.
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
     // Upper triangle of the normal equations: features, then one; and right-hand sides.
     let mut s = [[zero; K]; K];
     let (mut s1, mut count) = ([zero; K], zero);
     let (mut t, mut t1) = ([[zero; 3]; K], [zero; 3]);
-    let own: [Lanes; K] = std::array::from_fn(|k| *features[k].0.plane.at(x, y));
-    let noise: [Lanes; K] = std::array::from_fn(|k| *features[k].0.noise.at(x, y));
-    let scale: [f32; K] = std::array::from_fn(|k| features[k].1);
-    let sharp = 1.0 / (APART * width * width);
-    let mut nearest = [KIN; LANES];
-    for (_, d) in distance.iter().enumerate().filter(|(o, _)| *o != OFFSETS / 2) {
-        for i in 0..LANES {
-            nearest[i] = nearest[i].min(d[i]);
+    let (mut own, mut noise, mut scale) = ([zero; K], [zero; K], [zero; K]);
+    for k in 0..K {
+        own[k] = L::from_array(features[k].0.plane.at(x, y));
+        noise[k] = L::from_array(features[k].0.noise.at(x, y));
+        scale[k] = L::splat(features[k].1);
+    }
+    let sharp = L::splat(1.0 / (APART * width * width));
+    let mut nearest = L::splat(KIN);
+    for (o, d) in distance.iter().enumerate() {
+        if o != OFFSETS / 2 {
+            nearest = nearest.min(L::from_array(d));
         }
     }
-    let nearest = nearest.map(|d| d.max(0.0));
+    let nearest = nearest.max(zero);
     let mut o = 0;
     for qy in y - REACH..=y + REACH {
         for qx in x - REACH..=x + REACH {
-            let d = distance[o];
+            let d = L::from_array(&distance[o]);
             o += 1;
-            let mut w = zero;
-            for i in 0..LANES {
-                // A power near to the exponential function that ends.
-                let e = (1.0 - (d[i] - nearest[i]).max(0.0) * sharp).max(0.0);
-                let e = e * e;
-                let e = e * e;
-                w[i] = e * e;
-            }
-            if w == zero {
+            // A power near to the exponential function that ends.
+            let e = d.sub(nearest).max(zero).neg_mul_add(sharp, one).max(zero);
+            let e = e.mul(e);
+            let e = e.mul(e);
+            let w = e.mul(e);
+            if zero.lt(w) == 0 {
                 continue;
             }
+            let mut colour = [zero; 3];
+            count = count.add(w);
+            for c in 0..3 {
+                colour[c] = L::from_array(target[c].at(qx, qy));
+                t1[c] = w.mul_add(colour[c], t1[c]);
+            }
             let mut f = [zero; K];
-            let mut wf = [zero; K];
             for k in 0..K {
-                let q = features[k].0.plane.at(qx, qy);
-                for i in 0..LANES {
-                    f[k][i] = (q[i] - own[k][i]) * scale[k];
-                    wf[k][i] = w[i] * f[k][i];
-                }
-            }
-            let c: [&Lanes; 3] = std::array::from_fn(|c| target[c].at(qx, qy));
-            for i in 0..LANES {
-                count[i] += w[i];
-            }
-            for (to, colour) in t1.iter_mut().zip(c) {
-                for i in 0..LANES {
-                    to[i] += w[i] * colour[i];
-                }
+                f[k] = L::from_array(features[k].0.plane.at(qx, qy)).sub(own[k]).mul(scale[k]);
             }
             for k in 0..K {
-                for i in 0..LANES {
-                    s1[k][i] += wf[k][i];
-                }
-                for (to, colour) in t[k].iter_mut().zip(c) {
-                    for i in 0..LANES {
-                        to[i] += wf[k][i] * colour[i];
-                    }
+                let wf = w.mul(f[k]);
+                s1[k] = s1[k].add(wf);
+                for c in 0..3 {
+                    t[k][c] = wf.mul_add(colour[c], t[k][c]);
                 }
                 for j in k..K {
-                    for i in 0..LANES {
-                        s[k][j][i] += wf[k][i] * f[j][i];
-                    }
+                    s[k][j] = wf.mul_add(f[j], s[k][j]);
                 }
             }
         }
@@ -273,43 +264,27 @@ fn fit<const K: usize>(
     // solution, the value at the pixel itself, needs no substitution.
     let mut rest = count;
     for k in 0..K {
-        let mut inverse = zero;
-        for i in 0..LANES {
-            // Of a feature that is itself noisy not much is made either.
-            let ridge = RIDGE + scale[k] * scale[k] * noise[k][i];
-            inverse[i] = 1.0 / (s[k][k][i].max(0.0) + ridge * count[i]);
-        }
+        // Of a feature that is itself noisy not much is made either.
+        let ridge = scale[k].mul(scale[k]).mul_add(noise[k], L::splat(RIDGE));
+        let inverse = one.div(ridge.mul_add(count, s[k][k].max(zero)));
         for j in k + 1..K {
-            let mut factor = zero;
-            for i in 0..LANES {
-                factor[i] = s[k][j][i] * inverse[i];
+            let factor = s[k][j].mul(inverse);
+            for l in j..K {
+                s[j][l] = factor.neg_mul_add(s[k][l], s[j][l]);
             }
-            let (row, right) = (s[k], t[k]);
-            for (to, from) in s[j].iter_mut().zip(&row).skip(j) {
-                for i in 0..LANES {
-                    to[i] -= factor[i] * from[i];
-                }
-            }
-            for i in 0..LANES {
-                s1[j][i] -= factor[i] * s1[k][i];
-            }
-            for (to, from) in t[j].iter_mut().zip(&right) {
-                for i in 0..LANES {
-                    to[i] -= factor[i] * from[i];
-                }
+            s1[j] = factor.neg_mul_add(s1[k], s1[j]);
+            for c in 0..3 {
+                t[j][c] = factor.neg_mul_add(t[k][c], t[j][c]);
             }
         }
-        for i in 0..LANES {
-            let factor = s1[k][i] * inverse[i];
-            rest[i] -= factor * s1[k][i];
-            for (to, from) in t1.iter_mut().zip(&t[k]) {
-                to[i] -= factor * from[i];
-            }
+        let factor = s1[k].mul(inverse);
+        rest = factor.neg_mul_add(s1[k], rest);
+        for c in 0..3 {
+            t1[c] = factor.neg_mul_add(t[k][c], t1[c]);
         }
     }
-    std::array::from_fn(|c| {
-        std::array::from_fn(|i| t1[c][i] / rest[i].max(1e-3 * count[i]).max(f32::MIN_POSITIVE))
-    })
+    let rest = rest.max(count.mul(L::splat(1e-3))).max(L::splat(f32::MIN_POSITIVE));
+    [t1[0].div(rest).to_array(), t1[1].div(rest).to_array(), t1[2].div(rest).to_array()]
 }
 
 /// What a reconstruction filter does to pixels that are means of their own samples.
@@ -407,11 +382,11 @@ impl Footprint {
 
 /// All fits of a block.
 #[inline(always)]
-fn block(view: &View, x0: usize, y0: usize) -> Box<Fits> {
+fn block<L: accel::Lanes>(view: &View, x0: usize, y0: usize) -> Box<Fits> {
     let groups = BLOCK * BLOCK / LANES;
     let mut apart = [vec![[0.0; LANES]; groups * OFFSETS], vec![[0.0; LANES]; groups * OFFSETS]];
     for (side, out) in view.sides.iter().zip(&mut apart) {
-        distances(side, view, x0, y0, out);
+        distances::<L>(side, &view.far, x0, y0, out);
     }
     // Features that tell anything here.
     let mut told = Vec::new();
@@ -439,15 +414,15 @@ fn block(view: &View, x0: usize, y0: usize) -> Box<Fits> {
             let target = &view.sides[half].rgb;
             for (w, width) in WIDTHS.into_iter().enumerate() {
                 let rgb = match told.len() {
-                    0 => fit::<0>(&told, target, distance, width, px, py),
-                    1 => fit::<1>(&told, target, distance, width, px, py),
-                    2 => fit::<2>(&told, target, distance, width, px, py),
-                    3 => fit::<3>(&told, target, distance, width, px, py),
-                    4 => fit::<4>(&told, target, distance, width, px, py),
-                    5 => fit::<5>(&told, target, distance, width, px, py),
-                    6 => fit::<6>(&told, target, distance, width, px, py),
-                    7 => fit::<7>(&told, target, distance, width, px, py),
-                    _ => fit::<8>(&told[..8], target, distance, width, px, py),
+                    0 => fit::<L, 0>(&told, target, distance, width, px, py),
+                    1 => fit::<L, 1>(&told, target, distance, width, px, py),
+                    2 => fit::<L, 2>(&told, target, distance, width, px, py),
+                    3 => fit::<L, 3>(&told, target, distance, width, px, py),
+                    4 => fit::<L, 4>(&told, target, distance, width, px, py),
+                    5 => fit::<L, 5>(&told, target, distance, width, px, py),
+                    6 => fit::<L, 6>(&told, target, distance, width, px, py),
+                    7 => fit::<L, 7>(&told, target, distance, width, px, py),
+                    _ => fit::<L, 8>(&told[..8], target, distance, width, px, py),
                 };
                 for (to, from) in out[w][half].iter_mut().zip(rgb) {
                     to[y * BLOCK + x..][..LANES].copy_from_slice(&from);
@@ -459,20 +434,20 @@ fn block(view: &View, x0: usize, y0: usize) -> Box<Fits> {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
+#[target_feature(enable = "avx2,fma")]
 fn block_avx2(view: &View, x0: usize, y0: usize) -> Box<Fits> {
-    block(view, x0, y0)
+    block::<accel::Avx2>(view, x0, y0)
 }
 
 /// Wider registers where there are any; the same operations in the same order, so the same bits.
 fn block_by_cpu(view: &View, x0: usize, y0: usize) -> Box<Fits> {
     #[cfg(target_arch = "x86_64")]
-    if is_x86_feature_detected!("avx2") {
+    if accel::has_avx2() {
         // SAFETY: the processor has what the function was compiled for.
         #[allow(unsafe_code)]
         return unsafe { block_avx2(view, x0, y0) };
     }
-    block(view, x0, y0)
+    block::<accel::Portable>(view, x0, y0)
 }
 
 /// All fits of a picture: for every width, half and colour a plane.
@@ -574,8 +549,16 @@ pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, 
     };
     let floors = NORMAL.chain(ALBEDO).map(|i| (i, 0.005)).chain([(DEPTH, 1e-4 * farness), (SURFACE, 0.01)]);
     let met: Vec<bool> = (0..pixels).map(|i| halves.count[0][i] + halves.count[1][i] > 0.0).collect();
+    let mut far = Plane::new(&vec![0.0; pixels], w, h);
+    let pitch = far.pitch;
+    for (at, far) in far.data.iter_mut().enumerate() {
+        let (x, y) = ((at % pitch).wrapping_sub(BORDER), (at / pitch).wrapping_sub(BORDER));
+        if x >= w || y >= h || !met[y * w + x] {
+            *far = f32::INFINITY;
+        }
+    }
     let view =
-        View { width: w, height: h, sides: [side(0), side(1)], met, features: floors.map(feature).collect() };
+        View { width: w, height: h, sides: [side(0), side(1)], far, features: floors.map(feature).collect() };
     let fits = fits(&view, threads);
 
     // All errors relative to how bright it is around.
@@ -664,7 +647,7 @@ pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, 
     }
     for c in 0..3 {
         out[c] = zip(&footprint.apply(&rgb[c], w, h), &fine[c], |v, fine| v + fine);
-        for i in (0..pixels).filter(|i| !view.met[*i]) {
+        for i in (0..pixels).filter(|i| !met[*i]) {
             out[c][i] = picture[c][i];
         }
     }
@@ -737,6 +720,21 @@ mod tests {
         let claimed = out.error.iter().flatten().map(|e| e * e).sum::<f32>() / (3 * SIZE * SIZE) as f32;
         // What is left is mistaken for bias here and there: 4 times the square was measured.
         assert!((0.5..8.0).contains(&(claimed / after)), "{claimed} {after}");
+    }
+
+    #[test]
+    fn the_same_bits_on_any_processor() {
+        let mut random = Pcg32::new(3, 4);
+        let mut plane = || Plane::new(&(0..20 * 20).map(|_| random.next_f32()).collect::<Vec<_>>(), 20, 20);
+        let mut side = || Side { rgb: std::array::from_fn(|_| plane()), variance: plane() };
+        let sides = [side(), side()];
+        let features = (0..4).map(|_| Feature { plane: plane(), noise: plane(), floor: 0.01 }).collect();
+        let mut far = Plane::new(&[0.0; 400], 20, 20);
+        far.data.iter_mut().step_by(7).for_each(|far| *far = f32::INFINITY);
+        let view = View { width: 20, height: 20, sides, far, features };
+        for at in [0, BLOCK] {
+            assert!(block_by_cpu(&view, at, at) == block::<accel::Portable>(&view, at, at));
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Eight numbers side by side. The hierarchy's kernel is written once over [`Lanes`]; the portable and
+//! Eight numbers side by side. The kernels of hierarchy and denoiser are written once over [`Lanes`]; the portable and
 //! the AVX2 implementation do the same IEEE operations in the same order, so their results are equal
 //! bit for bit.
 
@@ -10,6 +10,7 @@ pub(crate) trait Lanes: Copy {
     /// # Safety
     /// `p` is 32-byte aligned and readable for eight `f32`.
     unsafe fn load(p: *const f32) -> Self;
+    fn from_array(lanes: &[f32; 8]) -> Self;
     fn to_array(self) -> [f32; 8];
     /// Writes the lanes of `mask`, largest first, to `distances`, and their `children` beside. The lane
     /// counts as the lowest three bits of its (non-negative) number, which orders equals.
@@ -24,6 +25,8 @@ pub(crate) trait Lanes: Copy {
     fn sub(self, b: Self) -> Self;
     fn mul(self, b: Self) -> Self;
     fn div(self, b: Self) -> Self;
+    /// `self · b + c`, rounded once.
+    fn mul_add(self, b: Self, c: Self) -> Self;
     /// `self · b − c`, rounded once.
     fn mul_sub(self, b: Self, c: Self) -> Self;
     /// `c − self · b`, rounded once.
@@ -61,6 +64,10 @@ impl Lanes for Portable {
     unsafe fn load(p: *const f32) -> Self {
         // SAFETY: the caller's promise.
         unsafe { *p.cast::<Self>() }
+    }
+    #[inline(always)]
+    fn from_array(lanes: &[f32; 8]) -> Self {
+        Self(*lanes)
     }
     #[inline(always)]
     fn to_array(self) -> [f32; 8] {
@@ -108,6 +115,10 @@ impl Lanes for Portable {
     #[inline(always)]
     fn div(self, b: Self) -> Self {
         self.zip(b, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        Self(std::array::from_fn(|i| self.0[i].mul_add(b.0[i], c.0[i])))
     }
     #[inline(always)]
     fn mul_sub(self, b: Self, c: Self) -> Self {
@@ -180,6 +191,10 @@ mod avx2 {
             Self(unsafe { _mm256_load_ps(p) })
         }
         #[inline(always)]
+        fn from_array(lanes: &[f32; 8]) -> Self {
+            Self(unsafe { _mm256_loadu_ps(lanes.as_ptr()) })
+        }
+        #[inline(always)]
         fn to_array(self) -> [f32; 8] {
             let mut out = [0.0; 8];
             unsafe { _mm256_storeu_ps(out.as_mut_ptr(), self.0) };
@@ -240,6 +255,10 @@ mod avx2 {
         #[inline(always)]
         fn div(self, b: Self) -> Self {
             Self(unsafe { _mm256_div_ps(self.0, b.0) })
+        }
+        #[inline(always)]
+        fn mul_add(self, b: Self, c: Self) -> Self {
+            Self(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
         }
         #[inline(always)]
         fn mul_sub(self, b: Self, c: Self) -> Self {

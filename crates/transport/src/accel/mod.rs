@@ -15,6 +15,11 @@ mod build;
 mod lanes;
 mod traverse;
 
+#[cfg(target_arch = "x86_64")]
+pub(crate) use lanes::Avx2;
+pub(crate) use lanes::{Lanes, Portable};
+pub(crate) use traverse::has_avx2;
+
 #[cfg(test)]
 mod tests;
 

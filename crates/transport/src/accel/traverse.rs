@@ -342,7 +342,7 @@ mod avx2 {
 }
 
 /// Can this processor run the fast kernel?
-pub(super) fn has_avx2() -> bool {
+pub(crate) fn has_avx2() -> bool {
     #[cfg(target_arch = "x86_64")]
     return is_x86_feature_detected!("avx2")
         && is_x86_feature_detected!("fma")
