@@ -9,6 +9,7 @@ pub mod fit;
 pub mod hdr;
 mod lanes;
 pub mod lens;
+pub mod normals;
 pub mod parallel;
 pub mod pca;
 mod rows;

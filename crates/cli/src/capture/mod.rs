@@ -6,6 +6,7 @@ mod cloth;
 mod export;
 mod fit;
 mod hdr;
+mod normals;
 mod relight;
 mod rti;
 mod simulate;
@@ -18,7 +19,7 @@ pub use hdr::pictures;
 use anyhow::Result;
 use clap::Subcommand;
 
-/// From photographs under many lights to the maps of a cloth: hdr, calibrate, simulate, weave, fit, export, relight, rti.
+/// From photographs under many lights to the maps of a cloth: hdr, calibrate, simulate, weave, fit, normals, export, relight, rti.
 // What a verb is for stands at its arguments.
 #[derive(Subcommand)]
 pub enum Capture {
@@ -27,6 +28,7 @@ pub enum Capture {
     Simulate(simulate::Simulate),
     Weave(weave::Weave),
     Fit(fit::Fit),
+    Normals(normals::Normals),
     Export(export::Export),
     Relight(relight::Relight),
     Rti(rti::Rti),
@@ -41,6 +43,7 @@ impl Capture {
             Self::Simulate(v) => v.run(),
             Self::Weave(v) => v.run(),
             Self::Fit(v) => v.run(),
+            Self::Normals(v) => v.run(),
             Self::Export(v) => v.run(),
             Self::Relight(v) => v.run(),
             Self::Rti(v) => v.run(),

@@ -13,6 +13,7 @@ mod hdr;
 mod info;
 mod lecture;
 mod messages;
+mod normals;
 mod overwrite;
 mod render;
 mod render_interrupt;
@@ -116,6 +117,7 @@ fn help_teaches() {
         ("capture simulate", "Without any option about the sensor"),
         ("capture weave", "cloth.btf with all maps"),
         ("capture fit", "Threads repeat"),
+        ("capture normals", "as OpenGL has them"),
         ("capture export", "EXR keeps every number"),
         ("capture relight", "whose centre lies where the camera is"),
         ("capture rti", "hemispherical harmonics"),

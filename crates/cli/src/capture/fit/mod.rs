@@ -103,7 +103,7 @@ const SAMPLE_BYTES: usize = 512 << 20;
 
 /// First row and height of the bands that threads are learned from: spread over the height, and the same whatever the
 /// memory, so that the result is.
-fn sample_rows(folder: &Folder, lights: usize) -> Vec<(usize, usize)> {
+pub(super) fn sample_rows(folder: &Folder, lights: usize) -> Vec<(usize, usize)> {
     let rows = SAMPLE_ROWS.min(folder.height);
     let each = folder.width * rows * lights * size_of::<[f32; 3]>();
     let count = (SAMPLE_BYTES / each.max(1)).clamp(1, 16).min(folder.height / rows);
@@ -158,7 +158,8 @@ impl Work<'_> {
             checkpoint.append(&self.fit(&stack, 0, prior.as_ref()))?;
             return Ok(prior.is_some());
         }
-        let prior = if self.learns { self.learn(&sample(folders, lights)?) } else { None };
+        let prior =
+            if self.learns { self.learn(&sample(folders, sample_rows(folder, lights))?) } else { None };
         let mut bands = Sides::open(folders, rows)?;
         bands.skip_rows(done)?;
         while let Some(stack) = bands.next()? {
@@ -170,11 +171,11 @@ impl Work<'_> {
     }
 }
 
-/// What threads are learned from.
-fn sample(folders: &[Folder], lights: usize) -> Result<Vec<Stack>> {
+/// Bands of so many rows from each first row.
+pub(super) fn sample(folders: &[Folder], of: Vec<(usize, usize)>) -> Result<Vec<Stack>> {
     let (mut sample, mut row) = (Vec::new(), 0);
     let mut bands = Sides::open(folders, SAMPLE_ROWS)?;
-    for (first, rows) in sample_rows(&folders[0], lights) {
+    for (first, rows) in of {
         bands.skip_rows(first - row)?;
         sample.extend(bands.next()?);
         row = first + rows;

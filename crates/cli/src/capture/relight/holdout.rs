@@ -1,5 +1,6 @@
 //! `yugen capture relight --hold-out`: which method predicts photographs it has not seen.
 
+use super::super::normals::read_normals;
 use super::super::stack::Source;
 use super::Relight;
 use crate::{argument, json, progress};
@@ -12,7 +13,7 @@ use yugen_archive::{check_outputs, make_folder};
 use yugen_capture::rti::RtiError;
 use yugen_capture::rti::holdout::{Method, Score, pictures, score, split, spread};
 use yugen_optics::colour::srgb_to_linear;
-use yugen_optics::{ColourSpace, Image, Vec3};
+use yugen_optics::{ColourSpace, Image};
 
 /// The error, in display values, that a map shows as white.
 const WORST: f32 = 0.2;
@@ -152,33 +153,6 @@ fn parse_hold_out(text: &str, folder: &Folder) -> Result<Vec<usize>> {
         bail!("--hold-out '{text}' names no photograph; expected a count or a list");
     }
     Ok(chosen)
-}
-
-/// Unit normals; zero where the file has none.
-fn read_normals(file: &Path, width: usize, height: usize) -> Result<Vec<Vec3>> {
-    let picture = image::read(file, &image::ReadOptions::raw())?;
-    if (picture.width, picture.height) != (width, height) {
-        bail!(
-            "{}: normals of {}x{} pixels for photographs of {width}x{height}",
-            file.display(),
-            picture.width,
-            picture.height
-        );
-    }
-    let layers = [["X", "Y", "Z"], ["R", "G", "B"], ["normal.X", "normal.Y", "normal.Z"]];
-    let Some(xyz) = layers.iter().find_map(|names| picture.select(names)) else {
-        bail!(
-            "{}: expected the channels X, Y, Z, or R, G, B, or normal.X, normal.Y, normal.Z",
-            file.display()
-        );
-    };
-    // Display formats hold nothing below zero.
-    let signed = super::is_cloth(file);
-    let decode = |v: Vec3| if signed { v } else { 2.0 * v - 1.0 };
-    let normal = |v: &[f32]| decode(Vec3::from_slice(v));
-    // Black in a picture is no normal: its length would be the root of three.
-    let unit = |n: Vec3| if (n.length() - 1.0).abs() < 0.2 { n.normalize() } else { Vec3::ZERO };
-    Ok(xyz.data.chunks_exact(3).map(|v| unit(normal(v))).collect())
 }
 
 /// Truth, predictions and errors as PNGs.

@@ -1,0 +1,274 @@
+//! Normals and albedo by robust photometric stereo (Woodham 1980, with the loss of Geman and McClure 1985).
+//!
+//! A matte texel of albedo ρ and normal n reads ρ n·l: three unknowns g = ρ n, linear in the readings. Cast shadows,
+//! highlights and light from neighbouring surfaces are not noise but readings of something else, and there may be many of
+//! them. So each texel starts from the best of many triplets of readings that are taken at their word (Fischler and Bolles
+//! 1981), and is refined by iteratively reweighted least squares with a loss that stops growing. A reading that is darker
+//! than the model may be in shadow; one that is brighter is suspicious unless its half vector stands near the normal, where
+//! highlights are: without that, three readings in shadow would pass for a dark texel full of highlights.
+
+pub mod height;
+mod stereo;
+
+use crate::fit::Readings;
+use crate::fit::compare::quantile;
+use crate::lanes::{F, LANES};
+use crate::parallel::parallel_in;
+use glam::Vec3;
+use stereo::{Light, Room, Task};
+
+/// What the light of a texel that is no highlight comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ground {
+    /// Lambert's law.
+    Matte,
+    /// Lambert's law below a clear coat (glaze, varnish, plastic), which lets through 1 − (1 − cos θ)⁵ of what it lets
+    /// through from straight above (Fresnel's formulas as Schlick 1994 has them, the same for every refractive index).
+    Coated,
+}
+
+impl Ground {
+    /// For people and scripts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Matte => "matte",
+            Self::Coated => "coated",
+        }
+    }
+}
+
+/// How the readings are looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Standard deviation of a reading, as a part of it.
+    pub noise: f32,
+    /// Standard deviation of a black reading, as a reflectance.
+    pub floor: f32,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { noise: 0.02, floor: 0.001 }
+    }
+}
+
+/// What was found of a texel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// Unit; +z where nothing was found.
+    pub normal: Vec3,
+    /// What the texel reads when it faces the light, without highlights: linear RGB.
+    pub albedo: Vec3,
+    /// By how many degrees the normal is expected to be off; 90 where nothing was found.
+    pub error: f32,
+    /// From 0, nothing is known, to 1.
+    pub confidence: f32,
+    /// Usable readings.
+    pub readings: u16,
+    /// Those that agree with normal and albedo.
+    pub agreeing: u16,
+}
+
+/// The texel of which nothing is known.
+pub const NOTHING: Found =
+    Found { normal: Vec3::Z, albedo: Vec3::ZERO, error: 90.0, confidence: 0.0, readings: 0, agreeing: 0 };
+
+/// Fewer readings than this do not determine a normal.
+pub const FEWEST_READINGS: usize = 3;
+
+/// Whether lights in these directions, of any length, determine a normal: not where they stand in one plane with the sample.
+pub fn lights_suffice(toward: &[Vec3]) -> bool {
+    let toward: Vec<Vec3> = toward.iter().map(|l| l.normalize_or_zero()).collect();
+    !stereo::triplets(&toward).is_empty()
+}
+
+/// Pieces of so many texels are what threads take turns at.
+const PIECE: usize = 128 * LANES;
+
+/// Normals of all texels, in order. Same bits for any number of threads. `progress` hears how many texels are done each
+/// time some are.
+pub fn find(
+    readings: &impl Readings,
+    surface: &Surface,
+    options: &Options,
+    threads: usize,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Vec<Found> {
+    let texels = readings.texels();
+    let _span = tracing::info_span!("find_normals", texels, ground = surface.ground.name()).entered();
+    let finder = Finder::new(readings, surface, options);
+    let piece = |i: usize, room: &mut Room| -> Vec<Found> {
+        let end = ((i + 1) * PIECE).min(texels);
+        let all: Vec<usize> = (i * PIECE..end).collect();
+        all.chunks(LANES).flat_map(|t| finder.block(t, room).found.into_iter().take(t.len())).collect()
+    };
+    let done = |pieces: usize| progress((pieces * PIECE).min(texels));
+    parallel_in(threads, texels.div_ceil(PIECE), piece, &done).into_iter().flatten().collect()
+}
+
+/// What the texels of a thing have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// What its light comes from that is no highlight.
+    pub ground: Ground,
+    /// By what part of the albedo a reading may be off besides its noise.
+    pub slack: f32,
+}
+
+/// Texels that are looked at to tell the surface.
+const SAMPLE: usize = 2048;
+/// A coat is believed where it leaves less than this part of the cost, and where it then needs no more slack than this. On
+/// matte surfaces it doubles the cost; on a glazed one that casts shadows on itself it leaves .85, and a slack of .015. A
+/// wrong response curve looks like one, but leaves more.
+const COAT: f64 = 0.93;
+const COAT_SLACK: f32 = 0.05;
+/// The least and most slack that is believed. A photograph of one light holds so much of another's light at the least; and
+/// what is off by more obeys no law.
+const SLACK: [f32; 2] = [0.01, 0.15];
+/// Of a normal deviate the deviation over the median of the absolute value.
+const OF_MEDIAN: f32 = 1.4826;
+
+impl Surface {
+    /// What describes the texels of `bands` best, by some that are spread over them; of the ground that is `asked` for if
+    /// one is.
+    pub fn of(bands: &[impl Readings], asked: Option<Ground>, options: &Options, threads: usize) -> Self {
+        let _span = tracing::info_span!("tell_surface").entered();
+        let groups: Vec<(usize, usize)> = bands
+            .iter()
+            .enumerate()
+            .flat_map(|(b, s)| (0..s.texels().div_ceil(LANES)).map(move |g| (b, g)))
+            .filter(|(b, g)| bands[*b].values(g * LANES).iter().any(|v| v[0].is_finite()))
+            .collect();
+        let wanted = (SAMPLE / LANES).min(groups.len());
+        let chosen: Vec<_> = (0..wanted).map(|i| groups[i * groups.len() / wanted]).collect();
+        // What a surface costs, and the slack that it needs.
+        let tried = |surface: Self| -> (f64, Self) {
+            let finders: Vec<_> = bands.iter().map(|b| Finder::new(b, &surface, options)).collect();
+            let group = |i: usize, room: &mut Room| {
+                let (band, group) = chosen[i];
+                let end = ((group + 1) * LANES).min(bands[band].texels());
+                let texels: Vec<usize> = (group * LANES..end).collect();
+                let block = finders[band].block(&texels, room);
+                (block.cost, finders[band].misfit(&texels, room, &block))
+            };
+            let all = parallel_in(threads, chosen.len(), group, &|_| {});
+            let told = |(cost, misfit): ([f32; LANES], [Option<f32>; LANES])| {
+                cost.into_iter().zip(misfit).filter_map(|(c, m)| Some((f64::from(c), m?)))
+            };
+            let (costs, mut misfits): (Vec<f64>, Vec<f32>) = all.into_iter().flat_map(told).unzip();
+            let median = quantile(&mut misfits, 0.5).unwrap_or(0.0);
+            (costs.iter().sum(), Self { slack: (OF_MEDIAN * median).clamp(SLACK[0], SLACK[1]), ..surface })
+        };
+        // Loose first, so that a law that is not quite met does not pass for many shadows.
+        let settled = |ground: Ground| tried(tried(Self { ground, slack: SLACK[1] }).1).1;
+        match asked {
+            Some(ground) => settled(ground),
+            None => {
+                let (matte, coated) = (settled(Ground::Matte), settled(Ground::Coated));
+                // By the same measure.
+                let slack = matte.slack.min(coated.slack);
+                let cost = |surface: Self| tried(Self { slack, ..surface }).0;
+                if coated.slack < COAT_SLACK && cost(coated) < COAT * cost(matte) { coated } else { matte }
+            }
+        }
+    }
+}
+
+/// What became of up to eight texels.
+struct Block {
+    found: [Found; LANES],
+    /// What their readings cost.
+    cost: [f32; LANES],
+    solved: stereo::Solved,
+}
+
+/// What all texels of a band have in common.
+struct Finder<'a, R> {
+    readings: &'a R,
+    task: Task,
+    /// Indices of the readings that are used and their lights, where these are the same for all texels.
+    common: Option<(Vec<usize>, Vec<Light>)>,
+    triplets: Vec<[usize; 3]>,
+}
+
+impl<'a, R: Readings> Finder<'a, R> {
+    fn new(readings: &'a R, surface: &Surface, options: &Options) -> Self {
+        let light = |texel: usize, i: usize| {
+            let r = readings.reading(texel, i);
+            Light::of(r.light, r.eye, r.irradiance).map(|l| (i, l))
+        };
+        let middle = readings.texels() / 2;
+        let all = || if readings.texels() == 0 { 0 } else { readings.values(middle).len() };
+        let seen: Vec<(usize, Light)> = (0..all()).filter_map(|i| light(middle, i)).collect();
+        let triplets = stereo::triplets(&seen.iter().map(|(_, l)| l.toward()).collect::<Vec<_>>());
+        let common = readings.in_common().then(|| seen.into_iter().unzip());
+        let Surface { ground, slack } = *surface;
+        let task = Task { coated: ground == Ground::Coated, options: *options, slack };
+        Self { readings, task, common, triplets }
+    }
+
+    /// Turns the readings of up to eight texels on their side, for lights of their own into `own`.
+    fn gather<'l>(&'l self, texels: &[usize], room: &mut Room, own: &'l mut Vec<Light>) -> &'l [Light] {
+        let values = |lane: usize| texels.get(lane).map(|t| self.readings.values(*t));
+        if let Some((used, lights)) = &self.common {
+            room.gather(used, values);
+            return lights;
+        }
+        let most = texels.iter().map(|t| self.readings.values(*t).len()).max().unwrap_or(0);
+        room.gather(&(0..most).collect::<Vec<_>>(), values);
+        *own = vec![Light::BESIDE; most];
+        for (lane, &t) in texels.iter().enumerate() {
+            for (i, to) in own.iter_mut().enumerate().take(self.readings.values(t).len()) {
+                let r = self.readings.reading(t, i);
+                match Light::of(r.light, r.eye, r.irradiance) {
+                    Some(light) => to.put(lane, &light),
+                    None => room.usable[i].0[lane] = 0.0,
+                }
+            }
+        }
+        own
+    }
+
+    fn block(&self, texels: &[usize], room: &mut Room) -> Block {
+        let (mut own, theirs);
+        own = Vec::new();
+        let lights = self.gather(texels, room, &mut own);
+        let triplets = match self.common {
+            Some(_) => &self.triplets,
+            None => {
+                // Readings of a table are in any order, and each texel has its own.
+                theirs = stereo::triplets(&lights.iter().map(Light::toward).collect::<Vec<_>>());
+                &theirs
+            }
+        };
+        let solved = stereo::solve_block(lights, &room.value, &room.usable, triplets, &self.task);
+        let albedo = stereo::albedo(lights, room, &solved, &self.task);
+        let found = std::array::from_fn(|lane| {
+            let lane_of = |f: F| f.0[lane];
+            let readings = room.usable.iter().filter(|u| u.0[lane] > 0.0).count();
+            let g = Vec3::from(solved.g.map(lane_of));
+            let Some(normal) = g.try_normalize().filter(|_| readings >= FEWEST_READINGS && g.z > 0.0) else {
+                return Found { readings: readings as u16, ..NOTHING };
+            };
+            let albedo = Vec3::from(albedo.map(lane_of));
+            Found {
+                normal,
+                albedo,
+                error: lane_of(solved.error),
+                confidence: lane_of(solved.confidence),
+                readings: readings as u16,
+                agreeing: lane_of(solved.agreeing).round() as u16,
+            }
+        });
+        Block { found, cost: solved.cost.0, solved }
+    }
+
+    fn misfit(&self, texels: &[usize], room: &mut Room, block: &Block) -> [Option<f32>; LANES] {
+        let mut own = Vec::new();
+        let lights = self.gather(texels, room, &mut own);
+        stereo::misfit(lights, room, &block.solved, &self.task)
+    }
+}
+
+#[cfg(test)]
+mod tests;
