@@ -33,7 +33,7 @@ pub struct Entry {
 pub const LOWEST: f32 = 1e-3;
 
 /// Sine of a degree: what may be wrong with a light that the list has below the horizon.
-const DEGREE: f32 = 0.017_452_4;
+const DEGREE: f64 = 0.017_452_4;
 
 /// Which numbers of a list are x, y and z: some programs count y downwards or name the axes in another order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,8 +134,10 @@ pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> 
                 "the light stands in the origin and so has no direction; correct or delete the line",
             ));
         }
-        let length = light.length();
-        if light.z < -DEGREE * length {
+        // In f64 nothing overflows.
+        let length = light.as_dvec3().length();
+        let z = f64::from(light.z);
+        if z < -DEGREE * length {
             let named = if name.is_empty() { String::new() } else { format!(" of '{}'", shorten(name)) };
             let problem = format!(
                 "the light{named} does not stand above the horizon (z is {}); correct or delete the line, or name the \
@@ -144,8 +146,11 @@ pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> 
             );
             return Err(Error::invalid(at(), problem));
         }
-        low += usize::from(light.z < DEGREE * length);
-        light.z = light.z.max(LOWEST * length);
+        low += usize::from(z < DEGREE * length);
+        // A light that has been lifted is not lifted again.
+        if z < f64::from(LOWEST) * length * (1.0 - 1e-5) {
+            light.z = ((f64::from(LOWEST) * length) as f32).max(f32::MIN_POSITIVE);
+        }
         entries.push(Entry { file: name.to_string(), light });
     }
     if low > 0 {
@@ -338,6 +343,11 @@ mod tests {
         for z in ["0", "-0.017", "1e-9"] {
             let got = parse(&format!("1\na.png 0.6 0.8 {z}\n")).unwrap();
             assert!((got[0].light.z - LOWEST).abs() < 1e-5, "{z}: {}", got[0].light);
+        }
+        for line in ["a.png 1e38 -3e38 0", "a.png 1e-45 0 0", "a.png 3 4 -0.01"] {
+            let got = parse(&format!("1\n{line}\n")).unwrap();
+            assert!(got[0].light.is_finite() && got[0].light.z > 0.0, "{line}: {}", got[0].light);
+            assert_eq!(parse(&write(&got, Path::new("b.lp")).unwrap()).unwrap(), got, "{line}");
         }
     }
 
