@@ -67,6 +67,9 @@ pub enum PrepareError {
         /// Pixels down.
         height: u32,
     },
+    /// Nothing to compare.
+    #[error("denoising compares samples of a pixel, and there is one of each; --spp has to be 2 or more")]
+    TooFewToDenoise,
     /// More layers than anybody looks at.
     #[error(
         "the lights go by {count} names, and each would get a layer of its own; at most {limit} do: let lights that belong \
@@ -95,9 +98,9 @@ pub struct FirstHit {
     pub albedo: Vec3,
     /// Unit, towards the side of the surface's outside.
     pub normal: Vec3,
-    /// After interpolation and maps.
+    /// Unit, the mean over the material's lobes after interpolation and maps, on the surface's outer side.
     pub shading_normal: Vec3,
-    /// Distance along the ray.
+    /// Distance from the origin of the camera ray, scene units.
     pub depth: f32,
     /// World position.
     pub position: Vec3,
@@ -113,7 +116,7 @@ pub struct Sight {
     pub albedo: Vec3,
     /// Unit, of the first surface after maps, towards the eye; zero where there is none.
     pub normal: Vec3,
-    /// Length of the way to what is seen.
+    /// Length of the way to what is seen, scene units.
     pub depth: f32,
     /// 1 where it is a surface, 0 where the ray escaped.
     pub surface: f32,
@@ -160,16 +163,15 @@ impl Radiance {
             groups.shares.give(from, light, groups.sums);
         }
     }
-}
 
-impl Radiance {
     /// Notes a surface for a denoiser: until one is met that is no mirror and no smooth glass, each in turn.
-    fn see(&mut self, walk: &Walk, shading: &Shading, wo: Vec3, distance: f32, shines: bool) {
+    fn see(&mut self, walk: &Walk, shading: &Shading, wo: Vec3, shines: bool) {
         let own = if shines { Vec3::ONE } else { shading.albedo() };
+        let first = self.sight.surface == 0.0;
         self.sight = Sight {
             albedo: walk.throughput * own,
-            normal: if walk.depth == 0 { shading.normal_towards(wo) } else { self.sight.normal },
-            depth: self.sight.depth + distance,
+            normal: if first { shading.normal_towards(wo) } else { self.sight.normal },
+            depth: walk.travelled,
             surface: 1.0,
             done: shines || shading.smooth(),
         };
@@ -192,6 +194,8 @@ pub struct Follow<'a> {
     pub settings: &'a Integrator,
     /// Whether the first surface's albedo is wanted.
     pub albedo: bool,
+    /// Whether the first surface's shading normal is wanted.
+    pub shading_normal: bool,
     /// Whether a denoiser wants to know what is seen.
     pub sight: bool,
     /// Light group by group, where that is wanted.
@@ -228,6 +232,8 @@ pub(crate) struct Walk {
     /// What the path carried when `throughput` was set to one; it only decides how long the path goes on.
     pub(crate) before: Vec3,
     pub(crate) depth: u32,
+    /// Length of the way so far, scene units.
+    travelled: f32,
     eta: f32,
     /// Of the body that it goes through, per scene unit.
     absorption: Vec3,
@@ -265,6 +271,7 @@ impl Walk {
             throughput: Vec3::ONE,
             before: Vec3::ONE,
             depth: 0,
+            travelled: 0.0,
             eta: 1.0,
             absorption: Vec3::ZERO,
             cone: Cone { width: follow.width, spread: follow.spread },
@@ -397,6 +404,7 @@ impl World {
                 }
                 return None;
             };
+            walk.travelled += hit.t;
             let surface = self.geometry.surface(&walk.ray, &hit);
             let lookup = self.lookup(&hit, &surface, walk.cone, &walk.ray);
             let wo = -walk.ray.dir;
@@ -425,14 +433,18 @@ impl World {
                 out.first = FirstHit {
                     albedo: if follow.albedo { shading.albedo() } else { Vec3::ZERO },
                     normal: surface.geometric_normal,
-                    shading_normal: shading.normal_towards(surface.frame.n),
-                    depth: hit.t,
+                    shading_normal: if follow.shading_normal {
+                        shading.normal_towards(surface.frame.n)
+                    } else {
+                        Vec3::ZERO
+                    },
+                    depth: walk.travelled,
                     position: surface.position,
                     uv: surface.uv,
                 };
             }
             if follow.sight && !out.sight.done && shading.through < 1.0 {
-                out.see(walk, &shading, wo, hit.t, shines);
+                out.see(walk, &shading, wo, shines);
             }
             if walk.depth + 1 >= max_depth {
                 return None;
@@ -610,4 +622,54 @@ fn power(a: f32, b: f32) -> f32 {
         return 1.0;
     }
     if a2 > 0.0 { a2 / (a2 + b2) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::scratch;
+
+    /// What a ray along −z sees that meets these shapes first and then a wall at z = −2, 5 from where it starts.
+    fn seen(shapes: &str) -> Radiance {
+        let text = format!(
+            "[camera]\nfrom = [0, 0, 3]\nto = [0, 0, 0]\n[material.open]\nmodel = \"lambert\"\nopacity = 0\n\
+             {shapes}[[shape]]\ntype = \"rectangle\"\nsize = [9, 9]\nat = [0, 0, -2]\n[[light]]\ntype = \"constant\"\n"
+        );
+        let path =
+            std::env::temp_dir().join(format!("yugen-seen-{}-{}.toml", std::process::id(), shapes.len()));
+        std::fs::write(&path, text).unwrap();
+        let scene = yugen_archive::formats::load_scene(&path, &Default::default()).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        let world = World::new(&scene, false).unwrap();
+        let settings = Integrator::default();
+        let follow = Follow {
+            settings: &settings,
+            albedo: true,
+            shading_normal: true,
+            sight: true,
+            groups: None,
+            width: 0.0,
+            spread: 0.0,
+        };
+        let mut walk = Walk::new(&follow, Ray::new(Vec3::new(0.1, 0.2, 3.0), -Vec3::Z));
+        let (mut sampler, mut out) = (Sampler::new(0, 0, 0, 1), Radiance::default());
+        world.radiance(&follow, &mut walk, &mut sampler, [&mut scratch(), &mut scratch()], &mut out);
+        out
+    }
+
+    #[test]
+    fn what_is_open_hides_neither_normal_nor_distance_of_what_is_behind() {
+        let pane = "[[shape]]\ntype = \"rectangle\"\nsize = [2, 2]\nmaterial = \"open\"\n";
+        let plain = seen("");
+        assert!((plain.first.depth - 5.0).abs() < 1e-5 && (plain.sight.depth - 5.0).abs() < 1e-5);
+        for open in
+            [pane.to_string(), pane.to_string() + &pane.replace("material", "at = [0, 0, -1]\nmaterial")]
+        {
+            let behind = seen(&open);
+            assert!((behind.first.depth - 5.0).abs() < 1e-4, "{}", behind.first.depth);
+            assert!((behind.sight.depth - 5.0).abs() < 1e-4, "{}", behind.sight.depth);
+            assert_eq!(behind.first.shading_normal, Vec3::Z);
+            assert_eq!((behind.sight.normal, behind.sight.albedo), (plain.sight.normal, plain.sight.albedo));
+        }
+    }
 }

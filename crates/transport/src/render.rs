@@ -191,6 +191,9 @@ impl Job {
             return Err(PrepareError::TooLarge { width, height, limit: MAX_PIXELS });
         }
         let budget = options.budget.unwrap_or(Budget::Samples(camera.samples_per_pixel.max(1)));
+        if options.denoise && matches!(budget, Budget::Samples(1)) {
+            return Err(PrepareError::TooFewToDenoise);
+        }
         let mut parts = parts(scene, &camera, &integrator, &aovs, options.seed, &groups);
         if options.denoise {
             parts.push(Part::text("denoising", "on"));
@@ -224,8 +227,8 @@ impl Job {
         [self.layout.window[2], self.layout.window[3]]
     }
 
-    /// Renders until the budget is spent or `observe`, called up to twenty times a second (less often for very large pictures), says stop. Returns whether
-    /// the budget was spent.
+    /// Renders until the budget is spent or `observe`, called up to twenty times a second (less often for very large
+    /// pictures), says stop. Returns whether the budget was spent.
     pub fn run(&self, mut observe: impl FnMut(&Self, &Progress) -> Action) -> bool {
         let _span = tracing::info_span!("render").entered();
         let clock = Clock {
@@ -402,6 +405,7 @@ impl Job {
             settings: &self.integrator,
             groups: by_light.then_some(Groups { shares, sums: &sums }),
             albedo: self.aovs.contains(&Aov::Albedo),
+            shading_normal: self.aovs.contains(&Aov::ShadingNormal),
             sight: self.denoise,
             width: width * sharpen,
             spread: spread * sharpen,
@@ -465,8 +469,16 @@ impl Job {
 
     /// The picture as it stands: R, G, B, A, then the AOVs as `layer.channel`.
     pub fn image(&self) -> Image {
-        let tiles: Vec<Tile> = self.tiles.iter().map(|t| lock(t).clone()).collect();
-        let mut image = self.layout.develop(&tiles, self.aovs.contains(&Aov::Variance));
+        self.image_of(&self.snapshot())
+    }
+
+    /// All tiles as they stand.
+    fn snapshot(&self) -> Vec<Tile> {
+        self.tiles.iter().map(|t| lock(t).clone()).collect()
+    }
+
+    fn image_of(&self, tiles: &[Tile]) -> Image {
+        let mut image = self.layout.develop(tiles, self.aovs.contains(&Aov::Variance));
         if self.aovs.contains(&Aov::Id) {
             image = self.with_ids(image);
         }
@@ -477,14 +489,14 @@ impl Job {
     /// `error.G` and `error.B` are estimates of the standard error that remains. Everything else is as in
     /// [`Job::image`], as is all where guides were not kept.
     pub fn denoised(&self) -> Image {
-        let image = self.image();
+        // Picture and guides of the same samples, also while others are taken.
+        let tiles = self.snapshot();
+        let image = self.image_of(&tiles);
         if !self.denoise {
             return image;
         }
-        let halves = {
-            let tiles: Vec<Tile> = self.tiles.iter().map(|t| lock(t).clone()).collect();
-            self.layout.halves(&tiles)
-        };
+        let halves = self.layout.halves(&tiles);
+        drop(tiles);
         let n = image.channels.len();
         let picture = std::array::from_fn(|c| image.data.iter().skip(c).step_by(n).copied().collect());
         let clean = denoise(&halves, &picture, &self.layout.footprint(), self.threads);

@@ -6,7 +6,7 @@ mod parse;
 mod report;
 
 use crate::{argument, progress};
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use checkpoint::{Checkpoint, Pace, command_to_go_on};
 use clap::Args;
 use indicatif::HumanDuration;
@@ -247,7 +247,8 @@ impl Render {
             .denoise
             .then(|| Denoising { took: started.elapsed(), error: report::error_that_remains(&picture) });
         if self.denoise && !is_exr(&self.output) {
-            let noisy = picture.select(&["noisy.R", "noisy.G", "noisy.B"]).unwrap_or_default();
+            let noisy = picture.select(&["noisy.R", "noisy.G", "noisy.B"]);
+            let noisy = noisy.context("a denoised picture keeps the raw one")?;
             let noisy = Image { channels: ["R", "G", "B"].map(String::from).to_vec(), ..noisy };
             image::write(&beside(&self.output, "noisy"), &noisy, &write)?;
         }
@@ -283,13 +284,8 @@ impl Render {
                 aovs.push(*aov);
             }
         }
-        if self.denoise {
-            if !matches!(integrator.kind, IntegratorKind::Path | IntegratorKind::Direct) {
-                bail!("--denoise is for light; the integrator looks for other things");
-            }
-            if self.spp == Some(1) {
-                bail!("--denoise compares samples of a pixel; --spp has to be 2 or more");
-            }
+        if self.denoise && !matches!(integrator.kind, IntegratorKind::Path | IntegratorKind::Direct) {
+            bail!("--denoise is for light; the integrator looks for other things");
         }
         if !aovs.is_empty() && !is_exr(&self.output) {
             bail!("--aov needs an .exr to keep its layers in; {} is not one", self.output.display());

@@ -162,6 +162,8 @@ fn mistakes_are_told_before_anything_is_rendered() {
     let output = folder.join("a.exr");
     std::fs::write(&scene, SCENE.replace("reflectance = 0.8", "reflectanse = 0.8")).unwrap();
     refused(render(&scene, &output, &[]), &["ball.toml:12:1", "reflectance"]);
+    std::fs::write(&scene, SCENE.replace("[camera]", "[render]\nsamples = 1\n[camera]")).unwrap();
+    refused(render(&scene, &output, &["--denoise"]), &["--spp has to be 2 or more"]);
     std::fs::write(&scene, SCENE.replace("fov = 35", "fov = nan")).unwrap();
     refused(
         render(&scene, &output, &[]),
