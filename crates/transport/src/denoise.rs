@@ -201,6 +201,7 @@ fn fit<L: accel::Lanes, const K: usize>(
     features: &[(&Feature, f32)],
     target: &[Plane; 3],
     distance: &[Lanes],
+    nearest: L,
     width: f32,
     x: usize,
     y: usize,
@@ -218,13 +219,6 @@ fn fit<L: accel::Lanes, const K: usize>(
         scale[k] = L::splat(features[k].1);
     }
     let sharp = L::splat(1.0 / (APART * width * width));
-    let mut nearest = L::splat(KIN);
-    for (o, d) in distance.iter().enumerate() {
-        if o != OFFSETS / 2 {
-            nearest = nearest.min(L::from_array(d));
-        }
-    }
-    let nearest = nearest.max(zero);
     let mut o = 0;
     for qy in y - REACH..=y + REACH {
         for qx in x - REACH..=x + REACH {
@@ -412,17 +406,24 @@ fn block<L: accel::Lanes>(view: &View, x0: usize, y0: usize) -> Box<Fits> {
             // What the noise of one half makes look alike does not look alike in the other.
             let distance = &apart[1 - half][group * OFFSETS..(group + 1) * OFFSETS];
             let target = &view.sides[half].rgb;
+            let mut nearest = L::splat(KIN);
+            for (o, d) in distance.iter().enumerate() {
+                if o != OFFSETS / 2 {
+                    nearest = nearest.min(L::from_array(d));
+                }
+            }
+            let nearest = nearest.max(L::splat(0.0));
             for (w, width) in WIDTHS.into_iter().enumerate() {
                 let rgb = match told.len() {
-                    0 => fit::<L, 0>(&told, target, distance, width, px, py),
-                    1 => fit::<L, 1>(&told, target, distance, width, px, py),
-                    2 => fit::<L, 2>(&told, target, distance, width, px, py),
-                    3 => fit::<L, 3>(&told, target, distance, width, px, py),
-                    4 => fit::<L, 4>(&told, target, distance, width, px, py),
-                    5 => fit::<L, 5>(&told, target, distance, width, px, py),
-                    6 => fit::<L, 6>(&told, target, distance, width, px, py),
-                    7 => fit::<L, 7>(&told, target, distance, width, px, py),
-                    _ => fit::<L, 8>(&told[..8], target, distance, width, px, py),
+                    0 => fit::<L, 0>(&told, target, distance, nearest, width, px, py),
+                    1 => fit::<L, 1>(&told, target, distance, nearest, width, px, py),
+                    2 => fit::<L, 2>(&told, target, distance, nearest, width, px, py),
+                    3 => fit::<L, 3>(&told, target, distance, nearest, width, px, py),
+                    4 => fit::<L, 4>(&told, target, distance, nearest, width, px, py),
+                    5 => fit::<L, 5>(&told, target, distance, nearest, width, px, py),
+                    6 => fit::<L, 6>(&told, target, distance, nearest, width, px, py),
+                    7 => fit::<L, 7>(&told, target, distance, nearest, width, px, py),
+                    _ => fit::<L, 8>(&told[..8], target, distance, nearest, width, px, py),
                 };
                 for (to, from) in out[w][half].iter_mut().zip(rgb) {
                     to[y * BLOCK + x..][..LANES].copy_from_slice(&from);
