@@ -29,17 +29,26 @@ pub fn assert_albedos<M: Model>(model: &M, table: &[f32], phi: f32, expected: &[
     }
 }
 
+/// Number i of n² points of the unit cube: midpoints of a grid, the third number by the golden ratio, even and unrelated
+/// to the first two.
+fn stratified(i: usize, n: usize) -> Vec3 {
+    let at = |k: usize| (k as f32 + 0.5) / n as f32;
+    Vec3::new(at(i % n), at(i / n), (i as f64 * 0.618_033_988_749_895).fract() as f32)
+}
+
+/// Mean weight of n² draws, first channel: the albedo, over both sides where light passes.
+pub fn mean_weight<M: Model>(model: &M, table: &[f32], wo: Vec3, n: usize) -> f64 {
+    let weight = |i| model.sample(table, wo, stratified(i, n)).map_or(0.0, |s| f64::from(s.weight.x));
+    (0..n * n).map(weight).sum::<f64>() / (n * n) as f64
+}
+
 /// Asserts that every draw carries weight f cos / pdf, that its density is `pdf`, and that the mean weight is
 /// the albedo: a sampler whose density is wrong fails here.
 pub fn assert_samples<M: Model>(model: &M, table: &[f32], wo: Vec3, tolerance: f64) {
     let n = 256;
     let (mut mean, mut light) = (0.0, 0);
     for i in 0..n * n {
-        let at = |k: usize| (k as f32 + 0.5) / n as f32;
-        // The third number by the golden ratio: even, and unrelated to the first two.
-        let lobe = (i as f64 * 0.618_033_988_749_895).fract() as f32;
-        let u = Vec3::new(at(i % n), at(i / n), lobe);
-        let Some(s) = model.sample(table, wo, u) else { continue };
+        let Some(s) = model.sample(table, wo, stratified(i, n)) else { continue };
         let (f, pdf) = model.eval_pdf(table, wo, s.wi);
         assert!((pdf - s.pdf).abs() <= 1e-3 * pdf, "{}: pdf {pdf} but sampled {}", M::NAME, s.pdf);
         let weight = f * s.wi.z / pdf;

@@ -311,6 +311,7 @@ impl Model for MetallicRoughness {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::furnace::mean_weight;
     use crate::ggx::Ggx;
     use crate::microfacet::f_dielectric;
 
@@ -340,19 +341,10 @@ mod tests {
 
     #[test]
     fn white_plastic_returns_no_more_than_arrives() {
-        let n = 64;
         for roughness in [0.0, 0.2, 0.5, 0.8, 1.0] {
             let white = MetallicRoughness { metallic: 0.0, roughness, ..Default::default() };
             for theta in [0.0, 0.5, 1.0, 1.3, 1.5] {
-                let wo = spherical(theta, 0.3);
-                let mut sum = 0.0;
-                for i in 0..n * n {
-                    let at = |k: usize| (k as f32 + 0.5) / n as f32;
-                    let lobe = (i as f64 * 0.618_033_988_749_895).fract() as f32;
-                    let sample = white.sample(&[], wo, Vec3::new(at(i % n), at(i / n), lobe));
-                    sum += sample.map_or(0.0, |s| s.weight.x);
-                }
-                let albedo = sum / (n * n) as f32;
+                let albedo = mean_weight(&white, &[], spherical(theta, 0.3), 64);
                 assert!((0.3..1.002).contains(&albedo), "roughness {roughness}, {theta} rad: {albedo}");
             }
         }

@@ -15,7 +15,7 @@ params! {
         masking: Choice = Spec::choice(0, MASKINGS, "Smith's shadowing-masking; the extensions have separable"),
         specular: f32 = Spec::num(1.0, 0.0, 1.0, "", "strength of the reflection"),
         specular_color: Vec3 = Spec::rgb(1.0, 0.0, 1.0, "", "tint of the reflection head on"),
-        ior: f32 = Spec::num(1.5, 1.0, 3.0, "", "index of refraction"),
+        ior: f32 = Spec::num(1.5, 1.0, 3.0, "", "index of refraction; files may go beyond, and 0 reflects specular_color at all angles"),
     }
 }
 
@@ -120,21 +120,8 @@ impl Model for ThinTransmission {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::furnace::mean_weight;
     use yugen_optics::frame::spherical;
-
-    /// What comes back from both sides, by the mean weight of the draws.
-    fn albedo(sheet: &ThinTransmission, theta: f32) -> f32 {
-        let n = 64;
-        let wo = spherical(theta, 0.3);
-        let mut sum = 0.0;
-        for i in 0..n * n {
-            let at = |k: usize| (k as f32 + 0.5) / n as f32;
-            let lobe = (i as f64 * 0.618_033_988_749_895).fract() as f32;
-            let sample = sheet.sample(&[], wo, Vec3::new(at(i % n), at(i / n), lobe));
-            sum += sample.map_or(0.0, |s| s.weight.x);
-        }
-        sum / (n * n) as f32
-    }
 
     #[test]
     fn clear_glass_takes_nothing_and_paper_little() {
@@ -142,10 +129,10 @@ mod tests {
         for (diffuse, roughness, least) in [(0.0, 0.3, 0.96), (1.0, 0.5, 0.93), (0.5, 0.5, 0.88)] {
             let sheet = ThinTransmission { diffuse, roughness, ..Default::default() };
             for theta in [0.1, 0.7, 1.1] {
-                let e = albedo(&sheet, theta);
+                let e = mean_weight(&sheet, &[], spherical(theta, 0.3), 64);
                 assert!((least..1.002).contains(&e), "{diffuse} {theta}: {e}");
             }
-            assert!(albedo(&sheet, 1.5) < 1.002, "grazing, {diffuse}");
+            assert!(mean_weight(&sheet, &[], spherical(1.5, 0.3), 64) < 1.002, "grazing, {diffuse}");
         }
     }
 

@@ -114,7 +114,7 @@ impl Model for Ward {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::furnace::{albedo, assert_samples, worst_reciprocity};
+    use crate::furnace::{albedo, assert_samples, mean_weight, worst_reciprocity};
     use yugen_optics::frame::spherical;
 
     fn white(form: u32, alpha_x: f32, alpha_y: f32) -> Ward {
@@ -124,22 +124,8 @@ mod tests {
     #[test]
     fn only_gmd_stays_bounded_at_grazing_angles() {
         // Within 0.1° of the horizon, by the sampler: its weights are what the lobe is worth there.
-        let mean_weight = |form| {
-            let (m, n) = (white(form, 0.6, 0.6), 200);
-            let wo = spherical(89.9f32.to_radians(), 0.3);
-            let at = |k: usize| (k as f32 + 0.5) / n as f32;
-            (0..n * n)
-                .filter_map(|i| {
-                    m.sample(
-                        &[],
-                        wo,
-                        Vec3::new(at(i % n), at(i / n), (i as f64 * 0.618_033_988_749_895).fract() as f32),
-                    )
-                })
-                .map(|s| s.weight.x)
-                .sum::<f32>()
-                / (n * n) as f32
-        };
+        let wo = spherical(89.9f32.to_radians(), 0.3);
+        let mean_weight = |form| mean_weight(&white(form, 0.6, 0.6), &[], wo, 200);
         assert!(mean_weight(0) <= 1.0 + 1e-3, "{}", mean_weight(0));
         assert!(mean_weight(1) > 10.0 && mean_weight(2) > 1.2, "{} {}", mean_weight(1), mean_weight(2));
     }
