@@ -16,7 +16,7 @@ cargo xtask <what>
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
             bench rti [SIDE [LIGHTS]] texels a second of relightable images, beside NumPy
-            bench all                 one after the other
+            bench all [--peer]        one after the other
   install build the program for this processor and put it where cargo puts programs
   setup   install the system packages that tests and demo need
 ";
@@ -197,7 +197,12 @@ fn bench(rest: &[String]) -> Outcome {
         let names: Vec<&str> = BENCHES.iter().map(|(name, _)| *name).collect();
         return Err(format!("there is no benchmark '{what}'; expected all or one of {}", names.join(", ")));
     }
+    if all && rest.iter().any(|word| word != "--peer") {
+        return Err("bench all takes --peer and nothing else; name a benchmark to say more".into());
+    }
     for (name, script) in chosen {
+        // Those that always stand beside others have no such option.
+        let rest = if all && !matches!(*name, "render" | "bsdf") { &[] } else { rest };
         if matches!(*name, "render" | "denoise") {
             cargo(&["build", "--profile", "dist", "--package", "yugen-cli"])?;
         }
