@@ -201,6 +201,12 @@ fn unquoted(name: &str) -> &str {
     name.strip_prefix('"').and_then(|n| n.strip_suffix('"')).unwrap_or(name)
 }
 
+/// Whether it looks like the whole name of a picture, with an extension.
+fn whole(name: &str) -> bool {
+    let extension = unquoted(name).rsplit_once('.').map_or("", |(_, extension)| extension);
+    (1..=5).contains(&extension.len()) && extension.starts_with(|c: char| c.is_ascii_alphabetic())
+}
+
 /// Columns between commas or semicolons, if that is what the line has: a name, unless there is none, and numbers.
 fn separated(line: &str) -> Option<Columns<'_>> {
     let columns = |separator: char| {
@@ -215,6 +221,11 @@ fn separated(line: &str) -> Option<Columns<'_>> {
             0 | 1 if words.len() > 3 => true,
             _ => return None,
         };
+        // `a.png 0.1, 0.2, 0.3`: the columns are parted by blanks.
+        let joined = words[0].rsplit_once(char::is_whitespace);
+        if named && joined.is_some_and(|(name, last)| whole(name.trim()) && number(last).is_some()) {
+            return None;
+        }
         let first = usize::from(named);
         let at = |i: usize| plain(&words[first + i]);
         Some(Columns {
@@ -239,7 +250,7 @@ fn split(line: &str) -> Result<Columns<'_>, (&str, String)> {
             rest.char_indices().rev().find(|(_, c)| c.is_whitespace()).map_or(0, |(i, c)| i + c.len_utf8());
         let word = &rest[start..];
         match number(word) {
-            Some(value) if !word.is_empty() => found.push((value, rest)),
+            Some(value) => found.push((value, rest)),
             _ if found.len() >= 3 => break,
             _ if start == 0 => return Err((rest, "expected 'file x y z'".into())),
             _ => {
@@ -252,10 +263,6 @@ fn split(line: &str) -> Result<Columns<'_>, (&str, String)> {
         rest = rest[..start].trim_end();
     }
     // What looks like the name of a picture ends there; else the last three are the numbers and the rest is the name.
-    let whole = |name: &str| {
-        let extension = unquoted(name).rsplit_once('.').map_or("", |(_, extension)| extension);
-        (1..=5).contains(&extension.len()) && extension.starts_with(|c: char| c.is_ascii_alphabetic())
-    };
     let name = rest.trim().trim_end_matches([',', ';']);
     if whole(name) {
         let numbers = Vec3::from_array(std::array::from_fn(|i| found[found.len() - 1 - i].0));
@@ -327,6 +334,7 @@ mod tests {
             ("a b.png;0,1;-0,2;0,3", "a b.png"),
             ("a.png, 0.1, -.2, 0.3, 77", "a.png"),
             ("12,0.1,-0.2,0.3", "12"),
+            ("a.png 0.1, -0.2, 0.3, 77", "a.png"),
             ("a.png 0.1 -0.2 0.3 1.5 2", "a.png"),
             ("photo 7 0.1 -0.2 0.3", "photo 7"),
             ("\"a 2.png\" 0.1 -0.2 0.3 9", "a 2.png"),
