@@ -28,7 +28,7 @@ impl Scene {
             }
             let mut wanted = self.of_material(shape.material, &mut of_materials);
             if let Some(emission) = &shape.emission {
-                self.of_value(emission, &mut wanted, 0);
+                self.of_value(emission, &mut wanted, &mut BTreeSet::new());
             }
             let found: Vec<&str> = match &shape.geometry {
                 Geometry::Mesh(mesh) => mesh.attributes.iter().map(|(name, ..)| name.as_str()).collect(),
@@ -52,22 +52,24 @@ impl Scene {
         }
         // A material that contains itself is refused elsewhere.
         known[id] = Some(BTreeSet::new());
-        let mut names = BTreeSet::new();
+        let (mut names, mut seen) = (BTreeSet::new(), BTreeSet::new());
         let mut inner = Vec::new();
         match &self.materials[id] {
-            Material::Model { params, .. } => params.iter().for_each(|v| self.of_value(v, &mut names, 0)),
+            Material::Model { params, .. } => {
+                params.iter().for_each(|v| self.of_value(v, &mut names, &mut seen))
+            }
             Material::TwoSided { front, back } => inner.extend([*front, *back]),
             Material::Mask { opacity, base } => {
-                self.of_value(opacity, &mut names, 0);
+                self.of_value(opacity, &mut names, &mut seen);
                 inner.push(*base);
             }
             Material::Blend { weight, first, second } => {
-                self.of_value(weight, &mut names, 0);
+                self.of_value(weight, &mut names, &mut seen);
                 inner.extend([*first, *second]);
             }
             Material::Sum(all) => inner.extend(all),
             Material::NormalMap { texture, base, .. } | Material::BumpMap { texture, base, .. } => {
-                self.of_texture(*texture, &mut names, 0);
+                self.of_texture(*texture, &mut names, &mut seen);
                 inner.push(*base);
             }
             Material::Body { base, .. } | Material::OneSided { base } => inner.push(*base),
@@ -80,15 +82,20 @@ impl Scene {
         names
     }
 
-    fn of_value<'a>(&'a self, value: &Value, names: &mut BTreeSet<&'a str>, depth: usize) {
+    fn of_value<'a>(&'a self, value: &Value, names: &mut BTreeSet<&'a str>, seen: &mut BTreeSet<TextureId>) {
         if let Value::Texture(id) = value {
-            self.of_texture(*id, names, depth);
+            self.of_texture(*id, names, seen);
         }
     }
 
-    fn of_texture<'a>(&'a self, id: TextureId, names: &mut BTreeSet<&'a str>, depth: usize) {
-        // As deep as no reader nests them.
-        if depth > 32 {
+    /// Of a texture and all inside that were not `seen` yet: textures may share others, over and over.
+    fn of_texture<'a>(
+        &'a self,
+        id: TextureId,
+        names: &mut BTreeSet<&'a str>,
+        seen: &mut BTreeSet<TextureId>,
+    ) {
+        if !seen.insert(id) {
             return;
         }
         match self.textures.get(id) {
@@ -97,23 +104,22 @@ impl Scene {
             }
             // Without coordinates of its own, a texture lies on the mesh by those there are.
             Some(Texture::Scaled { texture, .. } | Texture::At { texture, .. }) => {
-                self.of_texture(*texture, names, depth + 1)
+                self.of_texture(*texture, names, seen)
             }
             Some(Texture::Checkerboard { even: a, odd: b, .. } | Texture::Product { factors: [a, b] }) => {
-                self.of_value(a, names, depth + 1);
-                self.of_value(b, names, depth + 1);
+                self.of_value(a, names, seen);
+                self.of_value(b, names, seen);
             }
-            Some(Texture::Step { value, .. }) => self.of_value(value, names, depth + 1),
+            Some(Texture::Step { value, .. }) => self.of_value(value, names, seen),
             Some(Texture::Image { .. } | Texture::Cloth { .. }) | None => {}
         }
     }
 }
 
 fn missing(shape: &Shape, name: &str, found: &[&str]) -> MissingAttribute {
-    let hint = match (crate::nearest(name, found.iter().copied()), found) {
-        (Some(near), _) => format!("; did you mean '{near}'?"),
-        (None, []) => "; it has none".into(),
-        (None, found) => format!("; it has {}", found.join(", ")),
+    let hint = match found {
+        [] => "; it has none".into(),
+        found => crate::suggest(name, found.iter().copied()),
     };
     MissingAttribute { shape: shape.name.clone(), name: name.into(), hint }
 }
@@ -141,5 +147,13 @@ mod tests {
         assert_eq!(scene("vertex_color").check_attributes(), Ok(()));
         let problem = scene("vertex_colour").check_attributes().unwrap_err().to_string();
         assert_eq!(problem, "the shape 'box' has no attribute 'vertex_colour'; did you mean 'vertex_color'?");
+        // Sixty products, each of the one before by itself: 2⁵⁹ ways to the first.
+        let mut deep = scene("nowhere");
+        for id in 1..60 {
+            let inner = || Value::Texture(id);
+            deep.textures.push(Texture::Product { factors: [inner(), inner()] });
+        }
+        deep.materials[0] = Material::lambert(Value::Texture(60));
+        assert!(deep.check_attributes().is_err());
     }
 }

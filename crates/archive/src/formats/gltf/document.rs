@@ -13,6 +13,9 @@ use std::path::Path;
 /// The most numbers that an accessor without data may ask for: it costs the file nothing.
 const MAX_ZEROS: usize = 1 << 24;
 
+/// The most bytes that packed views may come to, all together: as many as the largest meshes have.
+const MAX_UNPACKED: usize = 1 << 31;
+
 /// The JSON and the bytes it speaks of.
 pub(super) struct Document {
     pub root: Root,
@@ -90,6 +93,8 @@ impl Document {
     /// Unpacks the buffer views that EXT_meshopt_compression has packed.
     fn unpack(&mut self) -> Result<(), Error> {
         let mut unpacked = HashMap::new();
+        // Many views may be packed in the same bytes.
+        let mut total = 0usize;
         for (i, view) in self.root.buffer_views.iter().enumerate() {
             let Some(p) = &view.extensions.ext_meshopt else { continue };
             let buffer = self.entry(&self.buffers, p.buffer, "buffer")?;
@@ -97,6 +102,15 @@ impl Document {
             let data = end.and_then(|end| buffer.get(p.byte_offset..end)).ok_or_else(|| {
                 self.invalid(format!("buffer view {i} is packed beyond its buffer of {} bytes", buffer.len()))
             })?;
+            total = total.saturating_add(p.count.saturating_mul(p.byte_stride));
+            if total > MAX_UNPACKED {
+                return Err(Error::TooLarge {
+                    at: self.at.clone(),
+                    what: format!("what is packed by {MESHOPT}, in bytes,"),
+                    asked: total as u64,
+                    limit: MAX_UNPACKED as u64,
+                });
+            }
             let packing = Packing { count: p.count, stride: p.byte_stride, mode: &p.mode, filter: &p.filter };
             let data = meshopt::decode(data, &packing).map_err(|problem| {
                 self.invalid(format!(
