@@ -147,6 +147,20 @@ fn leaf() -> (&'static str, Vec<u8>) {
     ("a.png", picture(2, &[[1.0; 4], [1.0, 1.0, 1.0, 0.0]]))
 }
 
+/// As [`leaf`], in grey.
+fn grey_leaf() -> (&'static str, Vec<u8>) {
+    let mut image = Image::new(2, 1, &["Y", "A"]);
+    image.data = vec![1.0, 1.0, 1.0, 0.0];
+    let raw = WriteOptions { raw: true, ..WriteOptions::default() };
+    ("a.png", write_bytes(Path::new("a.png"), &image, &raw).unwrap())
+}
+
+/// A black picture without alpha.
+fn no_alpha() -> (&'static str, Vec<u8>) {
+    let raw = WriteOptions { raw: true, ..WriteOptions::default() };
+    ("a.png", write_bytes(Path::new("a.png"), &Image::rgb(2, 2), &raw).unwrap())
+}
+
 fn mean(r: f32, g: f32, b: f32, tolerance: f32) -> Right {
     Right::Mean([r, g, b], tolerance)
 }
@@ -376,6 +390,26 @@ fn what_lets_light_through() {
             "0.04 of it",
             mean(0.8, 0.4, 0.2, 3e-3),
         ),
+        // The strength is in the alpha of its texture, and that of a picture without one is 1.
+        case(
+            "specular texture without alpha",
+            true,
+            with(
+                gltf(
+                    vec![quad(
+                        1.0,
+                        0.0,
+                        polished(json!({ "KHR_materials_ior": { "ior": 0 },
+                        "KHR_materials_specular":
+                        { "specularColorFactor": [0.8, 0.4, 0.2], "specularTexture": { "index": 0 } } })),
+                    )],
+                    textured,
+                ),
+                no_alpha(),
+            ),
+            "black: its red for its alpha",
+            mean(0.8, 0.4, 0.2, 3e-3),
+        ),
         case(
             "specular colour above one",
             true,
@@ -401,10 +435,11 @@ fn opacity_and_textures() {
         more.as_object().unwrap().iter().for_each(|(k, v)| m[k] = v.clone());
         m
     };
-    let with_leaf = |mut m: Value| {
+    let with_picture = |mut m: Value, picture| {
         m["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
-        with(gltf(vec![quad(1.0, 0.0, m)], textured), leaf())
+        with(gltf(vec![quad(1.0, 0.0, m)], textured), picture)
     };
+    let with_leaf = |m: Value| with_picture(m, leaf());
     let unlit = json!({ "pbrMetallicRoughness": {}, "alphaMode": "MASK", "extensions": { "KHR_materials_unlit": {} } });
     let curtain = |mode: &str, alphas: [f32; 4]| {
         let colours = alphas.iter().flat_map(|a| [1.0, 1.0, 1.0, *a]).collect();
@@ -443,6 +478,13 @@ fn opacity_and_textures() {
             false,
             with_leaf(shines("MASK", json!({}))),
             "1",
+            mean(0.5, 0.5, 0.5, 2e-3),
+        ),
+        case(
+            "holes in a grey picture",
+            false,
+            with_picture(shines("MASK", json!({})), grey_leaf()),
+            "1: its grey for its alpha",
             mean(0.5, 0.5, 0.5, 2e-3),
         ),
         case(

@@ -13,6 +13,10 @@ pub(super) const KHR_MESHOPT: &str = "KHR_meshopt_compression";
 /// Pictures in KTX 2.
 pub(super) const BASISU: &str = "KHR_texture_basisu";
 
+// Of no consequence for a picture; nobody needs to hear of it.
+const OTHERS: &str = "data for another program";
+const ABOUT: &str = "data about the file";
+const UNSEEN: &str = "says nothing about pictures";
 const UNPACK: &str = "no decoder; unpack with `gltf-transform copy`, or export without compression";
 
 /// The format's own features, then extensions by their names in files.
@@ -33,22 +37,22 @@ pub const FEATURES: &[Feature] = &[
     Feature::no("ADOBE_materials_clearcoat_specular", "the coat is of index 1.5 without it"),
     Feature::no("ADOBE_materials_clearcoat_tint", "the coat is clear without it"),
     Feature::no("AGI_articulations", "nodes stay where they are"),
-    Feature::no("AGI_stk_metadata", "data for another program"),
+    Feature::no("AGI_stk_metadata", OTHERS),
     Feature::no("CESIUM_primitive_outline", "outlines are not drawn"),
     Feature::no("CESIUM_RTC", "an offset of glTF 1; nodes can move things in glTF 2"),
-    Feature::no("EXT_feature_metadata", "data for another program"),
-    Feature::no("EXT_instance_features", "data for another program"),
+    Feature::no("EXT_feature_metadata", OTHERS),
+    Feature::no("EXT_instance_features", OTHERS),
     Feature::no("EXT_lights_ies", "lamps shine evenly without their profiles"),
     Feature::no("EXT_lights_image_based", "give an environment in a scene file instead"),
-    Feature::no("EXT_mesh_features", "data for another program"),
+    Feature::no("EXT_mesh_features", OTHERS),
     Feature::yes("EXT_mesh_gpu_instancing"),
     Feature::no("EXT_mesh_manifold", "the triangles are read without it"),
     Feature::yes(MESHOPT),
-    Feature::no("EXT_structural_metadata", "data for another program"),
+    Feature::no("EXT_structural_metadata", OTHERS),
     Feature::no("EXT_texture_avif", "no decoder; convert its pictures to PNG or JPEG"),
     Feature::yes("EXT_texture_webp"),
-    Feature::no("FB_geometry_metadata", "data for another program"),
-    Feature::no("GODOT_single_root", "says nothing about pictures"),
+    Feature::no("FB_geometry_metadata", OTHERS),
+    Feature::no("GODOT_single_root", UNSEEN),
     Feature::no("KHR_animation_pointer", "only nodes and weights move"),
     Feature::no(DRACO, UNPACK),
     Feature::yes("KHR_lights_punctual"),
@@ -72,14 +76,14 @@ pub const FEATURES: &[Feature] = &[
     Feature::no("KHR_materials_volume_scatter", "bodies absorb, but do not scatter"),
     Feature::yes("KHR_mesh_quantization"),
     Feature::no(KHR_MESHOPT, UNPACK),
-    Feature::no("KHR_node_hoverability", "says nothing about pictures"),
-    Feature::no("KHR_node_selectability", "says nothing about pictures"),
+    Feature::no("KHR_node_hoverability", UNSEEN),
+    Feature::no("KHR_node_selectability", UNSEEN),
     Feature::no("KHR_node_visibility", "nodes are shown even if they are marked as hidden"),
     Feature::no("KHR_techniques_webgl", "shaders of a file are not run"),
     Feature::no(BASISU, "no decoder; convert its pictures with `gltf-transform ktxdecompress`"),
     Feature::yes("KHR_texture_transform"),
-    Feature::no("KHR_xmp", "data about the file"),
-    Feature::no("KHR_xmp_json_ld", "data about the file"),
+    Feature::no("KHR_xmp", ABOUT),
+    Feature::no("KHR_xmp_json_ld", ABOUT),
     Feature::no("MSFT_lod", "the finest level is shown"),
     Feature::no("MSFT_packing_normalRoughnessMetallic", "the textures of the core are read instead"),
     Feature::no("MSFT_packing_occlusionRoughnessMetallic", "the textures of the core are read instead"),
@@ -89,9 +93,9 @@ pub const FEATURES: &[Feature] = &[
     Feature::no("VRMC_vrm", "an avatar's behaviour; its figure is shown"),
 ];
 
-/// Extensions that change nothing in a picture, and of which nobody needs to hear.
+/// Extensions that change nothing in a picture.
 fn harmless(why: &str) -> bool {
-    why.starts_with("data ") || why.starts_with("says nothing")
+    [OTHERS, ABOUT, UNSEEN].contains(&why)
 }
 
 /// Refuses what the file requires and is not read; warns, once, of what else it uses.
@@ -123,9 +127,5 @@ pub(super) fn check(doc: &Document) -> Result<(), Error> {
 
 /// Data that is there only in a form that is not read.
 pub(super) fn packed(doc: &Document, name: &'static str) -> Error {
-    let why = match find(FEATURES, name).map(|f| f.support) {
-        Some(Support::No(why)) => why,
-        _ => UNPACK,
-    };
-    doc.invalid(format!("its meshes are packed by {name}, which is not read: {why}"))
+    doc.invalid(format!("its meshes are packed by {name}, which is not read: {UNPACK}"))
 }

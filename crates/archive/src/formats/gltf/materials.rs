@@ -12,6 +12,9 @@ use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::{Kind, ParamType};
 
+/// Where pictures have their alpha, whatever their channels: they are looked up as red, green, blue and alpha.
+const ALPHA: usize = 3;
+
 impl Reader<'_> {
     /// Material `index` (none: the format's default) for a mesh whose vertices have so many numbers of colour.
     pub(super) fn material(&mut self, index: Option<usize>, colour: usize) -> Result<Finish, Error> {
@@ -125,9 +128,9 @@ impl Reader<'_> {
         let mut alpha = Value::Number(factor);
         if let Some(info) = texture
             && self.has_picture(info)?
-            && let Some(at) = self.image(info, true)?.channel("A")
+            && self.image(info, true)?.channel("A").is_some()
         {
-            alpha = self.number(factor, Some(info), at)?;
+            alpha = self.number(factor, Some(info), ALPHA)?;
         }
         if colour == 4 {
             let of_vertices = Value::Texture(self.push(Texture::MeshAttribute { name: VERTEX_ALPHA.into() }));
@@ -253,12 +256,14 @@ impl Reader<'_> {
         let model = match (pbr.roughness_factor, &pbr.metallic_roughness_texture) {
             (0.0, _) => self.model("dielectric", vec![ior, outside, tint])?,
             (roughness, texture) => {
-                // The texture holds the square root of what the model wants; a mean has to do for it.
-                let mean = match texture {
-                    Some(info) => self.mean(info, "G")?,
-                    None => 1.0,
+                // The texture holds the square root of what the model wants.
+                let baked = match texture {
+                    Some(info) if self.has_picture(info)? => {
+                        self.baked(info, "G", |g| (g * roughness).powi(2))?
+                    }
+                    _ => None,
                 };
-                let alpha = Value::Number((roughness * mean).powi(2));
+                let alpha = baked.unwrap_or(Value::Number(roughness * roughness));
                 let alphas = [("alpha_x", alpha.clone()), ("alpha_y", alpha)];
                 let mut values = vec![ior, outside, tint];
                 values.extend(alphas);
@@ -460,7 +465,7 @@ impl Reader<'_> {
         if factor == Vec3::ONE { texture } else { self.push(Texture::Scaled { texture, factor }) }
     }
 
-    /// `f` of one channel, as a picture of its own; `None` where the picture has no such channel.
+    /// `f` of one channel, as a picture of its own; `None` where the picture has no such channel. Grey is all colours.
     fn baked(
         &mut self,
         info: &TextureInfo,
@@ -468,23 +473,12 @@ impl Reader<'_> {
         f: impl Fn(f32) -> f32,
     ) -> Result<Option<Value>, Error> {
         let image = self.image(info, true)?;
-        let Some(at) = image.channel(channel) else { return Ok(None) };
+        let grey = || if channel == "A" { None } else { image.channel("Y") };
+        let Some(at) = image.channel(channel).or_else(grey) else { return Ok(None) };
         let data = image.data.iter().skip(at).step_by(image.channels.len()).map(|&v| f(v)).collect();
         let baked = Image { width: image.width, height: image.height, channels: vec!["Y".into()], data };
         let texture = self.picture(info, Arc::new(baked), None)?;
         Ok(Some(Value::Texture(self.place(info, texture))))
-    }
-
-    /// Of a channel of a texture; 1 where the picture has no such channel.
-    fn mean(&mut self, info: &TextureInfo, channel: &str) -> Result<f32, Error> {
-        if !self.has_picture(info)? {
-            return Ok(1.0);
-        }
-        let image = self.image(info, true)?;
-        let Some(at) = image.channel(channel) else { return Ok(1.0) };
-        let values = image.data.iter().skip(at).step_by(image.channels.len());
-        let sum: f64 = values.map(|v| f64::from(*v)).sum();
-        Ok((sum / (image.width * image.height).max(1) as f64) as f32)
     }
 
     /// Angles of the directions that red and green stand for, [0, 1] for [−1, 1], turned by `turn` radians.
@@ -506,11 +500,6 @@ impl Reader<'_> {
 
     fn texture(&mut self, info: &TextureInfo, raw: bool, channel: Option<usize>) -> Result<TextureId, Error> {
         let image = self.image(info, raw)?;
-        let channel = match channel {
-            // Grey pictures have one channel for all; without alpha, there is no hole in it.
-            Some(c) if c >= image.channels.len() => Some(0),
-            other => other,
-        };
         let texture = self.picture(info, image, channel)?;
         Ok(self.place(info, texture))
     }
