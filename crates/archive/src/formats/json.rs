@@ -63,9 +63,9 @@ mod tests {
     use serde::Deserialize;
 
     #[test]
-    #[allow(dead_code)]
     fn complaints_are_plain() {
         #[derive(Deserialize, Debug)]
+        #[expect(dead_code, reason = "what is read well is not looked at")]
         struct Node {
             mesh: Option<usize>,
             matrix: Option<[f32; 4]>,

@@ -89,6 +89,16 @@ fn direct(emitter: u32, bsdf: u32) -> Vec<u8> {
     xml(&integrator, "", &format!("{WALL}{LAMPS}{SKY}"))
 }
 
+/// A mirror that fills the view, under the sky.
+fn mirror(emitter: u32, bsdf: u32) -> Vec<u8> {
+    let integrator = format!(
+        r#"<integrator type="direct"><integer name="emitter_samples" value="{emitter}"/>
+<integer name="bsdf_samples" value="{bsdf}"/></integrator>"#
+    );
+    let plate = WALL.replace("</transform>", r#"</transform><bsdf type="conductor"/>"#);
+    xml(&integrator, "", &format!("{plate}{SKY}"))
+}
+
 fn mirrored(shape: &str) -> Vec<u8> {
     let mirror = r#"<transform name="to_world"><scale x="-1" y="1" z="1"/></transform>"#;
     xml(PATH, "", &format!(r#"{SKY}<shape type="{shape}">{mirror}</shape>"#))
@@ -138,6 +148,9 @@ fn mitsuba() {
         scene("direct, materials only", direct(0, 1), ".596", grey(0.5141)),
         scene("direct, lights only", direct(1, 0), ".596", grey(0.5981)),
         scene("direct, both", direct(1, 1), ".596", grey(0.5960)),
+        // No light sample finds what a mirror shows.
+        scene("a mirror, lights only", mirror(1, 0), "1", grey(0.0)),
+        scene("a mirror, both", mirror(1, 1), "1", grey(1.0)),
         scene(
             "principled, specular 0",
             clear(r#"<float name="spec_trans" value="1"/><float name="specular" value="0"/>"#),
@@ -268,7 +281,7 @@ fn mitsuba_0_6() {
                 "copper where nothing is said",
                 r#"<bsdf type="conductor"/>"#.into(),
                 Right::Mean([0.952, 0.620, 0.511], 0.003),
-                &["maxDepth to max_depth"],
+                &["conductor without a material to copper"],
             )
         },
         Case {

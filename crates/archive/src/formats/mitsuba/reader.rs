@@ -460,12 +460,13 @@ impl Reader {
                     "nothing: light that a shading normal sees on the wrong side of its surface is kept";
                 self.translated.insert(("strictNormals".into(), kept.into()));
             }
-            upgrade(object);
+            if upgrade(object) {
+                self.translated.insert((format!("{} without a material", object.plugin), "copper".into()));
+            }
             let model = match object.plugin.as_str() {
                 "ldrfilm" => "hdrfilm",
                 "roughdiffuse" => "oren_nayar (sigma = alpha/√2)",
                 "phong" => "phong over lambert",
-                "ward" => "ward",
                 _ => "",
             };
             if !model.is_empty() {
@@ -539,8 +540,8 @@ fn snake_case(name: &str) -> String {
 /// An option of 0.6's path tracers that no longer exists.
 const STRICT: &str = "strict_normals";
 
-/// What else changed with version 2.0.
-fn upgrade(object: &mut Object) {
+/// What else changed with version 2.0. Returns whether a metal became copper.
+fn upgrade(object: &mut Object) -> bool {
     if matches!(object.plugin.as_str(), "diffuse" | "roughdiffuse") {
         for p in &mut object.properties {
             if p.name == "diffuse_reflectance" {
@@ -550,8 +551,9 @@ fn upgrade(object: &mut Object) {
     }
     // Metals were copper unless something was said.
     let said = |p: &Property| matches!(p.name.as_str(), "material" | "eta" | "k");
-    if matches!(object.plugin.as_str(), "conductor" | "roughconductor") && !object.properties.iter().any(said)
-    {
+    let copper = matches!(object.plugin.as_str(), "conductor" | "roughconductor")
+        && !object.properties.iter().any(said);
+    if copper {
         let (value, at) = (Value::String("Cu".into()), object.at);
         object.properties.push(Property { name: "material".into(), value, at, read: Cell::new(false) });
     }
@@ -577,6 +579,7 @@ fn upgrade(object: &mut Object) {
         let value = Value::Transform(DMat4::from_scale(scale) * DMat4::from_translation(offset));
         object.properties.push(Property { name: "to_uv".into(), value, at, read: Cell::new(false) });
     }
+    copper
 }
 
 #[cfg(test)]
