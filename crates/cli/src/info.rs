@@ -3,7 +3,6 @@
 mod facts;
 mod scene;
 
-use crate::capture::pictures;
 use crate::{argument, json};
 use anyhow::{Context, Result, bail};
 use clap::Args;
@@ -284,7 +283,7 @@ fn folder(path: &Path) -> Result<Facts> {
             .say("kind", "stacks of the same cloth from several sides")
             .list("stacks", each.collect::<Result<Vec<_>>>()?));
     }
-    let files = pictures(path)?;
+    let files = stack::pictures(path, &[stack::MASK])?;
     if files.is_empty() {
         bail!(
             "{}: there is no picture in this folder, and no list of lights; name a file in it",

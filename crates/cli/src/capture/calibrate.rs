@@ -1,6 +1,6 @@
 //! `yugen capture calibrate`.
 
-use super::hdr::{BAD_LENS, lens, pictures};
+use super::hdr::{BAD_LENS, lens};
 use crate::{argument, json, progress};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Args;
@@ -104,7 +104,7 @@ impl Calibrate {
             "{} is there already; say --force to replace it",
             output.display()
         );
-        let all = pictures(&self.folder)?;
+        let all = stack::pictures(&self.folder, &[stack::MASK])?;
         let above_zero = |v: f32| v > 0.0 && v.is_finite();
         ensure!(self.focal.is_none_or(above_zero), "--focal: expected a length above zero");
         ensure!(self.dome.is_none_or(above_zero), "--dome: expected a radius above zero");

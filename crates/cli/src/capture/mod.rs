@@ -14,8 +14,6 @@ mod stack;
 mod traced;
 mod weave;
 
-pub use hdr::pictures;
-
 use anyhow::Result;
 use clap::Subcommand;
 

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::exposures::{self, Exposure};
 use yugen_archive::formats::{exif, image, lp, stack};
-use yugen_archive::{list_folder, read_bounded};
+use yugen_archive::read_bounded;
 
 /// A picture and how long it was exposed.
 pub(super) struct Photograph {
@@ -56,7 +56,9 @@ impl Hdr {
                 ensure!(folder || lights.len() == 1, "{}: several lights need a folder", path.display());
             }
             None => {
-                for path in if folder { pictures(&self.input[0])? } else { self.input.clone() } {
+                for path in
+                    if folder { stack::pictures(&self.input[0], &[stack::MASK])? } else { self.input.clone() }
+                {
                     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
                     let name = match stem.rsplit_once('_') {
                         Some((light, _)) if folder && !light.is_empty() => light.to_string(),
@@ -137,18 +139,6 @@ impl Hdr {
         let entries = lights.iter().zip(&found).map(entry).collect();
         Ok(Some((entries, found.iter().filter_map(|&i| intensities.get(i).copied()).collect())))
     }
-}
-
-/// The pictures of a folder by name; lists and what is hidden aside.
-pub fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut all = list_folder(folder)?;
-    all.retain(|path| {
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        let known = ["jpg", "jpeg", "png", "tif", "tiff", "exr", "webp", "hdr"].contains(&extension.as_str());
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        known && path.is_file() && !name.starts_with('.') && name != stack::MASK
-    });
-    Ok(all)
 }
 
 /// Only the time may change within a bracket.

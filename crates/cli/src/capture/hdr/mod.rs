@@ -4,8 +4,6 @@ mod bracket;
 mod correct;
 mod merge;
 
-pub use bracket::pictures;
-
 use crate::{argument, json, progress};
 use anyhow::{Context, Result, bail, ensure};
 use bracket::{Light, Listed};
