@@ -5,12 +5,14 @@
 //! readings and a Gaussian fitted to the logarithm of the rest give the start, silk (with a ground) and metal (without)
 //! told apart before anything is separated; Levenberg-Marquardt on the brightness refines it, whatever is shadow,
 //! saturated or lit by its neighbours counting little, from normals all over the hemisphere where the first result is
-//! in doubt; the colours follow linearly. What many texels of the same thread have in common is learned first
+//! in doubt; the colours follow linearly. Where the ground alone describes the readings as well the texel has nothing else
+//! ([`Kind`]). What many texels of the same thread have in common is learned first
 //! ([`Prior`]) and helps where a texel's own readings cannot decide.
 
 // Matrices are written with their indices, as in the books.
 #![allow(clippy::needless_range_loop)]
 
+mod choice;
 mod clusters;
 pub mod compare;
 mod confidence;
@@ -31,7 +33,9 @@ pub use readings::{Reading, Readings};
 pub use smooth::smooth_tangents;
 
 use crate::lanes::{F, LANES, Mask};
+use crate::normals::{self, Surface, stereo};
 use crate::parallel::parallel_in;
+use choice::Ground;
 use clusters::Features;
 use confidence::confidence;
 use descent::{Descent, chi2, ward_of};
@@ -53,17 +57,42 @@ pub struct Options {
     pub floor: f32,
     /// Fewer usable readings than this say nothing about a texel.
     pub least_readings: usize,
+    /// What the ground is like, where texels may have nothing else; `None`: every texel has a highlight.
+    pub surface: Option<Surface>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { noise: 0.02, floor: 0.002, least_readings: 8 }
+        Self { noise: 0.02, floor: 0.002, least_readings: 8, surface: None }
     }
+}
+
+/// Of fewer readings a texel nothing is said but its ground: seven numbers would describe whatever they are.
+pub const FEWEST_FOR_HIGHLIGHTS: usize = 16;
+
+/// What a texel was found to be made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Too few readings.
+    Nothing,
+    /// A ground: its specular colour is black.
+    Ground,
+    /// A ground and a highlight.
+    Both,
+    /// A highlight over next to no ground: metal.
+    Highlight,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Nothing, Self::Ground, Self::Both, Self::Highlight];
 }
 
 /// What became of a texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fitted {
+    /// What it is made of.
+    pub kind: Kind,
     /// Its numbers. Confidence 0, black and flat, where there were too few readings.
     pub texel: Texel,
     /// Root mean square of model less reading over their standard deviation.
@@ -76,6 +105,7 @@ pub struct Fitted {
 
 /// The texel of which nothing is known.
 const NOTHING: Fitted = Fitted {
+    kind: Kind::Nothing,
     texel: Texel {
         diffuse: Vec3::ZERO,
         specular: Vec3::ZERO,
@@ -100,6 +130,12 @@ pub fn fit(
 ) -> Vec<Fitted> {
     let texels = readings.texels();
     let _span = tracing::info_span!("fit_texels", texels, with_threads = prior.is_some()).entered();
+    if let Some(surface) = &options.surface
+        && (0..texels).all(|t| readings.values(t).len() < FEWEST_FOR_HIGHLIGHTS)
+    {
+        let found = normals::find(readings, surface, &normals::Options::default(), threads, progress);
+        return found.iter().map(of_found).collect();
+    }
     let task = Task { options, prior, learning: false, twice: true };
     let piece = |i: usize, room: &mut Room| -> Vec<Fitted> {
         let texels: Vec<usize> = (i * PIECE..((i + 1) * PIECE).min(texels)).collect();
@@ -107,6 +143,14 @@ pub fn fit(
     };
     let done = |pieces: usize| progress((pieces * PIECE).min(texels));
     parallel_in(threads, texels.div_ceil(PIECE), piece, &done).into_iter().flatten().collect()
+}
+
+fn of_found(found: &normals::Found) -> Fitted {
+    if found.confidence <= 0.0 {
+        return NOTHING;
+    }
+    let texel = choice::of_ground(found.normal, found.albedo, found.confidence);
+    Fitted { kind: Kind::Ground, texel, residual: found.residual, readings: found.readings, passes: 0 }
 }
 
 /// Pieces of so many texels are what threads take turns at.
@@ -148,12 +192,16 @@ fn fit_texels(readings: &impl Readings, task: &Task, texels: &[usize], room: &mu
         }
         _ => None,
     };
+    let toward = |rays: &[Ray]| -> Vec<Vec3> {
+        rays.iter().map(|r| Vec3::new(r[3], r[4], r[5]).normalize_or_zero()).collect()
+    };
+    let triplets = common.as_ref().map_or(Vec::new(), |(_, rays)| stereo::triplets(&toward(rays)));
     let mut out = Vec::with_capacity(texels.len());
     for texels in texels.chunks(LANES) {
         let values = |lane: usize| texels.get(lane).map(|t| readings.values(*t));
         let fitted = if let Some((used, rays)) = &common {
             room.gather(used, values, task.options);
-            block(Common(rays), task, room)
+            block(Common(rays), task, &triplets, room)
         } else {
             let most = texels.iter().map(|t| readings.values(*t).len()).max().unwrap_or(0);
             room.gather(&(0..most).collect::<Vec<_>>(), values, task.options);
@@ -168,7 +216,8 @@ fn fit_texels(readings: &impl Readings, task: &Task, texels: &[usize], room: &mu
                     }
                 }
             }
-            let fitted = block(Own(&own), task, room);
+            let first: Vec<Ray> = own.iter().map(|ray| ray.map(|v| v.0[0])).collect();
+            let fitted = block(Own(&own), task, &stereo::triplets(&toward(&first)), room);
             room.own = own;
             fitted
         };
@@ -194,12 +243,14 @@ struct Outcome {
     products: Products,
     /// What the noise of the readings is learned from.
     noise: Tally,
+    /// By how much better its ground by itself describes it, see [`Ground::margin`].
+    margin: f32,
     /// Whether another start might lead elsewhere: the readings are described badly, or do not decide.
     doubtful: bool,
 }
 
 /// Fits eight texels whose readings lie in `room`.
-fn block<R: Rays>(rays: R, task: &Task, room: &mut Room) -> [Outcome; LANES] {
+fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room) -> [Outcome; LANES] {
     let Task { options, prior, learning, twice } = *task;
     let n = room.value.len();
     room.weight.clone_from(&room.stated);
@@ -222,10 +273,18 @@ fn block<R: Rays>(rays: R, task: &Task, room: &mut Room) -> [Outcome; LANES] {
     let found_noise = &prior.map_or(*options, |p| p.noise(options));
     let descent = Descent { rays, profile, known: &known, found: found_noise };
     let mut done = descent.from(start, room);
+    let ground_of = |done: &Refined, room: &Room| {
+        let surface = options.surface.as_ref().filter(|_| !learning)?;
+        Some(Ground::beside(rays, room, triplets, surface, &done.theta, profile))
+    };
+    let odds = cluster.map(|c| prior.zip(c).map_or(0.0, |(p, c)| p.ground(c)));
+    let mut ground = ground_of(&done.refined, room);
     let doubtful: Mask = F(std::array::from_fn(|lane| {
         let poor = done.refined.sums.cost.0[lane] > 4.0 * usable[lane] as f32;
         let unsure = confidence(&done.information(lane, usable[lane]), 0.0, 0.0) < 0.8;
-        if usable[lane] > 0 && (poor || unsure) { 1.0 } else { 0.0 }
+        let widest = surface(&done.refined.theta.map(|t| t.0[lane])).2.max_element();
+        let plain = ground.as_ref().is_some_and(|g| g.is_plain(lane) && g.wins(lane, widest, odds[lane]));
+        if usable[lane] > 0 && (poor || unsure) && !plain { 1.0 } else { 0.0 }
     }));
     if twice && doubtful.any() {
         for start in start::elsewhere(rays, room, &usual, &known, profile, &done.refined.theta) {
@@ -233,6 +292,19 @@ fn block<R: Rays>(rays: R, task: &Task, room: &mut Room) -> [Outcome; LANES] {
             let better = doubtful * done.posterior(&known).above(other.posterior(&known));
             done.exchange(better, other);
         }
+        ground = ground_of(&done.refined, room);
+    }
+    if let Some(found) = &ground
+        && options.surface.is_some_and(|s| s.ground == normals::Ground::Coated)
+    {
+        let taken = found.solved.confidence.above(F::splat(0.5));
+        let held = found.held(&known, taken);
+        let mut start = done.refined.theta;
+        for i in [2, 3] {
+            start[i] = taken.choose(held.mean[i], start[i]);
+        }
+        let other = Descent { known: &held, ..descent }.from(start, room);
+        done.exchange(taken, other);
     }
     std::mem::swap(&mut room.weight, &mut done.weight);
     let (loss, done) = (done.loss, done.refined);
@@ -260,6 +332,7 @@ fn block<R: Rays>(rays: R, task: &Task, room: &mut Room) -> [Outcome; LANES] {
                 features: features[lane],
                 products,
                 noise: noise[lane],
+                margin: 0.0,
                 doubtful: doubtful.0[lane] > 0.5,
             };
         }
@@ -279,8 +352,33 @@ fn block<R: Rays>(rays: R, task: &Task, room: &mut Room) -> [Outcome; LANES] {
             sigma,
             confidence: confidence(&information, sigma.max_element(), residual),
         };
-        let fitted =
-            Fitted { texel, residual, readings: usable[lane] as u16, passes: done.passes.0[lane] as u16 };
+        let bare = texel.diffuse.element_sum() < BARE * texel.specular.element_sum();
+        let kind = if bare { Kind::Highlight } else { Kind::Both };
+        let readings = usable[lane] as u16;
+        let mut fitted = Fitted { kind, texel, residual, readings, passes: done.passes.0[lane] as u16 };
+        let margin = ground.as_ref().map_or(0.0, |g| g.margin(lane, sigma.max_element()));
+        if let Some(ground) = &ground {
+            // Brighter than anything reflects: no light met the highlight, and it may be as high as it likes.
+            let absurd = texel.specular.max_element() > BRIGHTEST;
+            let exception = choice::is_exception(odds[lane]);
+            if absurd && exception {
+                // Shape and direction are those of its kin.
+                fitted.texel.specular /= texel.specular.max_element();
+                fitted.texel.confidence = texel.confidence.min(UNDECIDED);
+            } else if absurd || ground.wins(lane, sigma.max_element(), odds[lane]) {
+                let most = match (absurd, exception) {
+                    (true, _) => UNDECIDED,
+                    (_, true) => RARE,
+                    _ => 1.0,
+                };
+                if let Some(texel) = ground.texel(lane, most) {
+                    fitted = Fitted { kind: Kind::Ground, texel, residual: ground.residual(lane), ..fitted };
+                }
+            } else {
+                let most = choice::most_confidence(sigma.max_element(), odds[lane]);
+                fitted.texel.confidence = texel.confidence.min(most);
+            }
+        }
         Outcome {
             fitted,
             theta,
@@ -289,10 +387,19 @@ fn block<R: Rays>(rays: R, task: &Task, room: &mut Room) -> [Outcome; LANES] {
             features: features[lane],
             products,
             noise: noise[lane],
+            margin,
             doubtful: doubtful.0[lane] > 0.5,
         }
     })
 }
+
+/// Less ground than this part of the highlight is none.
+const BARE: f32 = 0.02;
+/// Of ρ_s: twice what conserves energy.
+const BRIGHTEST: f32 = 2.0;
+/// What the confidence of a texel is at most whose highlight says nothing, and of one that has none among those that have.
+const UNDECIDED: f32 = 0.05;
+const RARE: f32 = 0.3;
 
 /// D and A of each channel.
 fn colours<R: Rays>(rays: R, room: &Room, done: &Refined) -> ([F; 3], [F; 3]) {

@@ -11,7 +11,7 @@ use super::clusters::{Cluster, Features, distance, k_means, nearest};
 use super::model::{N, Theta};
 use super::profile::{self, Profile};
 use super::refine::Known;
-use super::{Options, Outcome, Readings, Task, fit_twice, noise};
+use super::{Options, Outcome, Readings, Task, choice, fit_twice, noise};
 use crate::lanes::{F, LANES};
 use crate::parallel::parallel_in;
 
@@ -27,6 +27,8 @@ pub struct Prior {
     profile: Profile,
     /// Standard deviations of readings as they were found: a part of them, and what black ones have.
     noise: [f32; 2],
+    /// How common texels without a highlight are in each cluster, as a logarithm of odds; empty where that was not asked.
+    grounds: Vec<f32>,
 }
 
 /// A texel of the sample.
@@ -100,7 +102,8 @@ impl Prior {
             if !tails && !profile.is_gaussian() {
                 tails = true;
                 // Widths and heights mean something else now.
-                prior = Some(Self { clusters: Vec::new(), profile, noise: [options.noise, options.floor] });
+                let noise = [options.noise, options.floor];
+                prior = Some(Self { clusters: Vec::new(), profile, noise, grounds: Vec::new() });
                 left = PASSES_WITH_TAILS;
                 continue;
             }
@@ -110,15 +113,36 @@ impl Prior {
             }
             let of_some = centres.iter().zip(&members).filter(|(_, m)| m.len() >= FEWEST);
             let clusters: Vec<Cluster> = of_some.clone().map(|(c, m)| Cluster::of(*c, m)).collect();
-            let mut found =
-                Self { clusters, profile, noise: noise::of_texels(&outcomes, options, quantum, tails) };
+            let mut found = Self {
+                clusters,
+                profile,
+                noise: noise::of_texels(&outcomes, options, quantum, tails),
+                grounds: Vec::new(),
+            };
             if left == 0 || tails {
                 let members: Vec<&[&Member]> = of_some.map(|(_, m)| m.as_slice()).collect();
                 found.share(&members, bands, options, threads);
             }
             prior = Some(found);
         }
-        prior.filter(|p| !p.clusters.is_empty())
+        let mut prior = prior.filter(|p| !p.clusters.is_empty())?;
+        if options.surface.is_some() {
+            let task = Task { options, prior: Some(&prior), learning: false, twice: true };
+            let group = |i: usize, room: &mut _| {
+                let (band, group) = chosen[i];
+                let end = ((group + 1) * LANES).min(bands[band].texels());
+                fit_twice(&bands[band], &task, &(group * LANES..end).collect::<Vec<_>>(), room)
+            };
+            let outcomes = parallel_in(threads, chosen.len(), group, &|_| {});
+            let mut margins = vec![Vec::new(); prior.clusters.len()];
+            for o in outcomes.iter().flatten().filter(|o| o.fitted.readings > 0) {
+                if let Some(cluster) = prior.nearest(&o.features) {
+                    margins[cluster].push(o.margin);
+                }
+            }
+            prior.grounds = choice::odds(&margins);
+        }
+        Some(prior)
     }
 
     /// What leans so far that no lamp meets its highlight cannot say what it is made of. Where the readings of a cluster are
@@ -130,6 +154,8 @@ impl Prior {
         let mut order: Vec<usize> = (0..members.len()).collect();
         order.sort_by_key(|c| std::cmp::Reverse(sure(*c)));
         let mut materials: Vec<Cluster> = Vec::new();
+        // It is highlights that are compared.
+        let bare = &Options { surface: None, ..*options };
         for c in order {
             let step = members[c].len().div_ceil(TRIED);
             let tried: Vec<&Member> = members[c].iter().step_by(step).copied().collect();
@@ -140,9 +166,13 @@ impl Prior {
             let decided = 2 * sure(c) > members[c].len();
             let open = !decided || !self.profile.is_gaussian();
             for material in materials.iter().filter(|_| open) {
-                let alone =
-                    Self { clusters: vec![material.clone()], profile: self.profile, noise: self.noise };
-                let task = Task { options, prior: Some(&alone), learning: false, twice: true };
+                let alone = Self {
+                    clusters: vec![material.clone()],
+                    profile: self.profile,
+                    noise: self.noise,
+                    grounds: Vec::new(),
+                };
+                let task = Task { options: bare, prior: Some(&alone), learning: false, twice: true };
                 let band = |i: usize, room: &mut _| {
                     let (band, texels) = &texels[i];
                     fit_twice(&bands[*band], &task, texels, room)
@@ -187,6 +217,11 @@ impl Prior {
     pub(super) fn nearest(&self, features: &Features) -> Option<usize> {
         let far = |c: &Cluster| distance(&c.centre, features);
         (0..self.clusters.len()).min_by(|&a, &b| far(&self.clusters[a]).total_cmp(&far(&self.clusters[b])))
+    }
+
+    /// How common texels without a highlight are in a cluster: a logarithm of odds.
+    pub(super) fn ground(&self, cluster: usize) -> f32 {
+        self.grounds.get(cluster).copied().unwrap_or(0.0)
     }
 
     /// m, p and q of a cluster's mean.

@@ -282,3 +282,91 @@ fn what_cannot_be_known_is_said_to_be_unknown() {
     assert!((got[2].texel.diffuse - matte.diffuse).length() < 0.02 * matte.diffuse.length(), "{:?}", got[2]);
     assert!(got[2].texel.normal.dot(matte.normal) > 0.9999);
 }
+
+/// The ground of photographs that were made by [`photograph`].
+fn with_surface(stack: &Stack, ground: normals::Ground) -> Options {
+    let surface = Surface::of(std::slice::from_ref(stack), Some(ground), &normals::Options::default(), 2);
+    Options { surface: Some(surface), ..Options::default() }
+}
+
+fn degrees(a: Vec3, b: Vec3) -> f32 {
+    a.cross(b).length().min(1.0).asin().to_degrees()
+}
+
+/// Matte texels, a third of whose readings lie in shadow or are lit by neighbours, turned up to 45°.
+fn matte(count: usize, lights: &[Vec3]) -> (Vec<Texel>, Stack) {
+    let mut rng = Pcg32::new(21, 0);
+    let texels: Vec<Texel> = (0..count)
+        .map(|_| {
+            let normal = spherical(0.8 * rng.next_f32().sqrt(), TAU * rng.next_f32());
+            let diffuse = Vec3::new(0.5, 0.4, 0.3) * (0.5 + 0.5 * rng.next_f32());
+            Texel { diffuse, specular: Vec3::ZERO, normal, ..random_texel(&mut rng) }
+        })
+        .collect();
+    let mut stack = photograph(&texels, lights, &mut rng);
+    for samples in stack.values.chunks_exact_mut(lights.len()) {
+        let toward = TAU * rng.next_f32();
+        for (v, l) in samples.iter_mut().zip(lights) {
+            let off = (l.y.atan2(l.x) - toward).rem_euclid(TAU);
+            if l.z < 0.8 && off < TAU / 5.0 {
+                *v = v.map(|c| 0.1 * c + 0.01);
+            } else if l.z < 0.8 && (off - PI).abs() < TAU / 10.0 {
+                *v = v.map(|c| 1.1 * c + 0.02);
+            }
+        }
+    }
+    (texels, stack)
+}
+
+/// A matte thing whose readings are spoilt is no wide highlight. Sabotage: without the choice its normals are.
+#[test]
+fn a_matte_thing_has_no_highlight() {
+    let (truth, stack) = matte(600, &dome(40));
+    let options = with_surface(&stack, normals::Ground::Matte);
+    let off = |options: &Options| -> (f32, Vec<Fitted>) {
+        let prior = Prior::learn(std::slice::from_ref(&stack), options, 2);
+        let fitted = fit(&stack, options, prior.as_ref(), 2, &|_| {});
+        let sum: f32 = fitted.iter().zip(&truth).map(|(f, t)| degrees(f.texel.normal, t.normal)).sum();
+        (sum / truth.len() as f32, fitted)
+    };
+    let (with, fitted) = off(&options);
+    let (without, _) = off(&Options::default());
+    println!("mean {with} with the choice, {without} without");
+    assert!(fitted.iter().filter(|f| f.kind == Kind::Ground).count() > 590);
+    assert!(fitted.iter().all(|f| f.kind != Kind::Ground || f.texel.specular == Vec3::ZERO));
+    assert!(with < 1.0 && without > 2.0 * with, "{with} {without}");
+}
+
+/// Highlights that are there stay, and what they are stays as exact as it was.
+#[test]
+fn a_highlight_that_is_there_is_kept() {
+    let mut rng = Pcg32::new(22, 0);
+    let truth: Vec<Texel> = (0..600).map(|_| random_texel(&mut rng)).collect();
+    let stack = photograph(&truth, &dome(50), &mut rng);
+    let options = with_surface(&stack, normals::Ground::Matte);
+    let [median, ninety] = summary(&fit(&stack, &options, None, 2, &|_| {}), &truth);
+    let [before, before_ninety] = summary(&fit(&stack, &Options::default(), None, 2, &|_| {}), &truth);
+    print(50, &[median, ninety]);
+    for (now, before) in median.iter().chain(&ninety).zip(before.iter().chain(&before_ninety)) {
+        assert!(*now < 1.1 * before + 1e-4, "{now} {before}");
+    }
+}
+
+/// A dozen lights leave the ground, and nothing else is said.
+#[test]
+fn few_lights_give_grounds() {
+    let (truth, stack) = matte(300, &dome(12));
+    let options = with_surface(&stack, normals::Ground::Matte);
+    let fitted = fit(&stack, &options, None, 2, &|_| {});
+    assert!(fitted.iter().all(|f| f.kind == Kind::Ground && f.texel.specular == Vec3::ZERO));
+    let sure: Vec<f32> = fitted
+        .iter()
+        .zip(&truth)
+        .filter(|(f, _)| f.texel.confidence > 0.5)
+        .map(|(f, t)| degrees(f.texel.normal, t.normal))
+        .collect();
+    let wrong = sure.iter().filter(|e| **e > 5.0).count();
+    println!("{} of {} sure, {wrong} of them wrongly", sure.len(), truth.len());
+    // A third of a dozen readings is spoilt: 4 % were measured.
+    assert!(sure.len() > 100 && 10 * wrong < sure.len());
+}

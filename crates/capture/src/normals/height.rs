@@ -60,6 +60,29 @@ pub fn integrate(width: usize, height: usize, normals: &[Vec3], trust: &[f32]) -
     z
 }
 
+/// Whether the slopes are those of a surface: the slope along x changes along y as that along y does along x. From 1, they
+/// do, over 0, there is nothing to tell, to −1: they change oppositely, as where one axis of the lights is turned round.
+pub fn closure(width: usize, height: usize, normals: &[Vec3], trust: &[f32]) -> f32 {
+    let slope = |i: usize| {
+        let n = normals[i];
+        // Steep ones say little and weigh much.
+        (trust[i] > 0.1 && n.z > 0.3).then(|| [-n.x / n.z, -n.y / n.z])
+    };
+    let (mut both, mut first, mut second) = (0.0f64, 0.0f64, 0.0f64);
+    for y in 1..height.saturating_sub(1) {
+        for x in 1..width.saturating_sub(1) {
+            let i = y * width + x;
+            let sides = [i - 1, i + 1, i - width, i + width].map(slope);
+            let [Some(left), Some(right), Some(up), Some(down)] = sides else { continue };
+            let (p_y, q_x) = (f64::from(up[0] - down[0]), f64::from(right[1] - left[1]));
+            both += p_y * q_x;
+            first += p_y * p_y;
+            second += q_x * q_x;
+        }
+    }
+    (both / (first * second).sqrt().max(1e-30)) as f32
+}
+
 /// Of each texel to its neighbour on one side: how far the step is trusted, and the step.
 struct Edges {
     weight: Vec<f32>,
@@ -306,10 +329,12 @@ mod tests {
         let got = integrate(WIDTH, HEIGHT, &normals, &vec![1.0; want.len()]);
         let off = apart(&got, &want, |_| true);
         assert!(off < 0.02, "{off}");
+        assert!(closure(WIDTH, HEIGHT, &normals, &vec![1.0; want.len()]) > 0.95);
         // Sabotage: a map whose y runs down.
         let turned: Vec<Vec3> = normals.iter().map(|n| Vec3::new(n.x, -n.y, n.z)).collect();
         let off = apart(&integrate(WIDTH, HEIGHT, &turned, &vec![1.0; want.len()]), &want, |_| true);
         assert!(off > 1.0, "{off}");
+        assert!(closure(WIDTH, HEIGHT, &turned, &vec![1.0; want.len()]) < -0.95);
     }
 
     /// Borders are free: what lies outside says nothing, whatever is written there, and a hole does not matter.

@@ -8,7 +8,7 @@
 //! highlights are: without that, three readings in shadow would pass for a dark texel full of highlights.
 
 pub mod height;
-mod stereo;
+pub(crate) mod stereo;
 
 use crate::fit::Readings;
 use crate::fit::compare::quantile;
@@ -63,6 +63,8 @@ pub struct Found {
     pub error: f32,
     /// From 0, nothing is known, to 1.
     pub confidence: f32,
+    /// Root mean square of model less reading over their standard deviation, of the readings that count.
+    pub residual: f32,
     /// Usable readings.
     pub readings: u16,
     /// Those that agree with normal and albedo.
@@ -70,8 +72,15 @@ pub struct Found {
 }
 
 /// The texel of which nothing is known.
-pub const NOTHING: Found =
-    Found { normal: Vec3::Z, albedo: Vec3::ZERO, error: 90.0, confidence: 0.0, readings: 0, agreeing: 0 };
+pub const NOTHING: Found = Found {
+    normal: Vec3::Z,
+    albedo: Vec3::ZERO,
+    error: 90.0,
+    confidence: 0.0,
+    residual: 0.0,
+    readings: 0,
+    agreeing: 0,
+};
 
 /// Fewer readings than this do not determine a normal.
 pub const FEWEST_READINGS: usize = 3;
@@ -174,6 +183,10 @@ impl Surface {
     }
 }
 
+pub(crate) fn task(surface: &Surface, options: &Options) -> Task {
+    Task { coated: surface.ground == Ground::Coated, options: *options, slack: surface.slack }
+}
+
 /// What became of up to eight texels.
 struct Block {
     found: [Found; LANES],
@@ -202,9 +215,7 @@ impl<'a, R: Readings> Finder<'a, R> {
         let seen: Vec<(usize, Light)> = (0..all()).filter_map(|i| light(middle, i)).collect();
         let triplets = stereo::triplets(&seen.iter().map(|(_, l)| l.toward()).collect::<Vec<_>>());
         let common = readings.in_common().then(|| seen.into_iter().unzip());
-        let Surface { ground, slack } = *surface;
-        let task = Task { coated: ground == Ground::Coated, options: *options, slack };
-        Self { readings, task, common, triplets }
+        Self { readings, task: task(surface, options), common, triplets }
     }
 
     /// Turns the readings of up to eight texels on their side, for lights of their own into `own`.
@@ -242,7 +253,7 @@ impl<'a, R: Readings> Finder<'a, R> {
             }
         };
         let solved = stereo::solve_block(lights, &room.value, &room.usable, triplets, &self.task);
-        let albedo = stereo::albedo(lights, room, &solved, &self.task);
+        let albedo = stereo::albedo(lights, &room.value, &room.channels, &room.usable, &solved, &self.task);
         let found = std::array::from_fn(|lane| {
             let lane_of = |f: F| f.0[lane];
             let readings = room.usable.iter().filter(|u| u.0[lane] > 0.0).count();
@@ -256,6 +267,7 @@ impl<'a, R: Readings> Finder<'a, R> {
                 albedo,
                 error: lane_of(solved.error),
                 confidence: lane_of(solved.confidence),
+                residual: lane_of(solved.residual),
                 readings: readings as u16,
                 agreeing: lane_of(solved.agreeing).round() as u16,
             }

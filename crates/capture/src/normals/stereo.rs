@@ -7,7 +7,7 @@ use yugen_optics::random::Pcg32;
 
 /// A light as eight texels see it.
 #[derive(Clone, Copy)]
-pub(super) struct Light {
+pub(crate) struct Light {
     /// The direction toward it times its irradiance.
     l: [F; 3],
     /// One over the irradiance.
@@ -32,6 +32,13 @@ impl Light {
         Some(Self { l, dim: F::splat(1.0 / irradiance), half })
     }
 
+    /// Of slopes x, y of the half vector, anything, and the direction times its irradiance.
+    pub fn of_ray([x, y, _, lx, ly, lz]: [F; 6]) -> Self {
+        let flat = F::ONE / (x * x + y * y + 1.0).sqrt();
+        let l = [lx, ly, lz];
+        Self { l, dim: F::ONE / dot(&l, &l).sqrt(), half: [x * flat, y * flat, flat] }
+    }
+
     /// Takes over one texel's.
     pub fn put(&mut self, lane: usize, light: &Self) {
         let pairs = self.l.iter_mut().zip(light.l).chain(self.half.iter_mut().zip(light.half));
@@ -47,7 +54,7 @@ impl Light {
 
 /// The readings of eight texels.
 #[derive(Default)]
-pub(super) struct Room {
+pub(crate) struct Room {
     /// Mean of the channels, one a reading.
     pub value: Vec<F>,
     pub channels: [Vec<F>; 3],
@@ -78,7 +85,7 @@ impl Room {
 
 /// How eight texels are to be fitted.
 #[derive(Clone, Copy)]
-pub(super) struct Task {
+pub(crate) struct Task {
     pub coated: bool,
     pub options: Options,
     /// A part of the albedo by which every reading may be off besides its noise: what shadows that are not quite black, light
@@ -99,7 +106,7 @@ const TRIPLETS: usize = 24;
 const FLATTEST: f32 = 0.02;
 
 /// Triplets of lights that are far from lying in a plane, spread over all of them; the same each time.
-pub(super) fn triplets(toward: &[Vec3]) -> Vec<[usize; 3]> {
+pub(crate) fn triplets(toward: &[Vec3]) -> Vec<[usize; 3]> {
     let volume = |[i, j, k]: [usize; 3]| toward[i].dot(toward[j].cross(toward[k])).abs();
     let n = toward.len();
     let mut all: Vec<[usize; 3]> = Vec::new();
@@ -128,12 +135,14 @@ pub(super) fn triplets(toward: &[Vec3]) -> Vec<[usize; 3]> {
 }
 
 /// What was found, eight at a time.
-pub(super) struct Solved {
+pub(crate) struct Solved {
     /// Albedo times normal.
     pub g: [F; 3],
     /// Degrees.
     pub error: F,
     pub confidence: F,
+    /// Root mean square of what readings that count are off, in their standard deviations.
+    pub residual: F,
     /// Readings that count.
     pub agreeing: F,
     /// Robust, of all readings.
@@ -444,15 +453,29 @@ fn judge(lights: &[Light], value: &[F], usable: &[F], g: [F; 3], least: F, secon
     // measured on rendered things with shadows and interreflection, where this is near the mean error throughout. So is
     // how much more it is where another normal describes the readings nearly as well.
     let doubtful = against / (agreeing + against).max(F::ONE);
-    let rival = (second - least) / all.max(F::ONE);
+    let rival = (second - least) / all.max(F::ONE) / apart_costs(task);
     // Three readings are met whatever they are: nothing tells whether they are the surface's.
     let unchecked = (F::splat(4.0) - agreeing).clamp(0.0, 1.0);
     let own = (deviation * deviation * 4.0 + doubtful * doubtful * 64.0 + unchecked * 36.0).sqrt();
-    let error = own * (F::ONE + (rival.min(F::splat(10.0)) * (-1.0 / 0.15)).exp() * 2.0);
+    let error = own * (F::ONE + (rival.min(F::splat(10.0)) * -6.0).exp() * 2.0);
     let error = error.min(F::splat(90.0));
     let part = error * (1.0 / HALVED);
     let confidence = F::ONE / (F::ONE + part * part);
-    Solved { g, error, confidence, agreeing, cost: sum }
+    Solved {
+        g,
+        error,
+        confidence,
+        residual: (squares / weights.max(F::splat(1e-6))).sqrt(),
+        agreeing,
+        cost: sum,
+    }
+}
+
+/// What a normal 15° off costs a reading at the slack with which candidates were compared: a sixth of the albedo, beside
+/// noise of 2 %.
+fn apart_costs(task: &Task) -> f32 {
+    let (off, slack) = (0.16f32, task.coarse() + 0.02);
+    off * off / (off * off + slack * slack)
 }
 
 /// Expected degrees at which confidence is a half.
@@ -461,7 +484,7 @@ const DEGREES: f32 = 180.0 / std::f32::consts::PI;
 
 /// Fits eight texels. With AVX2 where the machine has it: the operations and their order are the same, and so are the
 /// bits.
-pub(super) fn solve_block(
+pub(crate) fn solve_block(
     lights: &[Light],
     value: &[F],
     usable: &[F],
@@ -484,23 +507,88 @@ pub(super) fn solve_block(
 }
 
 /// Albedo of each channel, of the readings that agree.
-pub(super) fn albedo(lights: &[Light], room: &Room, solved: &Solved, task: &Task) -> [F; 3] {
+pub(crate) fn albedo(
+    lights: &[Light],
+    value: &[F],
+    channels: &[Vec<F>; 3],
+    usable: &[F],
+    solved: &Solved,
+    task: &Task,
+) -> [F; 3] {
     let size = Size::of(&solved.g);
     let (mut up, mut down) = ([F::ZERO; 3], F::splat(1e-20));
     for (i, light) in lights.iter().enumerate() {
-        let at = beside(light, room.value[i], &solved.g, size, task.slack, task.coated, &task.options);
+        let at = beside(light, value[i], &solved.g, size, task.slack, task.coated, &task.options);
         let seen = at.lit * at.through * size.inverse;
-        let w = weight(&at) * room.usable[i] * seen;
+        let w = weight(&at) * usable[i] * seen;
         down += w * seen;
-        for (up, channel) in up.iter_mut().zip(&room.channels) {
+        for (up, channel) in up.iter_mut().zip(channels) {
             *up += w * channel[i];
         }
     }
     up.map(|v| (v / down).max(F::ZERO))
 }
 
+/// What readings cost with what was found, and with what another model, whose slopes of the normal are `a` and `b`, makes of
+/// them; by the same measure, which is as strict as the other model can bear: it has more numbers. And by what part of
+/// their level that lets readings be off.
+pub(crate) fn costs(
+    lights: &[Light],
+    value: &[F],
+    usable: &[F],
+    solved: &Solved,
+    seen: &[F],
+    [a, b]: [F; 2],
+    task: &Task,
+) -> ([F; 2], F) {
+    let size = Size::of(&solved.g);
+    let (slack, part) = bearable(value, usable, seen, task.slack);
+    let steep = (a * a + b * b + 1.0).sqrt() * SHINY;
+    let mut costs = [F::ZERO; 2];
+    for (i, light) in lights.iter().enumerate() {
+        let at = beside(light, value[i], &solved.g, size, task.slack, task.coated, &task.options);
+        let there = light.half[2] + light.half[0] * a + light.half[1] * b;
+        let models = [(at.lit * at.through, at.shiny), (seen[i], there.above(steep))];
+        for (cost, (seen, shiny)) in costs.iter_mut().zip(models) {
+            let deviation = seen.max(value[i]) * task.options.noise + slack + task.options.floor;
+            let off = value[i] - seen;
+            let bright = off.above(F::ZERO);
+            *cost += loss(&Beside { variance: deviation * deviation, off: off * off, bright, shiny, ..at })
+                * usable[i];
+        }
+    }
+    (costs, part)
+}
+
+/// How much readings are off that a model describes, besides their noise: from a hundredth of their level to `most` of it.
+fn bearable(value: &[F], usable: &[F], seen: &[F], most: f32) -> (F, F) {
+    let mut off = Vec::with_capacity(value.len());
+    let (mut slack, mut part) = (F::ZERO, F::splat(super::SLACK[0]));
+    for lane in 0..LANES {
+        off.clear();
+        let mut sum = 0.0;
+        for ((value, usable), seen) in value.iter().zip(usable).zip(seen) {
+            if usable.0[lane] > 0.0 {
+                off.push((value.0[lane] - seen.0[lane]).abs());
+                sum += value.0[lane];
+            }
+        }
+        if off.is_empty() {
+            continue;
+        }
+        let (count, middle) = (off.len() as f32, off.len() / 2);
+        // A matte texel reads two thirds of its albedo in the mean.
+        let level = (1.6 * sum / count).max(0.0);
+        let median = *off.select_nth_unstable_by(middle, f32::total_cmp).1;
+        let needed = super::OF_MEDIAN * median / level.max(1e-12);
+        part.0[lane] = needed.clamp(super::SLACK[0], most.max(super::SLACK[0]));
+        slack.0[lane] = part.0[lane] * level;
+    }
+    (slack, part)
+}
+
 /// The median difference of readings in light, as a part of the albedo; `None` of a texel that has too few of them.
-pub(super) fn misfit(lights: &[Light], room: &Room, solved: &Solved, task: &Task) -> [Option<f32>; LANES] {
+pub(crate) fn misfit(lights: &[Light], room: &Room, solved: &Solved, task: &Task) -> [Option<f32>; LANES] {
     let size = Size::of(&solved.g);
     let mut off: [Vec<f32>; LANES] = std::array::from_fn(|_| Vec::with_capacity(lights.len()));
     for (i, light) in lights.iter().enumerate() {

@@ -4,6 +4,7 @@ use super::light::texel_under;
 use super::rbf::{Kernel, Rbf};
 use super::{Encoding, RtiError, evaluate, fit, light, readings};
 use crate::fit as btf_fit;
+use crate::normals::{self, Surface};
 use crate::rows::for_rows;
 use crate::{Lights, Stack};
 use glam::Vec3;
@@ -85,6 +86,9 @@ impl<'a> Model<'a> {
                 if lights < least {
                     return Err(RtiError::TooFewLights { lights, what: "a BTF", least });
                 }
+                let surface =
+                    Surface::of(std::slice::from_ref(stack), None, &normals::Options::default(), threads);
+                let options = btf_fit::Options { surface: Some(surface), ..options };
                 let prior = btf_fit::Prior::learn(std::slice::from_ref(stack), &options, threads);
                 let fitted = btf_fit::fit(stack, &options, prior.as_ref(), threads, &|_| {});
                 Ok(Self::Cloth(fitted.into_iter().map(|f| f.texel).collect()))

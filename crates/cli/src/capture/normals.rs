@@ -13,7 +13,8 @@ use yugen_archive::formats::image::{self, ReadOptions, WriteOptions};
 use yugen_archive::{check_outputs, make_folder, will_read};
 use yugen_capture::fit::compare::quantile;
 use yugen_capture::normals::{
-    FEWEST_READINGS, Found, Ground, Options, Surface, find, height::integrate, lights_suffice,
+    FEWEST_READINGS, Found, Ground, Options, Surface, find, height::closure, height::integrate,
+    lights_suffice,
 };
 use yugen_optics::{ColourSpace, Image, Vec3};
 
@@ -69,11 +70,23 @@ pub struct Normals {
     json: bool,
 }
 
+/// The ground as it is asked for.
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum AskedGround {
+pub enum AskedGround {
     Auto,
     Matte,
     Coated,
+}
+
+impl AskedGround {
+    /// `None`: as the photographs tell.
+    pub fn asked(self) -> Option<Ground> {
+        match self {
+            Self::Auto => None,
+            Self::Matte => Some(Ground::Matte),
+            Self::Coated => Some(Ground::Coated),
+        }
+    }
 }
 
 /// Below this confidence a texel counts as undecided.
@@ -82,6 +95,8 @@ const UNSURE: f32 = 0.1;
 const SURE: f32 = 0.5;
 /// Degrees that are white in the picture of errors.
 const WHITE: f32 = 10.0;
+/// Below this the slopes are those of a surface in a mirror; shadows and noise take those of a real one down to .2.
+const TURNED: f32 = -0.3;
 /// Where in the median fewer of the readings agree than this, it is no matte thing.
 const MATTE: f32 = 0.5;
 
@@ -118,11 +133,7 @@ impl Normals {
         let threads = argument::threads(self.threads);
         let rows = folder.rows_within(self.memory << 20);
         let bar = progress::bar((width * height) as u64, self.json);
-        let asked = match self.ground {
-            AskedGround::Auto => None,
-            AskedGround::Matte => Some(Ground::Matte),
-            AskedGround::Coated => Some(Ground::Coated),
-        };
+        let asked = self.ground.asked();
         bar.set_message("reading");
         let mut bands = source.bands(rows)?;
         let mut next = bands.next()?;
@@ -152,11 +163,17 @@ impl Normals {
         bar.set_message("integrating");
         let started = Instant::now();
         let normals: Vec<Vec3> = found.iter().map(|f| f.normal).collect();
-        let heights = (!self.no_height).then(|| {
-            let here = |f: &Found| usize::from(f.readings) >= FEWEST_READINGS;
-            let trust = found.iter().map(|f| if here(f) { f.confidence } else { f32::NAN });
-            integrate(width, height, &normals, &trust.collect::<Vec<_>>())
-        });
+        let here = |f: &Found| usize::from(f.readings) >= FEWEST_READINGS;
+        let trust: Vec<f32> = found.iter().map(|f| if here(f) { f.confidence } else { f32::NAN }).collect();
+        let closed = closure(width, height, &normals, &trust);
+        if closed < TURNED {
+            tracing::warn!(
+                "{}: these are the slopes of no surface, but would be with one axis of the lights turned round: say \
+                 axes = \"-x y z\" or \"x -y z\" in stack.toml (whichever makes hills of hills)",
+                self.stack.display()
+            );
+        }
+        let heights = (!self.no_height).then(|| integrate(width, height, &normals, &trust));
         let integration = started.elapsed().as_secs_f64();
         bar.finish_and_clear();
         self.write(width, height, &found, heights.as_deref())?;
@@ -177,6 +194,7 @@ impl Normals {
                 "median_agreeing": report.agreeing,
                 "expected_error": { "median": report.error[0], "ninety": report.error[1] },
                 "median_confidence": report.confidence,
+                "closure": closed,
                 "fit_seconds": seconds,
                 "integration_seconds": integration,
                 "texels_per_second": rate,

@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use yugen_capture::fit::Fitted;
+use yugen_capture::fit::{Fitted, Kind};
 use yugen_optics::{Vec2, Vec3};
 use yugen_reflectance::btf::Texel;
 
@@ -19,9 +19,9 @@ pub struct Checkpoint {
 }
 
 /// Floats a texel.
-const FLOATS: usize = 18;
+const FLOATS: usize = 19;
 const RECORD: usize = 4 * FLOATS;
-const MAGIC: &str = "yugen capture fit 1";
+const MAGIC: &str = "yugen capture fit 2";
 
 /// Where the checkpoint of an output lies.
 pub fn place(output: &Path) -> Result<PathBuf> {
@@ -109,15 +109,17 @@ impl Checkpoint {
 fn record(f: &Fitted) -> [f32; FLOATS] {
     let Texel { diffuse: d, specular: s, normal: n, tangent: t, sigma, confidence } = f.texel;
     let (readings, passes) = (f32::from(f.readings), f32::from(f.passes));
+    let kind = Kind::ALL.iter().position(|k| *k == f.kind).unwrap_or(0) as f32;
     [
         d.x, d.y, d.z, s.x, s.y, s.z, n.x, n.y, n.z, t.x, t.y, t.z, sigma.x, sigma.y, confidence, f.residual,
-        readings, passes,
+        readings, passes, kind,
     ]
 }
 
 fn fitted(v: &[f32]) -> Fitted {
     let vec3 = |i: usize| Vec3::from_slice(&v[i..i + 3]);
     Fitted {
+        kind: Kind::ALL.get(v[18] as usize).copied().unwrap_or(Kind::Nothing),
         texel: Texel {
             diffuse: vec3(0),
             specular: vec3(3),
@@ -142,7 +144,8 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let output = folder.join("a.btf");
         let texel = |i: usize| {
-            let v: Vec<f32> = (0..FLOATS).map(|c| (c * 10 + i) as f32).collect();
+            let mut v: Vec<f32> = (0..FLOATS).map(|c| (c * 10 + i) as f32).collect();
+            v[18] = (i % 4) as f32;
             fitted(&v)
         };
         let all: Vec<Fitted> = (0..15).map(texel).collect();

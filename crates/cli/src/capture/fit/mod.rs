@@ -4,6 +4,7 @@ mod checkpoint;
 mod report;
 mod source;
 
+use super::normals::AskedGround;
 use crate::argument;
 use anyhow::{Result, bail};
 use checkpoint::Checkpoint;
@@ -17,7 +18,8 @@ use yugen_archive::formats::btf;
 use yugen_archive::formats::stack::Folder;
 use yugen_archive::{check_outputs, check_writable, make_folder, will_read};
 use yugen_capture::Stack;
-use yugen_capture::fit::{Fitted, Options, Prior, Readings, fit, smooth_tangents};
+use yugen_capture::fit::{FEWEST_FOR_HIGHLIGHTS, Fitted, Options, Prior, Readings, fit, smooth_tangents};
+use yugen_capture::normals::{self, Ground, Surface};
 use yugen_reflectance::btf::Btf;
 
 /// Finds what each texel of a cloth reflects: diffuse and specular colour, normal, direction and widths of the highlight.
@@ -32,6 +34,10 @@ use yugen_reflectance::btf::Btf;
 ///
 /// Several STACKs of the same cloth, photographed from several sides (`view` in stack.toml), are fitted together, as is
 /// a folder of them that `simulate` wrote for several --view.
+///
+/// A texel has a highlight only where the photographs prove it: where the ground by itself, found by robust photometric
+/// stereo as in `yugen capture normals`, describes them as well, it has nothing else. With 4 to 15 lights nothing more can
+/// be told.
 ///
 /// Threads repeat: what texels of one thread have in common is learned first and helps where the lights of a single texel
 /// are too few (--no-prior to do without).
@@ -53,6 +59,10 @@ pub struct Fit {
     /// Standard deviation of a black reading, as a reflectance.
     #[arg(long, value_name = "RHO", default_value_t = Options::default().floor)]
     floor: f32,
+
+    /// What lies below highlights or has none: matte, coated (glazed, varnished), or as the photographs tell.
+    #[arg(long, value_name = "NAME", default_value = "auto")]
+    ground: AskedGround,
 
     /// Fit every texel by itself.
     #[arg(long)]
@@ -93,8 +103,8 @@ pub struct Fit {
     json: bool,
 }
 
-/// Fewer lights than this leave more unknowns than readings.
-const FEWEST_LIGHTS: usize = 8;
+/// Fewer lights than this say nothing of shadows.
+const FEWEST_LIGHTS: usize = 4;
 /// Rows of a band that threads are learned from.
 const SAMPLE_ROWS: usize = 8;
 
@@ -113,29 +123,46 @@ pub(super) fn sample_rows(folder: &Folder, lights: usize) -> Vec<(usize, usize)>
 /// How it is done.
 struct Work<'a> {
     options: &'a Options,
+    /// What the ground is said to be like.
+    ground: Option<Ground>,
     threads: usize,
     /// Whether threads are learned.
     learns: bool,
     bar: &'a ProgressBar,
 }
 
-impl Work<'_> {
+/// What texels have in common.
+struct Learned {
+    options: Options,
+    surface: Surface,
     /// What threads have in common; `None` where that is not wanted or cannot be told.
-    fn learn(&self, sample: &[impl Readings]) -> Option<Prior> {
+    prior: Option<Prior>,
+}
+
+impl Work<'_> {
+    fn learn(&self, sample: &[impl Readings]) -> Learned {
         self.bar.set_message("learning the threads");
-        let prior = self.learns.then(|| Prior::learn(sample, self.options, self.threads)).flatten();
+        let surface = Surface::of(sample, self.ground, &normals::Options::default(), self.threads);
+        let options = Options { surface: Some(surface), ..*self.options };
+        let prior = self.learns.then(|| Prior::learn(sample, &options, self.threads)).flatten();
         self.bar.set_message("fitting");
-        prior
+        Learned { options, surface, prior }
     }
 
     /// Texels from the `first` of all.
-    fn fit(&self, readings: &impl Readings, first: usize, prior: Option<&Prior>) -> Vec<Fitted> {
-        fit(readings, self.options, prior, self.threads, &|n| self.bar.set_position((first + n) as u64))
+    fn fit(&self, readings: &impl Readings, first: usize, learned: &Learned) -> Vec<Fitted> {
+        let Learned { options, prior, .. } = learned;
+        let progress = |n| self.bar.set_position((first + n) as u64);
+        fit(readings, options, prior.as_ref(), self.threads, &progress)
     }
 
-    /// In bands of rows that take no more than `memory` bytes, from where the checkpoint ends; whether threads were
-    /// learned.
-    fn photographs(&self, folders: &[Folder], memory: u64, checkpoint: &mut Checkpoint) -> Result<bool> {
+    /// In bands of rows that take no more than `memory` bytes, from where the checkpoint ends.
+    fn photographs(
+        &self,
+        folders: &[Folder],
+        memory: u64,
+        checkpoint: &mut Checkpoint,
+    ) -> Result<Option<Learned>> {
         let folder = &folders[0];
         let lights = folders.iter().map(|f| f.pictures.len()).sum();
         // Each has its share, and they are put together in as much again where there are several.
@@ -144,7 +171,7 @@ impl Work<'_> {
         let done = checkpoint.rows();
         // A stack that is read in one go need not be read twice.
         if rows >= folder.height && done == 0 {
-            let Some(stack) = Sides::open(folders, rows)?.next()? else { return Ok(false) };
+            let Some(stack) = Sides::open(folders, rows)?.next()? else { return Ok(None) };
             let row = stack.width * lights;
             let part = |(first, rows): (usize, usize)| Stack {
                 first_row: first,
@@ -154,20 +181,19 @@ impl Work<'_> {
                 values: stack.values[first * row..(first + rows) * row].to_vec(),
                 ..stack
             };
-            let prior = self.learn(&sample_rows(folder, lights).into_iter().map(part).collect::<Vec<_>>());
-            checkpoint.append(&self.fit(&stack, 0, prior.as_ref()))?;
-            return Ok(prior.is_some());
+            let learned = self.learn(&sample_rows(folder, lights).into_iter().map(part).collect::<Vec<_>>());
+            checkpoint.append(&self.fit(&stack, 0, &learned))?;
+            return Ok(Some(learned));
         }
-        let prior =
-            if self.learns { self.learn(&sample(folders, sample_rows(folder, lights))?) } else { None };
+        let learned = self.learn(&sample(folders, sample_rows(folder, lights))?);
         let mut bands = Sides::open(folders, rows)?;
         bands.skip_rows(done)?;
         while let Some(stack) = bands.next()? {
-            let fitted = self.fit(&stack, stack.first_row * stack.width, prior.as_ref());
+            let fitted = self.fit(&stack, stack.first_row * stack.width, &learned);
             drop(stack);
             checkpoint.append(&fitted)?;
         }
-        Ok(prior.is_some())
+        Ok(Some(learned))
     }
 }
 
@@ -212,7 +238,8 @@ impl Fit {
         if lights < FEWEST_LIGHTS {
             let what = if let Source::Table { .. } = source { "readings a texel" } else { "lights" };
             bail!(
-                "{}: {lights} {what} are too few for seven unknowns a texel; expected at least {FEWEST_LIGHTS}, better 50",
+                "{}: {lights} {what} are too few to tell a surface from its shadows; expected at least {FEWEST_LIGHTS}, \
+                 better 50",
                 self.stacks[0].display()
             );
         }
@@ -229,11 +256,12 @@ impl Fit {
         }
 
         let identity = format!(
-            "{} {} {} {} {}",
+            "{} {} {} {} {:?} {}",
             env!("CARGO_PKG_VERSION"),
             self.noise,
             self.floor,
             self.no_prior,
+            self.ground.asked(),
             source.identity()
         );
         let mut checkpoint = Checkpoint::open(&self.output, &identity, width, self.resume)?;
@@ -244,18 +272,19 @@ impl Fit {
         let work = Work {
             options: &options,
             threads: argument::threads(self.threads),
-            learns: !self.no_prior,
+            ground: self.ground.asked(),
+            learns: !self.no_prior && lights >= FEWEST_FOR_HIGHLIGHTS,
             bar: &self.progress_bar((width * height) as u64),
         };
         work.bar.set_position((width * done) as u64);
         let learned = match &source {
-            _ if done == height => false,
+            _ if done == height => None,
             Source::Photographs(folders) => work.photographs(folders, self.memory << 20, &mut checkpoint)?,
             Source::Table { texels, .. } => {
-                let prior = work.learn(std::slice::from_ref(texels));
-                let fitted = work.fit(texels, 0, prior.as_ref());
+                let learned = work.learn(std::slice::from_ref(texels));
+                let fitted = work.fit(texels, 0, &learned);
                 checkpoint.append(&fitted[width * done..])?;
-                prior.is_some()
+                Some(learned)
             }
         };
         work.bar.finish_and_clear();
@@ -269,7 +298,7 @@ impl Fit {
             ..btf::About::default()
         };
         let residuals: Vec<f32> = fitted.iter().map(|f| f.residual).collect();
-        let masked = fitted.iter().filter(|f| f.readings == 0).count();
+        let kinds = fitted.iter().map(|f| f.kind).collect::<Vec<_>>();
         let texels = fitted.into_iter().map(|f| f.texel).collect();
         let mut maps = Btf { width, height, colour_space: source.colour_space(), texels };
         if self.no_prior && !self.no_smoothing {
@@ -282,9 +311,10 @@ impl Fit {
             output: &self.output,
             maps: &maps,
             residuals: &residuals,
-            masked,
+            kinds: &kinds,
             lights,
-            learned,
+            learned: learned.as_ref().is_some_and(|l| l.prior.is_some()),
+            surface: learned.map(|l| l.surface),
             seconds: seconds.as_secs_f64(),
             truth: truth.as_ref().map(|t| &t.0),
         };

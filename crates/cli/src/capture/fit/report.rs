@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use yugen_archive::formats::btf::maps::{self, Map};
 use yugen_archive::make_folder;
 use yugen_capture::fit::compare::{HEADING, NAMES, errors, failed, quantile, row};
+use yugen_capture::fit::{FEWEST_FOR_HIGHLIGHTS, Kind};
+use yugen_capture::normals::Surface;
 use yugen_optics::Vec3;
 use yugen_reflectance::btf::Btf;
 
@@ -13,10 +15,12 @@ pub struct Report<'a> {
     pub output: &'a Path,
     pub maps: &'a Btf,
     pub residuals: &'a [f32],
-    /// Texels without enough usable readings.
-    pub masked: usize,
+    /// What each texel is made of.
+    pub kinds: &'a [Kind],
     pub lights: usize,
     pub learned: bool,
+    /// What the ground is like; `None` where all was done before.
+    pub surface: Option<Surface>,
     pub seconds: f64,
     pub truth: Option<&'a Btf>,
 }
@@ -73,13 +77,18 @@ impl Report<'_> {
             .filter_map(|(e, t)| e.as_ref().filter(|_| t.confidence > SURE))
             .collect();
         let (sure, wrong) = (sure.len(), sure.iter().filter(|e| failed(e)).count());
+        let [masked, ground, both, bare] = Kind::ALL.map(|k| self.kinds.iter().filter(|o| **o == k).count());
+        let few = self.lights < FEWEST_FOR_HIGHLIGHTS;
         if as_json {
             let mut report = json!({
                 "output": self.output.display().to_string(),
                 "width": self.maps.width,
                 "height": self.maps.height,
                 "lights": self.lights,
-                "masked": self.masked,
+                "masked": masked,
+                "kinds": { "ground": ground, "ground_and_highlight": both, "highlight": bare },
+                "few_lights": few,
+                "surface": self.surface.map(|s| json!({ "ground": s.ground.name(), "slack": s.slack })),
                 "unsure": unsure,
                 "learned": self.learned,
                 "median_confidence": confidence,
@@ -115,8 +124,23 @@ impl Report<'_> {
         println!(
             "{} masked, {unsure} undecided (confidence below {UNSURE}); median confidence {confidence:.2}; residual {:.2} \
              standard deviations (90 % of texels below {:.2})",
-            self.masked, residual[0], residual[1]
+            masked, residual[0], residual[1]
         );
+        if few {
+            println!(
+                "{} lights are too few for highlights ({FEWEST_FOR_HIGHLIGHTS} are not): normals and grounds are those of \
+                 robust photometric stereo, as of `yugen capture normals`",
+                self.lights
+            );
+        } else {
+            let found = (texels - masked).max(1) as f64;
+            let [ground, both, bare] = [ground, both, bare].map(|n| 100.0 * n as f64 / found);
+            println!(
+                "{ground:.1} % are a ground without a highlight, {both:.1} % a ground with one, {bare:.1} % a highlight over \
+                 next to no ground{}",
+                self.surface.map_or(String::new(), |s| format!("; grounds are {}", s.ground.name()))
+            );
+        }
         if errors.is_some() {
             println!("against the truth {HEADING}");
             println!("median            {}", row(&median));

@@ -1,0 +1,185 @@
+//! Whether a texel has a highlight at all.
+//!
+//! A wide highlight and a ground look alike, but a highlight follows the half vector and a ground the light: a matte surface
+//! that is taken for a wide highlight comes out at half its tilt. And what lies in shadow or is lit by its neighbours can
+//! often be described by seven numbers where three cannot. So the ground by itself, found by robust photometric stereo,
+//! stands against ground and highlight, and these must describe more of the readings to be believed.
+
+use super::model::{self, N, SIGMA};
+use super::profile::Profile;
+use super::rays::Rays;
+use super::refine::Known;
+use super::room::Room;
+use crate::lanes::{F, Mask};
+use crate::normals::stereo::{self, Light, Solved};
+use crate::normals::{self, Surface};
+use glam::Vec3;
+use yugen_optics::Frame;
+use yugen_reflectance::btf::Texel;
+
+/// Readings that a highlight must describe which the ground does not: one for each two of its five numbers.
+const OWED: f32 = 2.5;
+/// From this width on, of the greater σ, it owes this part of all readings besides: it can pass for a ground.
+const WIDE: f32 = 0.35;
+const OWED_WIDE: f32 = 0.3;
+/// So much it owes where it leaves this part of the level of the readings and more, and down to a quarter of it where it
+/// describes them better: a law that is met to a hundredth is proof by itself.
+const ROUGH: f32 = 0.03;
+
+/// A ground is believed whose normal is expected to be off by no more degrees than the first, and not at all from the second on.
+const CREDIBLE: [f32; 2] = [10.0, 20.0];
+/// The margin of a ground that is not believed is at most this, however little it costs: it tells nothing of its kind.
+const NO_EVIDENCE: f32 = -1.0;
+/// Odds of nineteen to one.
+const NEARLY_ALL: f32 = 3.0;
+/// A ground that costs less than this a reading describes nearly all of them.
+const PLAIN: f32 = 0.1;
+
+/// A texel that has no highlight.
+pub(super) fn of_ground(normal: Vec3, albedo: Vec3, confidence: f32) -> Texel {
+    let tangent = Frame::from_normal_tangent(normal, Vec3::X).s;
+    Texel { diffuse: albedo, normal, tangent, confidence, ..super::NOTHING.texel }
+}
+
+/// The ground of eight texels beside what they were fitted with.
+pub(super) struct Ground {
+    pub solved: Solved,
+    pub albedo: [F; 3],
+    /// What the readings cost with it, and with the fit.
+    cost: F,
+    fitted: F,
+    /// By what part of their level the fit leaves readings off.
+    left: F,
+    readings: F,
+}
+
+impl Ground {
+    /// `theta` is what was fitted, with this profile.
+    pub fn beside<R: Rays>(
+        rays: R,
+        room: &Room,
+        triplets: &[[usize; 3]],
+        surface: &Surface,
+        theta: &[F; N],
+        profile: &Profile,
+    ) -> Self {
+        let n = room.value.len();
+        let lights: Vec<Light> = (0..n).map(|i| Light::of_ray(rays.at(i))).collect();
+        let usable: Vec<F> = room.stated.iter().map(|w| w.above(F::ZERO)).collect();
+        let task = normals::task(surface, &normals::Options::default());
+        let solved = stereo::solve_block(&lights, &room.value, &usable, triplets, &task);
+        let albedo = stereo::albedo(&lights, &room.value, &room.channels, &usable, &solved, &task);
+        let mut seen = vec![F::ZERO; n];
+        model::model(rays, theta, profile, &mut seen);
+        let readings = usable.iter().fold(F::ZERO, |sum, u| sum + *u);
+        let ([cost, fitted], left) =
+            stereo::costs(&lights, &room.value, &usable, &solved, &seen, [theta[2], theta[3]], &task);
+        Self { solved, albedo, cost, fitted, left, readings }
+    }
+
+    /// Whether it describes the readings of a texel so well that no second look is needed.
+    pub fn is_plain(&self, lane: usize) -> bool {
+        self.cost.0[lane] < PLAIN * self.readings.0[lane]
+    }
+
+    /// Of the readings that count, in standard deviations.
+    pub fn residual(&self, lane: usize) -> f32 {
+        self.solved.residual.0[lane]
+    }
+
+    /// What it says of a texel by itself; confidence at most so much.
+    pub fn texel(&self, lane: usize, most: f32) -> Option<Texel> {
+        let normal = Vec3::from(self.solved.g.map(|g| g.0[lane])).try_normalize().filter(|n| n.z > 0.0)?;
+        let albedo = Vec3::from(self.albedo.map(|c| c.0[lane]));
+        Some(of_ground(normal, albedo, self.solved.confidence.0[lane].min(most)))
+    }
+
+    /// What is known of a texel before it is fitted once more: where its coat makes a normal of Lambert's law alone lean.
+    pub fn held(&self, known: &Known, taken: Mask) -> Known {
+        let [x, y, z] = self.solved.g;
+        let steep = F::ONE / z.max(F::splat(1e-6));
+        let slopes = [x * steep, y * steep];
+        let stretch = slopes[0] * slopes[0] + slopes[1] * slopes[1] + 1.0;
+        let deviation = stretch * self.solved.error * (std::f32::consts::PI / 180.0);
+        let precision = F::ONE / (deviation * deviation).max(F::splat(1e-6));
+        let mut held = *known;
+        for (i, slope) in [2, 3].into_iter().zip(slopes) {
+            held.mean[i] = taken.choose(slope, held.mean[i]);
+            for j in 0..N {
+                let own = if i == j { precision } else { F::ZERO };
+                held.precision[i][j] = taken.choose(own, held.precision[i][j]);
+                held.precision[j][i] = held.precision[i][j];
+            }
+        }
+        held
+    }
+
+    /// By how much better the ground by itself describes the readings of a texel than the fit, whose highlight is as wide
+    /// as this, what that owes taken off: a logarithm of odds, as costs are halves of χ² as far as they grow.
+    pub fn margin(&self, lane: usize, widest: f32) -> f32 {
+        let [cost, fitted, n] = [self.cost, self.fitted, self.readings].map(|v| v.0[lane]);
+        let rough = (self.left.0[lane] / ROUGH).clamp(0.25, 1.0);
+        let wide =
+            if widest > WIDE { OWED_WIDE * rough * n * (widest / WIDE).min(SIGMA[1] / WIDE) } else { 0.0 };
+        // What the highlight owes it owes to a ground that can be believed: not to one of metal.
+        let credible = self.credible(lane);
+        let margin = fitted + credible * (OWED + wide) - cost;
+        if credible > 0.0 { margin } else { margin.min(NO_EVIDENCE) }
+    }
+
+    fn credible(&self, lane: usize) -> f32 {
+        let [good, bad] = CREDIBLE;
+        ((bad - self.solved.error.0[lane]) / (bad - good)).clamp(0.0, 1.0)
+    }
+
+    /// Whether a texel has no highlight, if as many of its kind have none.
+    pub fn wins(&self, lane: usize, widest: f32, odds: f32) -> bool {
+        // Of two that are not believed it is the one that nearly all of its kind are.
+        let believed = self.credible(lane) > 0.0 || odds > NEARLY_ALL;
+        // Where highlights are the rule a wide one owes no more than others.
+        let widest = if is_exception(odds) { 0.0 } else { widest };
+        believed && self.margin(lane, widest) + odds > 0.0
+    }
+}
+
+/// The most that the confidence of a highlight of this width may be among texels that mostly have none.
+pub(super) fn most_confidence(widest: f32, odds: f32) -> f32 {
+    if widest > WIDE && odds > 0.0 { super::RARE } else { 1.0 }
+}
+
+/// How common texels without a highlight are in each cluster of these margins, as logarithms of odds. Threads are of one
+/// kind: where highlights are the rule, texels that show none were met by no light.
+pub(super) fn odds(clusters: &[Vec<f32>]) -> Vec<f32> {
+    let shares: Vec<f32> = clusters.iter().map(|m| share(m)).collect();
+    let texels: usize = clusters.iter().map(Vec::len).sum();
+    let all: f32 = clusters.iter().zip(&shares).map(|(m, s)| m.len() as f32 * s).sum();
+    // Next to nothing without a highlight is what no light met, in clusters of its own: threads that lean.
+    let rule = if all < SCARCE * texels as f32 { 1.0 } else { RULE };
+    let logarithm = |share: f32| (share / (1.0 - share)).ln();
+    shares.into_iter().map(|s| logarithm(if s < rule { RAREST } else { s })).collect()
+}
+
+/// The share that makes itself likely: expectation and maximisation, from even odds on.
+fn share(margins: &[f32]) -> f32 {
+    let mut share = 0.5f32;
+    for _ in 0..50 {
+        let odds = (share / (1.0 - share)).ln();
+        let sum: f32 = margins.iter().map(|m| 1.0 / (1.0 + (-(m + odds)).exp())).sum();
+        share = (sum / margins.len().max(1) as f32).clamp(RAREST, 1.0 - RAREST);
+    }
+    share
+}
+
+/// Among a few hundred texels that are looked at there may always be one of another kind.
+const RAREST: f32 = 0.002;
+/// Fewer texels without a highlight than this part are exceptions.
+const RULE: f32 = 0.25;
+/// Of all texels; fewer are hardly a material of their own.
+const SCARCE: f32 = 0.1;
+/// Logarithms of odds below this are those of an exception.
+const EXCEPTION: f32 = -5.0;
+
+/// Whether grounds that are as common as this are exceptions.
+pub(super) fn is_exception(odds: f32) -> bool {
+    odds < EXCEPTION
+}
