@@ -183,7 +183,7 @@ fn width(edges: &[Edge], i: usize) -> f32 {
     f32::from(end - edges[i]) / f32::from(WHOLE)
 }
 
-/// Corner of a square of the octahedron's map that the unit vector `n` is nearest to.
+/// Corner of a square of the octahedron's map that the vector `n`, of any length, is nearest to.
 fn orientation(n: Vec3) -> usize {
     let p = n.truncate() / (n.x.abs() + n.y.abs() + n.z.abs());
     let p = if n.z >= 0.0 { p } else { (Vec2::ONE - Vec2::new(p.y, p.x).abs()) * Vec2::ONE.copysign(p) };
@@ -284,7 +284,7 @@ impl Environment {
         let i = if facing == Vec3::ZERO {
             self.views.len() - 1
         } else {
-            orientation((self.to_local * facing).normalize())
+            orientation(self.to_local * facing)
         };
         &self.views[i]
     }

@@ -663,26 +663,29 @@ struct TileNoise {
     samples: u32,
     /// Mean over pixels of the variance of one sample, relative to the square of the pixel's value.
     variance: f64,
-    /// Mean over pixels of the square root of that: what the samples are shared out by.
-    deviation: f64,
 }
 
 impl TileNoise {
     /// Channels below `floor` count as that much.
     fn of(tile: &Tile, floor: f32) -> Self {
-        let (mut variance, mut deviation) = (0.0, 0.0);
+        let mut variance = 0.0;
         for m in &tile.moments {
             let relative = |c: usize| m[3 + c] / (m[c] * m[c] + floor * floor);
-            let v = match m[6] {
+            variance += match m[6] {
                 // Nothing usable came: as uncertain as it is large, however many are thrown after it.
                 n if n < 2.0 => 1.0,
                 n => f64::from((relative(0) + relative(1) + relative(2)) / (3.0 * (n - 1.0))),
             };
-            variance += v;
-            deviation += v.sqrt();
         }
         let pixels = tile.moments.len() as f64;
-        Self { pixels, samples: tile.samples, variance: variance / pixels, deviation: deviation / pixels }
+        Self { pixels, samples: tile.samples, variance: variance / pixels }
+    }
+}
+
+impl TileNoise {
+    /// Of one sample: what the samples are shared out by.
+    fn deviation(&self) -> f64 {
+        self.variance.sqrt()
     }
 }
 
@@ -714,10 +717,10 @@ impl Noise {
         if self.error() <= target {
             return self.tiles.iter().map(|t| t.samples).collect();
         }
-        let mean = self.sum(|t| t.deviation) / self.sum(|_| 1.0);
+        let mean = self.sum(TileNoise::deviation) / self.sum(|_| 1.0);
         // What looks quiet after a few samples may not be: a tenth to all alike.
         let goal = |t: &TileNoise, scale: f64| {
-            let wanted = scale * (t.deviation / mean).max(0.1);
+            let wanted = scale * (t.deviation() / mean).max(0.1);
             // In fours, the smallest set of points that is stratified in two dimensions.
             let wanted = ((wanted / 4.0).round() * 4.0).min(f64::from(MAX_SAMPLES)) as u32;
             wanted.max(t.samples)
