@@ -281,11 +281,7 @@ impl Environment {
 
     /// How a surface that faces `facing` looks at it; zero: to all sides.
     fn view(&self, facing: Vec3) -> &View {
-        let i = if facing == Vec3::ZERO {
-            self.views.len() - 1
-        } else {
-            orientation(self.to_local * facing)
-        };
+        let i = if facing == Vec3::ZERO { self.views.len() - 1 } else { orientation(self.to_local * facing) };
         &self.views[i]
     }
 

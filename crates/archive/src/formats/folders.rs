@@ -3,8 +3,8 @@
 //! A scene file comes from someone else. It may name files in its own folder and below, in the folders that it
 //! names for this (`<path>` in Mitsuba's format, `path` under `[scene]` in TOML), and in those the caller allows
 //! ([`Options::folders`](crate::formats::Options), `--allow`). A folder that a scene names is relative to the file it
-//! stands in and may climb with `..`, as Mitsuba's format intends; it may not be absolute, nor end at the root of the
-//! file system. Every other name (meshes, pictures, includes, spectra) must end, with `..` and symbolic links
+//! stands in and may climb with `..`, as Mitsuba's format intends; it may not end at the root of the file system, and be
+//! absolute only inside one of the folders already in force. Every other name (meshes, pictures, includes, spectra) must end, with `..` and symbolic links
 //! followed, inside one of these folders. Where a format lets its files name folders by elements of their own
 //! (`<path>`), a relative name may as well climb by itself: it could say the same in two lines.
 
@@ -62,6 +62,10 @@ impl Folders {
     fn named(&self, value: &str, file: &Path, at: Place) -> Result<PathBuf, Error> {
         let value = Path::new(value);
         if value.is_absolute() {
+            let within = |folder: &PathBuf| self.roots.iter().any(|r| folder.starts_with(r));
+            if let Some(folder) = value.canonicalize().ok().filter(|f| within(f) && f.is_dir()) {
+                return Ok(folder);
+            }
             let folder = value.display();
             let problem = format!(
                 "the folder '{folder}' is absolute; give it relative to the file, or allow it with --allow '{folder}'"

@@ -314,6 +314,12 @@ fn a_scene_reaches_only_into_its_folders() {
     assert!(missing.contains("there is no file 'none.obj' (looked in DIR/scene)"), "{missing}");
     assert!(f.load("scene/no_folder.xml", &none).unwrap_err().contains("there is no folder '../none'"));
     assert!(f.load("scene/absolute.xml", &none).unwrap_err().contains("the folder '/tmp' is absolute"));
+    // The cure that it names is one.
+    let below =
+        with_sensor(&format!("<path value=\"{}\"/>{}", f.0.join("shared").display(), shape("there.obj")));
+    std::fs::write(f.0.join("scene/absolute.xml"), below).unwrap();
+    assert!(f.load("scene/absolute.xml", &none).unwrap_err().contains("is absolute"));
+    assert_eq!(f.load("scene/absolute.xml", &allowed).unwrap().shapes[0].name, "there");
     assert!(f.load("scene/root.xml", &none).unwrap_err().contains("the root of the file system"));
     let broken = f.load("scene/broken.xml", &none).unwrap_err();
     assert_eq!(broken, "DIR/scene/broken.obj:2:7: vertex 3 does not exist; there are 1, counted from 1");
