@@ -87,11 +87,11 @@ impl Ground {
         self.solved.residual.0[lane]
     }
 
-    /// What it says of a texel by itself; confidence at most so much.
-    pub fn texel(&self, lane: usize, most: f32) -> Option<Texel> {
+    /// What it says of a texel by itself; so much of its confidence is left.
+    pub fn texel(&self, lane: usize, left: f32) -> Option<Texel> {
         let normal = Vec3::from(self.solved.g.map(|g| g.0[lane])).try_normalize().filter(|n| n.z > 0.0)?;
         let albedo = Vec3::from(self.albedo.map(|c| c.0[lane]));
-        Some(of_ground(normal, albedo, self.solved.confidence.0[lane].min(most)))
+        Some(of_ground(normal, albedo, self.solved.confidence.0[lane] * left))
     }
 
     /// What is known of a texel before it is fitted once more: where its coat makes a normal of Lambert's law alone lean.

@@ -9,11 +9,23 @@ pub const NAMES: [&str; 6] = ["rho_d", "rho_s", "n", "t", "sigma_x", "sigma_y"];
 /// The heading over [`row`]s.
 pub const HEADING: &str = "     rho_d      rho_s         n         t    sigma_x    sigma_y";
 
-/// [`errors`] or quantiles of them to read.
+/// [`errors`] or quantiles of them to read, each by itself.
+pub fn numbers(e: &[f32; 6]) -> [String; 6] {
+    let percent = |v: f32| format!("{:.2} %", 100.0 * v);
+    let degrees = |v: f32| format!("{v:.3}°");
+    [percent(e[0]), percent(e[1]), degrees(e[2]), degrees(e[3]), percent(e[4]), percent(e[5])]
+}
+
+/// The same in columns below [`HEADING`].
 pub fn row(e: &[f32; 6]) -> String {
-    let percent = |v: f32| format!("{:8.2} %", 100.0 * v);
-    let degrees = |v: f32| format!("{v:8.3}°");
-    [percent(e[0]), percent(e[1]), degrees(e[2]), degrees(e[3]), percent(e[4]), percent(e[5])].join(" ")
+    let widths = [10, 10, 9, 9, 10, 10];
+    numbers(e).iter().zip(widths).map(|(n, w)| format!("{n:>w$}")).collect::<Vec<_>>().join(" ")
+}
+
+/// Degrees between two unit vectors. The cosine is blind below a fortieth of a degree in f32; the sine is not.
+pub fn angle(a: Vec3, b: Vec3) -> f32 {
+    let acute = a.cross(b).length().min(1.0).asin().to_degrees();
+    if a.dot(b) < 0.0 { 180.0 - acute } else { acute }
 }
 
 /// Errors of a texel: of the albedos (sums of channels) and widths relative, of the directions in degrees. The tangent of
@@ -24,14 +36,12 @@ pub fn errors(got: &Texel, want: &Texel) -> [f32; 6] {
     let relative = |a: f32, b: f32| (a - b).abs() / b.max(least);
     let width = |a: f32, b: f32| (a / b - 1.0).abs();
     let along = if want.sigma.x >= want.sigma.y { want.tangent } else { want.normal.cross(want.tangent) };
-    // The cosine is blind below a fortieth of a degree in f32; the sine is not.
-    let angle = |a: Vec3, b: Vec3| a.cross(b).length().min(1.0).asin().to_degrees();
-    let normal = angle(got.normal, want.normal);
+    let line = |a: Vec3, b: Vec3| angle(a, b).min(angle(a, -b));
     [
         relative(got.diffuse.element_sum(), want.diffuse.element_sum()),
         relative(got.specular.element_sum(), want.specular.element_sum()),
-        if got.normal.dot(want.normal) < 0.0 { 180.0 - normal } else { normal },
-        angle(got.tangent, along),
+        angle(got.normal, want.normal),
+        line(got.tangent, along),
         width(got.sigma.max_element(), want.sigma.max_element()),
         width(got.sigma.min_element(), want.sigma.min_element()),
     ]
@@ -43,8 +53,73 @@ pub fn failed(e: &[f32; 6]) -> bool {
     e[2] > 3.0 || e[3] > 10.0 || e[4] > 0.25 || e[5] > 0.25
 }
 
+/// Confidences are put together in so many steps.
+const STEPS: usize = 10;
+/// A normal is wrong that is off by more degrees than this.
+pub const WRONG: f32 = 5.0;
+
+/// How far normals were off that had about the same confidence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Mean confidence.
+    pub confidence: f32,
+    /// Texels.
+    pub texels: usize,
+    /// Mean degrees.
+    pub mean: f32,
+    /// Nine in ten are off by no more than so many degrees.
+    pub ninety: f32,
+    /// Part of the texels that are off by more than [`WRONG`].
+    pub wrong: f32,
+}
+
+/// What a confidence is worth: from pairs of confidence (0 to 1) and degrees by which the normal was off. Steps without
+/// texels are left out.
+pub fn calibration(texels: &[(f32, f32)]) -> Vec<Step> {
+    let mut steps: [(f64, Vec<f32>); STEPS] = Default::default();
+    for (confidence, off) in texels {
+        let step = &mut steps[((confidence * STEPS as f32) as usize).min(STEPS - 1)];
+        step.0 += f64::from(*confidence);
+        step.1.push(*off);
+    }
+    let filled = steps.into_iter().filter(|s| !s.1.is_empty());
+    filled
+        .map(|(confidence, mut off)| {
+            let n = off.len();
+            let mean = off.iter().map(|o| f64::from(*o)).sum::<f64>() / n as f64;
+            Step {
+                confidence: (confidence / n as f64) as f32,
+                texels: n,
+                mean: mean as f32,
+                wrong: off.iter().filter(|o| **o > WRONG).count() as f32 / n as f32,
+                ninety: quantile(&mut off, 0.9).unwrap_or(0.0),
+            }
+        })
+        .collect()
+}
+
 /// The value below which a part `q` of `all` lies, `None` without any. Sorts them.
 pub fn quantile(all: &mut [f32], q: f32) -> Option<f32> {
     all.sort_unstable_by(f32::total_cmp);
     all.get((all.len().max(1) - 1).min(((all.len().max(1) - 1) as f32 * q).round() as usize)).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn confidences_are_put_beside_what_came_of_them() {
+        let texels: Vec<(f32, f32)> = (0..100)
+            .map(|i| if i < 80 { (0.95, 1.0) } else { (0.21, if i < 90 { 2.0 } else { 8.0 }) })
+            .collect();
+        let steps = calibration(&texels);
+        assert_eq!(steps.len(), 2);
+        let [unsure, sure] = [&steps[0], &steps[1]];
+        assert_eq!((unsure.texels, unsure.mean, unsure.wrong, unsure.ninety), (20, 5.0, 0.5, 8.0));
+        assert_eq!((sure.texels, sure.mean, sure.wrong), (80, 1.0, 0.0));
+        assert!((sure.confidence - 0.95).abs() < 1e-6);
+        // The ends belong to the first and the last.
+        assert_eq!(calibration(&[(0.0, 1.0), (1.0, 1.0)]).len(), 2);
+    }
 }

@@ -306,6 +306,24 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
         let other = Descent { known: &held, ..descent }.from(start, room);
         done.exchange(taken, other);
     }
+    // Threads of a kind that has highlights, which lean away from all lights: the ground tells the normal, the kind the rest.
+    let mut unmet = F::ZERO;
+    if let Some(found) = &ground {
+        unmet = F(std::array::from_fn(|lane| {
+            let widest = surface(&done.refined.theta.map(|t| t.0[lane])).2.max_element();
+            let leans = choice::is_exception(odds[lane]) && found.wins(lane, widest, odds[lane]);
+            if leans { 1.0 } else { 0.0 }
+        }));
+        if unmet.any() {
+            let held = found.held(&known, unmet);
+            let start = std::array::from_fn(|i| match i {
+                0 => done.refined.theta[0],
+                _ => unmet.choose(held.mean[i], done.refined.theta[i]),
+            });
+            let other = Descent { known: &held, ..descent }.from(start, room);
+            done.exchange(unmet, other);
+        }
+    }
     std::mem::swap(&mut room.weight, &mut done.weight);
     let (loss, done) = (done.loss, done.refined);
     robust_weights(rays, &room.value, &room.weight, &done.theta, profile, &loss, &mut room.counted);
@@ -359,19 +377,18 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
         let margin = ground.as_ref().map_or(0.0, |g| g.margin(lane, sigma.max_element()));
         if let Some(ground) = &ground {
             // Brighter than anything reflects: no light met the highlight, and it may be as high as it likes.
+            let unmet = unmet.0[lane] > 0.5;
             let absurd = texel.specular.max_element() > BRIGHTEST;
-            let exception = choice::is_exception(odds[lane]);
-            if absurd && exception {
+            if unmet {
+                // Its colour no reading tells.
+                fitted.texel.specular = Vec3::splat(seen[1].exp() / height);
+                fitted.texel.confidence = ground.solved.confidence.0[lane] * RARE;
+            } else if absurd && choice::is_exception(odds[lane]) {
                 // Shape and direction are those of its kin.
                 fitted.texel.specular /= texel.specular.max_element();
                 fitted.texel.confidence = texel.confidence.min(UNDECIDED);
             } else if absurd || ground.wins(lane, sigma.max_element(), odds[lane]) {
-                let most = match (absurd, exception) {
-                    (true, _) => UNDECIDED,
-                    (_, true) => RARE,
-                    _ => 1.0,
-                };
-                if let Some(texel) = ground.texel(lane, most) {
+                if let Some(texel) = ground.texel(lane, if absurd { UNMET } else { 1.0 }) {
                     fitted = Fitted { kind: Kind::Ground, texel, residual: ground.residual(lane), ..fitted };
                 }
             } else {
@@ -397,8 +414,10 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
 const BARE: f32 = 0.02;
 /// Of ρ_s: twice what conserves energy.
 const BRIGHTEST: f32 = 2.0;
-/// What the confidence of a texel is at most whose highlight says nothing, and of one that has none among those that have.
+/// What the confidence of a texel is at most whose highlight is a guess.
 const UNDECIDED: f32 = 0.05;
+/// What is left of the confidence of a ground below a highlight that no light met, and where that is taken from its kind.
+const UNMET: f32 = 0.8;
 const RARE: f32 = 0.3;
 
 /// D and A of each channel.

@@ -85,9 +85,26 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
         let worst = json["errors"]["ninety"][name].as_f64().unwrap();
         assert!(worst < most, "{name}: {worst}");
     }
-    for name in ["normal.png", "confidence.png", "residual.png", "error_sigma_y.png"] {
-        assert!(folder.join("report").join(name).exists(), "{name}");
-    }
+    let steps = json["calibration"].as_array().unwrap();
+    let texels = |step: &serde_json::Value| step["texels"].as_u64().unwrap();
+    assert_eq!(steps.iter().map(texels).sum::<u64>(), json["normals"]["texels"].as_u64().unwrap());
+    assert!(steps.iter().all(|s| s["wrong"] == 0.0), "{steps:?}");
+    // What the page names lies beside it, and nothing else does.
+    let page = std::fs::read_to_string(folder.join("report/index.html")).unwrap();
+    let mut named: Vec<&str> = page
+        .split("src=\"")
+        .skip(1)
+        .map(|rest| rest.split('"').next().unwrap())
+        .chain(["index.html"])
+        .collect();
+    named.sort_unstable();
+    let mut there: Vec<String> = std::fs::read_dir(folder.join("report"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    there.sort_unstable();
+    assert_eq!(named, there);
+    assert!(there.iter().any(|name| name == "calibration.svg" || name == "error_sigma_y.png"));
     let (maps, about) = btf::load(Path::new(&whole), ColourSpace::LinearSrgb).unwrap();
     assert_eq!((about.lights, about.texel_mm), (LIGHTS, Some(0.1)));
     assert_eq!((maps.width, maps.height), (SIZE[0], SIZE[1]));
@@ -99,6 +116,15 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
     for name in ["sigma.png", "tangent.png", "cloth.gltf", "cloth.bin", "anisotropy.png"] {
         assert!(folder.join("maps").join(name).exists(), "{name}");
     }
+
+    // Normals alone are a truth as well, as the picture that `export` made of them.
+    let normals = path("maps/normal.png");
+    let out = fit(&path("again.btf"), &["--truth", &normals, "--report", &path("by_normals"), "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(json["errors"].is_null() && json["normals"]["ninety"].as_f64().unwrap() < 0.01, "{json}");
+    assert!(
+        folder.join("by_normals/error_n.png").exists() && !folder.join("by_normals/error_t.png").exists()
+    );
 
     // Neither threads nor bands change a bit, and nothing is left behind.
     let banded = path("banded.btf");

@@ -1,20 +1,22 @@
 //! `yugen capture fit`.
 
 mod checkpoint;
+mod page;
 mod report;
 mod source;
 
-use super::normals::AskedGround;
+use super::normals::{AskedGround, read_normals};
 use crate::argument;
 use anyhow::{Result, bail};
 use checkpoint::Checkpoint;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use report::Report;
+use report::{Report, Truth};
 use source::{Sides, Source};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::formats::btf;
+use yugen_archive::formats::image::{self, ReadOptions};
 use yugen_archive::formats::stack::Folder;
 use yugen_archive::{check_outputs, check_writable, make_folder, will_read};
 use yugen_capture::Stack;
@@ -90,11 +92,12 @@ pub struct Fit {
     #[arg(long)]
     resume: bool,
 
-    /// True maps of the same size, to compare with.
+    /// True maps of the same size, to compare with: of all there is (truth.exr of `simulate`), or a .png or .exr of normals.
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
 
-    /// A folder for pictures of the maps, of the residual and, with --truth, of the errors.
+    /// A folder for the report as a page: index.html with the maps, what texels are made of, confidence and residual, and with
+    /// --truth the errors and what the confidence is worth.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 
@@ -209,6 +212,28 @@ pub(super) fn sample(folders: &[Folder], of: Vec<(usize, usize)>) -> Result<Vec<
     Ok(sample)
 }
 
+/// The truth to compare with: maps, or normals alone.
+fn read_truth(file: &Path, source: &Source) -> Result<Truth> {
+    let (width, height) = source.size();
+    let maps = |file: &Path| -> Result<bool> {
+        Ok(!image::is_for_display(file)
+            && image::read(file, &ReadOptions::raw())?.channel("diffuse.R").is_some())
+    };
+    if !maps(file)? {
+        return Ok(Truth::Normals(read_normals(file, width, height)?));
+    }
+    let (truth, _) = btf::load(file, source.colour_space())?;
+    if (truth.width, truth.height) != (width, height) {
+        bail!(
+            "{}: the true maps are {} x {}, the photographs {width} x {height}",
+            file.display(),
+            truth.width,
+            truth.height,
+        );
+    }
+    Ok(Truth::Maps(truth))
+}
+
 impl Fit {
     /// Does it.
     pub fn run(self) -> Result<()> {
@@ -243,17 +268,7 @@ impl Fit {
                 self.stacks[0].display()
             );
         }
-        let truth = self.truth.as_ref().map(|path| btf::load(path, source.colour_space())).transpose()?;
-        if let (Some((truth, _)), Some(path)) = (&truth, &self.truth)
-            && (truth.width, truth.height) != (width, height)
-        {
-            bail!(
-                "{}: the true maps are {} x {}, the photographs {width} x {height}",
-                path.display(),
-                truth.width,
-                truth.height,
-            );
-        }
+        let truth = self.truth.as_ref().map(|file| read_truth(file, &source)).transpose()?;
 
         let identity = format!(
             "{} {} {} {} {:?} {}",
@@ -316,10 +331,10 @@ impl Fit {
             learned: learned.as_ref().is_some_and(|l| l.prior.is_some()),
             surface: learned.map(|l| l.surface),
             seconds: seconds.as_secs_f64(),
-            truth: truth.as_ref().map(|t| &t.0),
+            truth: truth.as_ref(),
         };
         if let Some(folder) = &self.report {
-            report.pictures(folder)?;
+            report.write(folder)?;
         }
         report.print(self.json);
         Ok(())
