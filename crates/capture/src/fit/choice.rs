@@ -34,6 +34,8 @@ const NO_EVIDENCE: f32 = -1.0;
 const NEARLY_ALL: f32 = 3.0;
 /// A ground that costs less than this a reading describes nearly all of them.
 const PLAIN: f32 = 0.1;
+/// What costs more than this a reading leaves many undescribed.
+const POOR: f32 = 0.2;
 
 /// A texel that has no highlight.
 pub(super) fn of_ground(normal: Vec3, albedo: Vec3, confidence: f32) -> Texel {
@@ -122,7 +124,7 @@ impl Ground {
         let wide =
             if widest > WIDE { OWED_WIDE * rough * n * (widest / WIDE).min(SIGMA[1] / WIDE) } else { 0.0 };
         // What the highlight owes it owes to a ground that can be believed: not to one of metal.
-        let credible = self.credible(lane);
+        let credible = self.credible_beside(lane, widest);
         let margin = fitted + credible * (OWED + wide) - cost;
         if credible > 0.0 { margin } else { margin.min(NO_EVIDENCE) }
     }
@@ -132,12 +134,19 @@ impl Ground {
         ((bad - self.solved.error.0[lane]) / (bad - good)).clamp(0.0, 1.0)
     }
 
+    /// The same against a highlight as wide as this. One that can pass for a ground and leaves many readings undescribed
+    /// is no better than any ground.
+    fn credible_beside(&self, lane: usize, widest: f32) -> f32 {
+        let poor = self.fitted.0[lane] > POOR * self.readings.0[lane];
+        if widest > WIDE && poor { 1.0 } else { self.credible(lane) }
+    }
+
     /// Whether a texel has no highlight, if as many of its kind have none.
     pub fn wins(&self, lane: usize, widest: f32, odds: f32) -> bool {
-        // Of two that are not believed it is the one that nearly all of its kind are.
-        let believed = self.credible(lane) > 0.0 || odds > NEARLY_ALL;
         // Where highlights are the rule a wide one owes no more than others.
         let widest = if is_exception(odds) { 0.0 } else { widest };
+        // Of two that are not believed it is the one that nearly all of its kind are.
+        let believed = self.credible_beside(lane, widest) > 0.0 || odds > NEARLY_ALL;
         believed && self.margin(lane, widest) + odds > 0.0
     }
 }
