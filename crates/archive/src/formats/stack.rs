@@ -49,8 +49,9 @@ pub const MASK: &str = "mask.png";
 
 /// The largest list or options' file that is read.
 const MAX_TEXT: u64 = 16 << 20;
-/// What pictures that cannot be read row by row may hold in memory, all together.
-const KEPT: u64 = 1 << 30;
+/// Of the memory for a band, what pictures that cannot be read row by row may hold, all together, as a part of what its
+/// values hold.
+const KEPT: u64 = 3;
 /// Rows that are decoded before they are sorted by texel.
 const SLICE: usize = 16;
 
@@ -298,6 +299,8 @@ pub struct Folder {
     pub colour_space: ColourSpace,
     /// Where the sample is, row by row, if there is a mask.
     pub mask: Option<Vec<bool>>,
+    /// Whether pictures are decoded as a whole when they are opened, as JPEGs are.
+    kept: bool,
 }
 
 impl Folder {
@@ -342,14 +345,14 @@ impl Folder {
             return Err(Error::invalid(Place::file(folder.join(OPTIONS)), problem));
         }
         let pictures = pictures::of_list(&folder, &lights, entries, &options)?;
-        let first = Rows::open(&pictures[0].path, &ReadOptions::raw(), &mut { KEPT })?;
-        let (width, height, channels) = (first.width, first.height, first.channels);
+        let first = Rows::open(&pictures[0].path, &ReadOptions::raw(), &mut { u64::MAX })?;
+        let (width, height, channels, kept) = (first.width, first.height, first.channels, first.kept());
         let colour_space = options
             .colour_space
             .or(first.chromaticities.and_then(space_of))
             .unwrap_or(ColourSpace::LinearSrgb);
         let mut stack =
-            Self { path: folder, options, pictures, width, height, channels, colour_space, mask: None };
+            Self { path: folder, options, pictures, width, height, channels, colour_space, mask: None, kept };
         stack.mask = stack.read_mask()?;
         let ambient = stack.options.ambient.as_ref().map(|name| inside(&stack.path, name));
         stack.pictures.iter().map(|p| &p.path).chain(&ambient).for_each(|p| will_read(p));
@@ -389,18 +392,25 @@ impl Folder {
         self.pictures.iter().map(|p| p.light / self.options.field_width).collect()
     }
 
-    /// The most rows of a band whose values fit into this many bytes, at least one.
+    /// The most rows of a band that fits into this many bytes with all that is needed to read it, at least one.
     pub fn rows_within(&self, bytes: u64) -> usize {
-        // The values, and the slice that is being sorted.
-        let row = (self.width * self.pictures.len() * size_of::<[f32; 3]>()) as u64;
-        let slice = row * SLICE as u64;
-        (bytes.saturating_sub(slice) / row.max(1)).clamp(1, self.height as u64) as usize
+        // The values, the slice that is being sorted, and pictures that are decoded whole.
+        let row = self.row_bytes();
+        let left = bytes.saturating_sub(row * SLICE as u64);
+        let left = if self.kept { left / (KEPT + 1) * KEPT } else { left };
+        (left / row.max(1)).clamp(1, self.height as u64) as usize
     }
 
-    /// Reads the stack from the top in bands of so many rows (the last may have fewer).
+    /// Bytes of the values of a row.
+    fn row_bytes(&self) -> u64 {
+        (self.width * self.pictures.len() * size_of::<[f32; 3]>()) as u64
+    }
+
+    /// Reads the stack from the top in bands of so many rows (the last may have fewer). Pictures that are decoded whole
+    /// hold a third of what the values of a band hold, and what does not fit waits in temporary files.
     pub fn bands(&self, rows: usize) -> Result<Bands<'_>, Error> {
         let limit = ReadOptions::raw();
-        let mut allowance = KEPT;
+        let mut allowance = rows.min(self.height) as u64 * self.row_bytes() / KEPT;
         let mut open = |path: &Path| -> Result<Rows, Error> {
             let rows = Rows::open(path, &limit, &mut allowance)?;
             self.same_size(path, rows.width, rows.height)?;

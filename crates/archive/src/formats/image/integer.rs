@@ -8,9 +8,7 @@ use yugen_optics::tonemap::Display;
 use yugen_optics::{Image, Vec3};
 
 /// Everything a decoder of the `image` crate can give, as linear floats.
-pub fn decode(mut decoder: impl ImageDecoder, options: &ReadOptions, at: &Place) -> Result<Decoded, Error> {
-    let invalid = |e: ::image::ImageError| Error::invalid(at.clone(), damaged(e));
-    let (width, height) = decoder.dimensions();
+pub fn decode(decoder: impl ImageDecoder, options: &ReadOptions, at: &Place) -> Result<Decoded, Error> {
     let (names, wide): (&[&str], bool) = match decoder.color_type() {
         ColorType::L8 => (&["Y"], false),
         ColorType::La8 => (&["Y", "A"], false),
@@ -24,15 +22,8 @@ pub fn decode(mut decoder: impl ImageDecoder, options: &ReadOptions, at: &Place)
             return Err(Error::invalid(at.clone(), format!("samples of type {other:?} are not supported")));
         }
     };
-    options.admit(at, width.into(), height.into(), names.len() as u64)?;
-    let mut limits = Limits::default();
-    // The decoded bytes and as much again for the decoder's own rows.
-    limits.max_alloc = Some(decoder.total_bytes().saturating_mul(2).saturating_add(1 << 20));
-    decoder.set_limits(limits).map_err(invalid)?;
-    let mut bytes = vec![0; decoder.total_bytes() as usize];
-    decoder.read_image(&mut bytes).map_err(invalid)?;
-
-    let mut image = Image { width: width as usize, height: height as usize, ..Image::default() };
+    let ([width, height], bytes) = samples(decoder, names.len(), options, at)?;
+    let mut image = Image { width, height, ..Image::default() };
     image.channels = names.iter().map(|n| n.to_string()).collect();
     let max: usize = if wide { 65535 } else { 255 };
     let linear: Vec<f32> = (0..=max).map(|i| i as f32 / max as f32).collect();
@@ -53,6 +44,25 @@ pub fn decode(mut decoder: impl ImageDecoder, options: &ReadOptions, at: &Place)
         bytes.iter().map(|&b| usize::from(b)).enumerate().map(value).collect()
     };
     Ok(Decoded { image, chromaticities: None, codes: Some(max as u32) })
+}
+
+/// Width and height, and the decoded bytes of so many channels.
+pub fn samples(
+    mut decoder: impl ImageDecoder,
+    channels: usize,
+    options: &ReadOptions,
+    at: &Place,
+) -> Result<([usize; 2], Vec<u8>), Error> {
+    let invalid = |e: ::image::ImageError| Error::invalid(at.clone(), damaged(e));
+    let (width, height) = decoder.dimensions();
+    options.admit(at, width.into(), height.into(), channels as u64)?;
+    let mut limits = Limits::default();
+    // The decoded bytes and as much again for the decoder's own rows.
+    limits.max_alloc = Some(decoder.total_bytes().saturating_mul(2).saturating_add(1 << 20));
+    decoder.set_limits(limits).map_err(invalid)?;
+    let mut bytes = vec![0; decoder.total_bytes() as usize];
+    decoder.read_image(&mut bytes).map_err(invalid)?;
+    Ok(([width as usize, height as usize], bytes))
 }
 
 /// A picture as display values in [0, 1], interleaved: grey, grey and alpha, colour, or colour and alpha.

@@ -1,10 +1,11 @@
 //! A picture row by row, so that many large ones can be open side by side.
 //!
 //! PNG (not interlaced), OpenEXR (one part of scanlines) and TIFF (strips of moderate size) are decoded as they are
-//! read and hold a few rows. All others are decoded once when they are opened, then kept as 16-bit codes or floats: in
-//! memory while the allowance lasts, beyond it in a temporary file without a name (in the folder `TMPDIR`).
+//! read and hold a few rows. All others are decoded once when they are opened, then kept as codes of 8 or 16 bits or
+//! floats: in memory while the allowance lasts, beyond it in a temporary file without a name (in the folder `TMPDIR`).
+//! A JPEG is never more than its bytes, neither while it is decoded.
 
-use super::{CODECS, Decoded, ReadOptions, damaged, decode, exr, png, tiff};
+use super::{CODECS, Decoded, ReadOptions, damaged, decode, exr, jpeg, png, tiff};
 use crate::{Error, Place, open, read_bounded};
 use ::exr::block::UncompressedBlock;
 use ::exr::block::chunk::CompressedBlock;
@@ -82,8 +83,14 @@ impl Rows {
         };
         match opened {
             Some(rows) => Ok(rows),
+            None if codec == Some(jpeg::CODEC.name) => keep_jpeg(path, options, allowance, &at),
             None => keep(path, options, allowance, &at),
         }
+    }
+
+    /// Whether the picture was decoded as a whole when it was opened, and is kept.
+    pub fn kept(&self) -> bool {
+        matches!(self.source, Source::Kept(_))
     }
 
     fn new(size: [usize; 2], channels: usize, samples: Samples, source: Source, at: &Place) -> Self {
@@ -352,9 +359,10 @@ impl TiffRows {
     }
 }
 
-/// A picture set aside in two or four bytes a sample.
+/// A picture set aside.
 struct Kept {
-    wide: bool,
+    /// Bytes a sample: 1 and 2 are codes, 4 a float.
+    size: usize,
     place: Set,
 }
 
@@ -363,10 +371,42 @@ enum Set {
     Disk(File),
 }
 
+/// Where the parts of a picture of so many bytes go.
+fn set_aside(parts: impl Iterator<Item = Vec<u8>>, bytes: u64, allowance: &mut u64) -> Result<Set, Error> {
+    if bytes <= *allowance {
+        *allowance -= bytes;
+        let mut all = Vec::with_capacity(bytes as usize);
+        parts.for_each(|part| all.extend(part));
+        return Ok(Set::Memory(all));
+    }
+    let failed = |e| Error::io(&std::env::temp_dir(), e);
+    let mut file = tempfile::tempfile().map_err(failed)?;
+    for part in parts {
+        file.write_all(&part).map_err(failed)?;
+    }
+    Ok(Set::Disk(file))
+}
+
+fn keep_jpeg(path: &Path, options: &ReadOptions, allowance: &mut u64, at: &Place) -> Result<Rows, Error> {
+    let bytes = read_bounded(path, options.max_samples.saturating_mul(8).max(1 << 26))?;
+    let (size, channels, codes) = jpeg::codes(&bytes, options, at)?;
+    drop(bytes);
+    let count = codes.len() as u64;
+    let place = if count <= *allowance {
+        *allowance -= count;
+        Set::Memory(codes)
+    } else {
+        set_aside(std::iter::once(codes), count, &mut 0)?
+    };
+    let source = Source::Kept(Kept { size: 1, place });
+    Ok(Rows::new(size, channels, Samples::Codes(255), source, at))
+}
+
 fn keep(path: &Path, options: &ReadOptions, allowance: &mut u64, at: &Place) -> Result<Rows, Error> {
     let raw = ReadOptions { raw: true, ..options.clone() };
     let bytes = read_bounded(path, options.max_samples.saturating_mul(8).max(1 << 26))?;
     let Decoded { image, chromaticities, codes } = decode(&bytes, &raw, at)?;
+    drop(bytes);
     let colour = match ["R", "G", "B"].map(|c| image.channel(c)) {
         [Some(r), Some(g), Some(b)] => vec![r, g, b],
         _ => match image.channel("Y") {
@@ -374,39 +414,29 @@ fn keep(path: &Path, options: &ReadOptions, allowance: &mut u64, at: &Place) -> 
             None => return Err(no_colour(image.channels.iter().cloned(), at)),
         },
     };
-    let size = (image.width * image.height * colour.len() * if codes.is_none() { 4 } else { 2 }) as u64;
-    let line = |pixels: &[f32], out: &mut Vec<u8>| {
-        out.clear();
+    let size = match codes {
+        Some(..=255) => 1,
+        Some(_) => 2,
+        None => 4,
+    };
+    let count = image.width * image.height * colour.len();
+    let rows = image.data.chunks_exact(image.width * image.channels.len());
+    let parts = rows.map(|pixels| {
+        let mut line = Vec::with_capacity(image.width * colour.len() * size);
         for pixel in pixels.chunks_exact(image.channels.len()) {
             for &c in &colour {
                 match codes {
-                    Some(max) => out.extend(((pixel[c] * max as f32 + 0.5) as u16).to_ne_bytes()),
-                    None => out.extend(pixel[c].to_ne_bytes()),
+                    Some(max @ ..=255) => line.push((pixel[c] * max as f32 + 0.5) as u8),
+                    Some(max) => line.extend(((pixel[c] * max as f32 + 0.5) as u16).to_ne_bytes()),
+                    None => line.extend(pixel[c].to_ne_bytes()),
                 }
             }
         }
-    };
-    let rows = image.data.chunks_exact(image.width * image.channels.len());
-    let mut buffer = Vec::new();
-    let place = if size <= *allowance {
-        *allowance -= size;
-        let mut all = Vec::with_capacity(size as usize);
-        for pixels in rows {
-            line(pixels, &mut buffer);
-            all.extend_from_slice(&buffer);
-        }
-        Set::Memory(all)
-    } else {
-        let failed = |e| Error::io(&std::env::temp_dir(), e);
-        let mut file = tempfile::tempfile().map_err(failed)?;
-        for pixels in rows {
-            line(pixels, &mut buffer);
-            file.write_all(&buffer).map_err(failed)?;
-        }
-        Set::Disk(file)
-    };
+        line
+    });
+    let place = set_aside(parts, (count * size) as u64, allowance)?;
     let samples = codes.map_or(Samples::Floats, Samples::Codes);
-    let source = Source::Kept(Kept { wide: codes.is_none(), place });
+    let source = Source::Kept(Kept { size, place });
     let mut rows = Rows::new([image.width, image.height], colour.len(), samples, source, at);
     rows.chromaticities = chromaticities;
     Ok(rows)
@@ -415,7 +445,7 @@ fn keep(path: &Path, options: &ReadOptions, allowance: &mut u64, at: &Place) -> 
 impl Kept {
     /// `count` samples from the one at `from`, codes as whole numbers.
     fn row(&mut self, from: usize, count: usize, out: &mut Vec<f32>) -> std::io::Result<()> {
-        let size = if self.wide { 4 } else { 2 };
+        let size = self.size;
         let mut read = Vec::new();
         let bytes = match &mut self.place {
             Set::Memory(all) => &all[from * size..(from + count) * size],
@@ -427,10 +457,10 @@ impl Kept {
             }
         };
         out.clear();
-        if self.wide {
-            out.extend(bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]])));
-        } else {
-            out.extend(bytes.chunks_exact(2).map(|b| f32::from(u16::from_ne_bytes([b[0], b[1]]))));
+        match size {
+            1 => out.extend(bytes.iter().map(|b| f32::from(*b))),
+            2 => out.extend(bytes.chunks_exact(2).map(|b| f32::from(u16::from_ne_bytes([b[0], b[1]])))),
+            _ => out.extend(bytes.chunks_exact(4).map(|b| f32::from_ne_bytes([b[0], b[1], b[2], b[3]]))),
         }
         Ok(())
     }

@@ -161,6 +161,37 @@ fn pictures_set_aside_on_the_disk_read_as_those_in_memory() {
     }
 }
 
+/// What is told of a JPEG's rows is what reading it whole tells, wherever its bytes wait.
+#[test]
+fn jpegs_wait_as_their_bytes() {
+    let folder = Temporary::new();
+    let srgb = WriteOptions::from(ColourSpace::LinearSrgb);
+    let grey = linear(1).select(&["G"]).unwrap();
+    let grey = yugen_optics::Image { channels: vec!["Y".into()], ..grey };
+    for (name, image, channels) in [("a.jpg", linear(0), 3), ("b.jpg", grey, 1)] {
+        folder.put(name, write_bytes(name.as_ref(), &image, &srgb).unwrap());
+        let path = folder.0.join(name);
+        let whole = image::read(&path, &ReadOptions::raw()).unwrap();
+        for (mut left, used) in [(1 << 20, 7 * 37 * channels), (0, 0)] {
+            let before = left;
+            let mut rows = keep(&path, &mut left);
+            assert!(rows.kept() && rows.channels == channels && before - left == used as u64, "{name}");
+            let mut line = [[0.0; 3]; 7];
+            for y in 0..37 {
+                rows.next_row(&mut line).unwrap();
+                for (x, rgb) in line.iter().enumerate() {
+                    let want: [f32; 3] = std::array::from_fn(|c| whole.pixel(x, y)[c % channels]);
+                    assert_eq!(*rgb, want, "{name} {x} {y}");
+                }
+            }
+        }
+    }
+    // A quarter of the memory is for pictures that are decoded whole.
+    folder.put(LIGHTS, "1\na.jpg 0 0 1\n");
+    let stack = Folder::open(&folder.0).unwrap();
+    assert_eq!(stack.rows_within((16 + 12) * 7 * 12), 9);
+}
+
 fn keep(path: &Path, left: &mut u64) -> Rows {
     Rows::open(path, &ReadOptions::raw(), left).unwrap()
 }
