@@ -4,7 +4,7 @@
 
 use crate::{Error, Place, ledger};
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -25,8 +25,27 @@ pub fn atomic_write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     update(path, bytes)
 }
 
+/// As [`atomic_write`], for what is too large to be in memory: `fill` writes it part by part.
+pub fn atomic_write_with(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> Result<(), Error>,
+) -> Result<(), Error> {
+    if ledger::is_input(path) {
+        return Err(ledger::refusal(path));
+    }
+    replace(path, |file| {
+        let mut file = BufWriter::with_capacity(1 << 20, file);
+        fill(&mut file)?;
+        file.flush().map_err(|e| Error::io(path, e))
+    })
+}
+
 /// As [`atomic_write`], for a file that a command reads in order to change it.
 pub fn update(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    replace(path, |file| file.write_all(bytes).map_err(|e| Error::io(path, e)))
+}
+
+fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), Error>) -> Result<(), Error> {
     static COUNTER: AtomicU32 = AtomicU32::new(0);
     let name = path.file_name().ok_or_else(|| {
         Error::io(
@@ -37,16 +56,14 @@ pub fn update(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let mut temporary = name.to_os_string();
     temporary.push(format!(".{}.{}.part", std::process::id(), COUNTER.fetch_add(1, Ordering::Relaxed)));
     let temporary = path.with_file_name(temporary);
-    let written = File::create(&temporary).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&temporary, path)
+    let io = |e| Error::io(path, e);
+    let written = File::create(&temporary).map_err(io).and_then(|mut file| {
+        fill(&mut file)?;
+        file.sync_all().map_err(io)?;
+        std::fs::rename(&temporary, path).map_err(io)
     });
-    written.map_err(|e| {
-        // Best effort: the error that matters is the first one.
-        let _ = std::fs::remove_file(&temporary);
-        Error::io(path, e)
-    })
+    // Best effort: the error that matters is the first one.
+    written.inspect_err(|_| drop(std::fs::remove_file(&temporary)))
 }
 
 /// Whether [`atomic_write`] could write `path` now: asked before an hour of work, not after it.
@@ -130,6 +147,16 @@ mod tests {
         let error = atomic_write(&folder.join("b"), b"x").unwrap_err();
         assert!(error.to_string().contains("/b"), "{error}");
         assert!(atomic_write(&folder.join("missing/c"), b"x").is_err());
+        let fill = |file: &mut dyn Write| {
+            file.write_all(&[7; 3 << 20]).unwrap();
+            file.write_all(b"end").map_err(|e| Error::io(&path, e))
+        };
+        atomic_write_with(&path, fill).unwrap();
+        assert!(read_bounded(&path, 1 << 22).unwrap().ends_with(b"\x07end"));
+        // What goes wrong on the way leaves what was there.
+        let given_up = |_: &mut dyn Write| Err(Error::invalid(Place::file("a"), "given up"));
+        assert!(atomic_write_with(&path, given_up).unwrap_err().to_string().contains("given up"));
+        assert_eq!(std::fs::metadata(&path).unwrap().len(), (3 << 20) + 3);
         assert!(check_writable(&folder.join("c")).is_ok() && check_writable(&path).is_ok());
         for (name, problem) in [("missing/c", "there is no folder"), ("b", "this is a folder")] {
             let error = check_writable(&folder.join(name)).unwrap_err().to_string();

@@ -12,7 +12,8 @@ mod ledger;
 pub mod scene;
 
 pub use disk::{
-    atomic_write, begin_own, check_writable, list_folder, make_folder, open, read_bounded, read_own, update,
+    atomic_write, atomic_write_with, begin_own, check_writable, list_folder, make_folder, open, read_bounded,
+    read_own, update,
 };
 pub use error::{Error, Place, Position, nearest, suggest};
 pub use ledger::{check_new, check_outputs, protect_inputs, will_read};

@@ -10,7 +10,8 @@ use facts::Facts;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, About};
-use yugen_archive::formats::relightable::{self, Colouring};
+use yugen_archive::formats::mixed::Functions;
+use yugen_archive::formats::relightable::{self, Colouring, Contents};
 use yugen_archive::formats::stack::{self, Folder, Response};
 use yugen_archive::formats::{
     FORMATS, btf, colour_chart, exif, exposures, gltf, goniometer, goniometer_csv, load_scene, lp, merl,
@@ -252,17 +253,21 @@ fn cloth(file: &Path) -> Result<Facts> {
 
 fn relightable_picture(file: &Path) -> Result<Facts> {
     let picture = relightable::read(file, relightable::DEFAULT_MAX_TEXELS)?;
-    let colouring = match picture.colouring {
-        Colouring::Rgb => "rgb",
-        Colouring::Lrgb => "lrgb",
+    let (basis, colouring) = match &picture {
+        Contents::Terms(r) if r.colouring == Colouring::Rgb => (r.basis.name().to_string(), "rgb"),
+        Contents::Terms(r) => (r.basis.name().to_string(), "lrgb"),
+        Contents::Mixed(m) => match m.functions {
+            Functions::Luminance(basis) => (basis.name().to_string(), "luminance"),
+            Functions::Sampled { .. } => (m.functions.name(), "components"),
+        },
     };
     Ok(Facts::default()
         .say("kind", "picture whose light can be moved")
-        .say("basis", picture.basis.name())
+        .say("basis", basis)
         .say("colouring", colouring)
-        .say("size", json!([picture.width, picture.height]))
+        .say("size", json!(picture.size()))
         .say("numbers_per_texel", picture.stride())
-        .say("memory_bytes", size_of_val(&picture.coefficients[..])))
+        .say("memory_bytes", size_of_val(picture.coefficients())))
 }
 
 /// A stack, several of them, what RelightLab writes, or photographs that are no stack yet.

@@ -7,6 +7,7 @@ mod csv;
 pub mod exif;
 pub mod exposures;
 mod folders;
+pub mod gathered;
 pub mod gltf;
 pub mod goniometer;
 pub mod goniometer_csv;
@@ -17,6 +18,7 @@ pub mod measured;
 pub mod merl;
 pub mod mesh;
 pub mod mitsuba;
+pub mod mixed;
 pub mod mtl;
 pub mod neural_brdf;
 mod numbers;
@@ -115,6 +117,8 @@ pub fn features() -> Vec<(&'static str, Vec<Feature>)> {
         ("OpenEXR", image::exr_features().collect()),
         ("glTF 2.0: the format itself and its extensions", gltf::FEATURES.to_vec()),
         ("Mitsuba XML: plugins", mitsuba::FEATURES.to_vec()),
+        ("Polynomial texture maps (.ptm): layouts", ptm::FEATURES.to_vec()),
+        ("RelightLab's folders: bases, colour spaces and layouts", relight::FEATURES.to_vec()),
     ]
 }
 

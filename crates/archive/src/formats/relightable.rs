@@ -1,7 +1,10 @@
 //! Pictures whose light can be moved: what `.ptm`, `.rti` and RelightLab's folders hold, one line a format.
 
+use super::gathered::Gathered;
+use super::mixed::Mixed;
+use super::relight::Layout;
 use super::{ptm, relight, rti};
-use crate::{Error, Place, atomic_write, check_writable, make_folder, open, read_bounded};
+use crate::{Error, Place, atomic_write_with, check_writable, make_folder, open, read_bounded};
 use std::path::{Path, PathBuf};
 
 /// The functions of the light's direction (x, y, z) that a texel's coefficients multiply, in their order.
@@ -52,7 +55,7 @@ pub enum Colouring {
 }
 
 impl Colouring {
-    fn stride(self, basis: Basis) -> usize {
+    pub(super) fn stride(self, basis: Basis) -> usize {
         match self {
             Self::Rgb => 3 * basis.terms(),
             Self::Lrgb => 3 + basis.terms(),
@@ -85,6 +88,7 @@ impl Relightable {
     }
 
     /// The part of each texel that multiplies functions of the light.
+    #[cfg(test)]
     pub(crate) fn terms_of<'a>(&self, texel: &'a [f32]) -> &'a [f32] {
         match self.colouring {
             Colouring::Rgb => texel,
@@ -93,39 +97,61 @@ impl Relightable {
     }
 
     /// Smallest and largest coefficient of each term over all texels and colours.
+    #[cfg(test)]
     pub(crate) fn ranges(&self) -> Vec<[f32; 2]> {
-        let mut ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; self.basis.terms()];
-        let colours = self.colours();
-        for texel in self.coefficients.chunks_exact(self.stride()) {
-            for (range, c) in ranges.iter_mut().zip(self.terms_of(texel).chunks_exact(colours)) {
-                for &v in c {
-                    *range = [range[0].min(v), range[1].max(v)];
-                }
-            }
-        }
-        ranges
+        Gathered::from(self).term_ranges()
     }
 
     /// Coefficients a term.
+    #[cfg(test)]
     pub(crate) fn colours(&self) -> usize {
         match self.colouring {
             Colouring::Rgb => 3,
             Colouring::Lrgb => 1,
         }
     }
+}
 
-    /// Refuses what no file can hold: no texels, numbers that are not finite or not as many as there should be.
-    pub(crate) fn check(&self, file: &Path) -> Result<(), Error> {
-        let problem = if self.width == 0 || self.height == 0 {
-            "an empty picture cannot be written"
-        } else if self.coefficients.len() != self.width * self.height * self.stride() {
-            "the picture has not as many coefficients as its size says"
-        } else if self.coefficients.iter().any(|v| !v.is_finite()) {
-            "a coefficient is not a finite number; fit the picture again without the texels that cannot be fitted"
-        } else {
-            return Ok(());
-        };
-        Err(Error::invalid(Place::file(file), problem))
+/// What a file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Contents {
+    /// A function of the light for each colour, or for a factor of a fixed colour: what can be written, too.
+    Terms(Relightable),
+    /// Coefficients with colours of their own.
+    Mixed(Mixed),
+}
+
+impl Contents {
+    /// Texels across and down.
+    pub fn size(&self) -> [usize; 2] {
+        match self {
+            Self::Terms(r) => [r.width, r.height],
+            Self::Mixed(m) => [m.width, m.height],
+        }
+    }
+
+    /// Numbers a texel.
+    pub fn stride(&self) -> usize {
+        match self {
+            Self::Terms(r) => r.stride(),
+            Self::Mixed(m) => m.functions.coefficients(),
+        }
+    }
+
+    /// All texels' numbers.
+    pub fn coefficients(&self) -> &[f32] {
+        match self {
+            Self::Terms(r) => &r.coefficients,
+            Self::Mixed(m) => &m.coefficients,
+        }
+    }
+
+    /// The picture, if its terms are functions of the light.
+    pub fn terms(self) -> Option<Relightable> {
+        match self {
+            Self::Terms(r) => Some(r),
+            Self::Mixed(_) => None,
+        }
     }
 }
 
@@ -152,8 +178,8 @@ struct Format {
     /// How such a file begins.
     magic: &'static [u8],
     /// The path is for messages, and the folder where there is one.
-    read: fn(&[u8], &Path, u64) -> Result<Relightable, Error>,
-    write: fn(&Path, &Relightable) -> Result<(), Error>,
+    read: fn(&[u8], &Path, u64) -> Result<Contents, Error>,
+    write: fn(&Path, &mut Gathered, Layout) -> Result<(), Error>,
     holds: fn(Basis) -> bool,
 }
 
@@ -164,15 +190,15 @@ const FORMATS: &[Format] = &[
         extension: Some("ptm"),
         magic: b"PTM_",
         read: ptm::read,
-        write: |path, r| atomic_write(path, &ptm::write(r, path)?),
+        write: |path, r, _| atomic_write_with(path, |out| ptm::write(r, path, out)),
         holds: |basis| basis == Basis::Ptm,
     },
     Format {
         name: "HSH (.rti)",
         extension: Some("rti"),
         magic: b"#HSH",
-        read: rti::read,
-        write: |path, r| atomic_write(path, &rti::write(r, path)?),
+        read: |bytes, path, limit| rti::read(bytes, path, limit).map(Contents::Terms),
+        write: |path, r, _| atomic_write_with(path, |out| rti::write(r, path, out)),
         holds: |basis| matches!(basis, Basis::Hsh { .. }),
     },
     Format {
@@ -201,7 +227,7 @@ pub fn recognises(path: &Path) -> bool {
 }
 
 /// Reads a `.ptm`, a `.rti` or a RelightLab folder, told apart by what they hold; more than `max_texels` are refused.
-pub fn read(path: &Path, max_texels: u64) -> Result<Relightable, Error> {
+pub fn read(path: &Path, max_texels: u64) -> Result<Contents, Error> {
     if path.is_dir() {
         return relight::read(path, max_texels);
     }
@@ -220,24 +246,28 @@ pub fn read(path: &Path, max_texels: u64) -> Result<Relightable, Error> {
 
 /// Whether a picture in `basis` can be written to `path`: `.ptm` holds PTM, `.rti` HSH, a folder either; a folder that
 /// is not there is made.
-pub fn can_write(path: &Path, basis: Basis) -> Result<(), Error> {
-    match writer(path, basis)?.extension {
-        Some(_) => check_writable(path),
-        None => make_folder(path),
+pub fn can_write(path: &Path, basis: Basis, layout: Layout) -> Result<(), Error> {
+    let format = writer(path, basis)?;
+    let Some(extension) = format.extension else { return make_folder(path) };
+    if layout != Layout::Image {
+        let problem =
+            format!("a .{extension} has no tiles; name a folder for the layout '{}'", layout.name());
+        return Err(Error::invalid(Place::file(path), problem));
     }
+    check_writable(path)
 }
 
-/// The files that [`write`] makes of a picture in `basis`.
-pub fn files(path: &Path, basis: Basis, colouring: Colouring) -> Result<Vec<PathBuf>, Error> {
+/// The files that [`write`] makes of a picture in `basis`; of tiles, their folders.
+pub fn files(path: &Path, basis: Basis, colouring: Colouring, layout: Layout) -> Result<Vec<PathBuf>, Error> {
     Ok(match writer(path, basis)?.extension {
         Some(_) => vec![path.to_path_buf()],
-        None => relight::files(path, colouring.stride(basis)),
+        None => relight::files(path, colouring.stride(basis), layout),
     })
 }
 
-/// Writes a `.ptm`, a `.rti` or, without an extension, a RelightLab folder.
-pub fn write(path: &Path, r: &Relightable) -> Result<(), Error> {
-    (writer(path, r.basis)?.write)(path, r)
+/// Writes a `.ptm`, a `.rti` or, without an extension, a RelightLab folder; `layout` is for folders.
+pub fn write(path: &Path, r: &mut Gathered, layout: Layout) -> Result<(), Error> {
+    (writer(path, r.basis())?.write)(path, r, layout)
 }
 
 fn writer(path: &Path, basis: Basis) -> Result<&'static Format, Error> {
@@ -321,9 +351,9 @@ pub(crate) mod tests {
             let path = folder.join(name);
             assert!(!recognises(&path));
             let r = sample(basis, Colouring::Rgb, 24, 16);
-            write(&path, &r).unwrap();
+            write(&path, &mut (&r).into(), Layout::Image).unwrap();
             assert!(recognises(&path), "{name}");
-            let back = read(&path, DEFAULT_MAX_TEXELS).unwrap();
+            let back = read(&path, DEFAULT_MAX_TEXELS).unwrap().terms().unwrap();
             assert_eq!((back.basis, back.width, back.height), (basis, 24, 16));
             let error = read(&path, 100).unwrap_err().to_string();
             assert!(
@@ -331,12 +361,15 @@ pub(crate) mod tests {
                 "{error}"
             );
         }
-        let refuse = |name: &str, basis| can_write(&folder.join(name), basis).unwrap_err().to_string();
+        let refuse =
+            |name: &str, basis| can_write(&folder.join(name), basis, Layout::Image).unwrap_err().to_string();
         assert!(
             refuse("b.ptm", Basis::ALL[2])
                 .contains("PTM (.ptm) cannot hold HSH 9; expected HSH (.rti) or a Relight")
         );
         assert!(refuse("b.rti", Basis::Ptm).contains("cannot hold PTM"));
+        let tiled = can_write(&folder.join("b.ptm"), Basis::Ptm, Layout::DeepZoom).unwrap_err().to_string();
+        assert!(tiled.contains("a .ptm has no tiles; name a folder for the layout 'deepzoom'"), "{tiled}");
         assert!(refuse("b.rtt", Basis::ALL[1]).contains("did you mean 'rti'?"));
         std::fs::write(folder.join("c.ptm"), "P6\n1 1\n255\n").unwrap();
         let error = read(&folder.join("c.ptm"), 100).unwrap_err().to_string();
@@ -351,10 +384,12 @@ pub(crate) mod tests {
     fn what_cannot_be_written_is_refused() {
         let mut r = sample(Basis::Ptm, Colouring::Rgb, 2, 2);
         r.coefficients[3] = f32::NAN;
-        assert!(ptm::write(&r, Path::new("a.ptm")).unwrap_err().to_string().contains("not a finite number"));
+        let ptm = |r: &Relightable| ptm::written(r).unwrap_err().to_string();
+        assert!(ptm(&r).contains("not a finite number"));
         r.coefficients.pop();
-        assert!(ptm::write(&r, Path::new("a.ptm")).unwrap_err().to_string().contains("as its size says"));
+        assert!(ptm(&r).contains("as its size says"));
         r.width = 0;
-        assert!(rti::write(&r, Path::new("a.rti")).unwrap_err().to_string().contains("empty"));
+        let error = rti::written(&r).unwrap_err().to_string();
+        assert!(error.contains("empty"), "{error}");
     }
 }

@@ -4,9 +4,11 @@
 //! floats, little end first; then the top row first, texel by texel, red, green, blue, in each every term. In one
 //! byte a coefficient is byte/255 · scale + bias, in four it is a float, and a colour lies between 0 and 1.
 
+use super::gathered::Gathered;
 use super::numbers::Scanner;
 use super::relightable::{Basis, Colouring, Relightable, admit};
 use crate::{Error, Place};
+use std::io::Write;
 use std::path::Path;
 
 /// What the format's second line can say, from 1 on.
@@ -45,6 +47,8 @@ pub fn read(bytes: &[u8], file: &Path, max_texels: u64) -> Result<Relightable, E
         return Err(Error::invalid(at, format!("expected 3 colours, found {components}")));
     }
     let (terms, at) = whole("the number of terms")?;
+    // The first files counted orders above the constant one.
+    let terms = if matches!(terms, 1 | 2) { (terms + 1).pow(2) } else { terms };
     let Some(basis) = Basis::ALL.into_iter().find(|b| *b != Basis::Ptm && b.terms() as u64 == terms) else {
         return Err(Error::invalid(at, format!("expected 4, 9 or 16 terms, found {terms}")));
     };
@@ -93,27 +97,41 @@ pub fn read(bytes: &[u8], file: &Path, max_texels: u64) -> Result<Relightable, E
     Ok(r)
 }
 
-/// The bytes of a file with one byte a coefficient.
-pub fn write(r: &Relightable, file: &Path) -> Result<Vec<u8>, Error> {
+/// Writes a file with one byte a coefficient to `out`; `file` is for messages.
+pub fn write(r: &mut Gathered, file: &Path, out: &mut dyn Write) -> Result<(), Error> {
     r.check(file)?;
-    if !matches!(r.basis, Basis::Hsh { .. }) || r.colouring != Colouring::Rgb {
+    if !matches!(r.basis(), Basis::Hsh { .. }) || r.colouring() != Colouring::Rgb {
         let problem = "a .rti holds HSH with a term for each of red, green and blue; write PTM as .ptm";
         return Err(Error::invalid(Place::file(file), problem));
     }
-    let terms = r.basis.terms();
-    let ranges = r.ranges();
-    let mut out = format!("#HSH1.2\n3\n{} {} 3\n{terms} 2 1\n", r.width, r.height).into_bytes();
-    out.extend(ranges.iter().flat_map(|[lo, hi]| (hi - lo).to_le_bytes()));
-    out.extend(ranges.iter().flat_map(|[lo, _]| lo.to_le_bytes()));
-    for texel in r.coefficients.chunks_exact(3 * terms) {
-        for colour in 0..3 {
-            out.extend(ranges.iter().enumerate().map(|(term, [lo, hi])| {
-                // A term that never changes: 0/0 is no number, which becomes 0.
-                (255.0 * (texel[3 * term + colour] - lo) / (hi - lo)).round() as u8
-            }));
+    let terms = r.basis().terms();
+    let ranges = r.term_ranges();
+    let [width, height] = r.size();
+    let mut bytes = format!("#HSH1.2\n3\n{width} {height} 3\n{terms} 2 1\n").into_bytes();
+    bytes.extend(ranges.iter().flat_map(|[lo, hi]| (hi - lo).to_le_bytes()));
+    bytes.extend(ranges.iter().flat_map(|[lo, _]| lo.to_le_bytes()));
+    let mut row = Vec::new();
+    for y in 0..height {
+        r.row(y, &mut row)?;
+        for texel in row.chunks_exact(3 * terms) {
+            for colour in 0..3 {
+                bytes.extend(ranges.iter().enumerate().map(|(term, [lo, hi])| {
+                    // A term that never changes: 0/0 is no number, which becomes 0.
+                    (255.0 * (texel[3 * term + colour] - lo) / (hi - lo)).round() as u8
+                }));
+            }
         }
+        out.write_all(&bytes).map_err(|e| Error::io(file, e))?;
+        bytes.clear();
     }
-    Ok(out)
+    Ok(())
+}
+
+/// The bytes of a file.
+#[cfg(test)]
+pub(super) fn written(r: &super::relightable::Relightable) -> Result<Vec<u8>, Error> {
+    let mut out = Vec::new();
+    write(&mut r.into(), Path::new("a.rti"), &mut out).map(|()| out)
 }
 
 #[cfg(test)]
@@ -158,14 +176,15 @@ mod tests {
     fn files_come_back_within_a_quantum() {
         for order in 2..5 {
             let r = sample(Basis::Hsh { order }, Colouring::Rgb, 13, 7);
-            let back = parse(&write(&r, Path::new("a.rti")).unwrap()).unwrap();
+            let back = parse(&written(&r).unwrap()).unwrap();
             assert!(quanta(&r, &back) < 0.51, "{order}: {}", quanta(&r, &back));
         }
     }
 
     #[test]
     fn bad_files_get_a_sentence() {
-        let good = write(&sample(Basis::Hsh { order: 3 }, Colouring::Rgb, 3, 2), Path::new("a.rti")).unwrap();
+        let r = sample(Basis::Hsh { order: 3 }, Colouring::Rgb, 3, 2);
+        let good = written(&r).unwrap();
         let text = |from: &str, to: &str| {
             let at = good.windows(from.len()).position(|w| w == from.as_bytes()).unwrap();
             [&good[..at], to.as_bytes(), &good[at + from.len()..]].concat()
@@ -189,7 +208,8 @@ mod tests {
         for n in 0..good.len() {
             assert!(parse(&good[..n]).is_err(), "{n}");
         }
+        assert_eq!(parse(&text("9 2 1", "2 2 1")).unwrap(), parse(&good).unwrap(), "two orders");
         let lrgb = sample(Basis::Hsh { order: 3 }, Colouring::Lrgb, 1, 1);
-        assert!(write(&lrgb, Path::new("a.rti")).is_err());
+        assert!(written(&lrgb).is_err());
     }
 }

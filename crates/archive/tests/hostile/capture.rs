@@ -3,7 +3,7 @@
 use crate::{FILE, assault, assault_with, mutate};
 use std::path::Path;
 use yugen_archive::formats::image::ReadOptions;
-use yugen_archive::formats::relightable::{Basis, Colouring, Relightable};
+use yugen_archive::formats::relightable::{Basis, Colouring, Contents, Relightable};
 use yugen_archive::formats::{btf, lp, ptm, relight, rti, stack, wif};
 use yugen_optics::ColourSpace;
 use yugen_reflectance::btf::{Btf, Texel};
@@ -110,11 +110,12 @@ fn relightable(basis: Basis, colouring: Colouring) -> Relightable {
 }
 
 /// Pictures may have 2^12 texels here.
-fn whole(read: Result<Relightable, yugen_archive::Error>) -> bool {
+fn whole(read: Result<Contents, yugen_archive::Error>) -> bool {
     match read {
         Ok(r) => {
-            assert_eq!(r.coefficients.len(), r.width * r.height * r.stride());
-            assert!(r.coefficients.iter().all(|v| v.is_finite()));
+            let [width, height] = r.size();
+            assert_eq!(r.coefficients().len(), width * height * r.stride());
+            assert!(r.coefficients().iter().all(|v| v.is_finite()));
             true
         }
         Err(e) => {
@@ -127,7 +128,11 @@ fn whole(read: Result<Relightable, yugen_archive::Error>) -> bool {
 #[test]
 fn ptm_pictures() {
     let mut seeds = [Colouring::Rgb, Colouring::Lrgb]
-        .map(|c| ptm::write(&relightable(Basis::Ptm, c), Path::new(FILE)).unwrap())
+        .map(|c| {
+            let mut out = Vec::new();
+            ptm::write(&mut (&relightable(Basis::Ptm, c)).into(), Path::new(FILE), &mut out).unwrap();
+            out
+        })
         .to_vec();
     let mut jpegs = "PTM_1.2\nPTM_FORMAT_JPEG_LRGB\n5 3\n1 1 1 1 1 1\n0 0 0 0 0 0\n90\n".to_string();
     let mut grey = Vec::new();
@@ -145,26 +150,61 @@ fn ptm_pictures() {
     (0..9).for_each(|_| jpegs.extend(&grey));
     jpegs.extend([0, 0, 0, 3, 9, 255, 0, 0, 0, 1]);
     seeds.push(jpegs);
+    let mut luminance = b"PTM_1.2\nPTM_FORMAT_LUM\n5 3\n1 1 1 1 1 1\n0 0 0 0 0 0\n".to_vec();
+    luminance.extend(0..120);
+    seeds.push(luminance);
     assault("ptm", &seeds, |b| whole(ptm::read(b, Path::new(FILE), 1 << 12)));
 }
 
 #[test]
 fn rti_pictures() {
-    let one = rti::write(&relightable(Basis::Hsh { order: 2 }, Colouring::Rgb), Path::new(FILE)).unwrap();
+    let r = relightable(Basis::Hsh { order: 2 }, Colouring::Rgb);
+    let mut one = Vec::new();
+    rti::write(&mut (&r).into(), Path::new(FILE), &mut one).unwrap();
     let mut floats = b"#HSH1.2\n3\n1 2 3\n4 2 4\n".to_vec();
     floats.extend((0..8 + 24).flat_map(|i| (i as f32).to_le_bytes()));
-    assault("rti", &[one, floats], |b| whole(rti::read(b, Path::new(FILE), 1 << 12)));
+    assault("rti", &[one, floats], |b| whole(rti::read(b, Path::new(FILE), 1 << 12).map(Contents::Terms)));
 }
 
 #[test]
 fn relightlab_infos() {
-    let seed = br#"{"width": 4, "height": 2, "format": "jpg", "type": "ptm", "colorspace": "lrgb", "lights": [0, 0, 1],
+    let terms = br#"{"width": 4, "height": 2, "format": "jpg", "type": "ptm", "colorspace": "lrgb", "lights": [0, 0, 1],
 "nplanes": 9, "quality": 95, "materials": [{"scale": [1,1,1,1,1,1,1,1.5,1], "bias": [0,0,0,0,0,0.25,0,0,0]}]}"#;
-    assault("relight", &[seed.to_vec()], |b| match relight::read_info(b, Path::new(FILE), 1 << 12) {
-        Ok(_) => true,
-        Err(e) => {
-            assert!(e.to_string().contains(FILE), "{e}");
-            false
+    let gaussian =
+        br#"{"width": 4, "height": 2, "type": "rbf", "colorspace": "mrgb", "nplanes": 1, "lights": [0, 0, 1],
+"sigma": 0.5, "basis": [1,2,3,4,5,6], "materials": [{"scale": [1], "bias": [0], "range": [9]}]}"#;
+    let grid = br#"{"width": 4, "height": 2, "type": "bilinear", "colorspace": "mycc", "yccplanes": [1,1,1], "resolution": 2,
+"materials": [{"scale": [1,1,1], "bias": [0,0,0], "range": [9,9,9]}]}"#;
+    assault("relight", &[terms.to_vec(), gaussian.to_vec(), grid.to_vec()], |b| {
+        match relight::read_info(b, Path::new(FILE), 1 << 12) {
+            Ok(_) => true,
+            Err(e) => {
+                assert!(e.to_string().contains(FILE), "{e}");
+                false
+            }
+        }
+    });
+}
+
+#[test]
+fn what_stands_beside_tiles() {
+    let seeds = [
+        r#"<Image TileSize="32" Overlap="3" Format="png" xmlns="x"><Size Width="70" Height="37"/></Image>"#,
+        r#"<IMAGE_PROPERTIES WIDTH="70" HEIGHT="37" NUMTILES="6" NUMIMAGES="1" VERSION="1.8" TILESIZE="32"/>"#,
+        r#"{"tilesize": 32, "overlap": 1, "width": 70, "height": 37, "stride": 1, "offsets": [0, 3, 5, 7, 9, 11, 13]}"#,
+        r#"{"width": 70, "height": 37, "tiles": [{"width": 32, "height": 32, "scaleFactors": [1, 2, 4]}]}"#,
+    ];
+    assault("tiles", &seeds.map(|s| s.as_bytes().to_vec()), |b| {
+        match relight::tiles::read_index(b, Path::new(FILE), [70, 37], 13) {
+            // Tiles of 16 pixels are the smallest.
+            Ok(tiles) => {
+                assert!(tiles <= 15);
+                true
+            }
+            Err(e) => {
+                assert!(e.to_string().contains(FILE), "{e}");
+                false
+            }
         }
     });
 }

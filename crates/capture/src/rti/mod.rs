@@ -1,8 +1,8 @@
 //! Reflectance transformation imaging: a picture as a function of its light, texel by texel.
 //!
 //! [`fit`] makes polynomial texture maps and hemispherical harmonics of a stack, [`rbf`] interpolates between the lights
-//! of a stack, [`light`] shows any of them, or a fitted cloth, under lamps and environments, and [`holdout`] says
-//! which of them predicts photographs it has not seen.
+//! of a stack, [`light`] shows any of them, or a fitted cloth, under lamps and environments, [`mixed`] what others have
+//! fitted in other ways, and [`holdout`] says which of them predicts photographs it has not seen.
 //!
 //! Values are display values, as the tools of the field have them: what an eight-bit photograph would show, from 0 to
 //! 1, unless [`Encoding::Linear`] is asked for.
@@ -11,6 +11,7 @@ mod basis;
 pub mod fit;
 pub mod holdout;
 pub mod light;
+pub mod mixed;
 pub mod rbf;
 mod solve;
 

@@ -10,12 +10,13 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yugen_archive::check_outputs;
-use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
+use yugen_archive::formats::relightable::{self, Basis, Colouring, Contents};
 use yugen_archive::formats::{btf, image};
 use yugen_capture::rti::Encoding;
 use yugen_capture::rti::fit::{Options, choose_ridge, fit};
 use yugen_capture::rti::holdout::Method;
 use yugen_capture::rti::light::{self, Lamp};
+use yugen_capture::rti::mixed;
 use yugen_capture::rti::rbf::{Kernel, Rbf};
 use yugen_optics::{ColourSpace, Image, Vec3};
 use yugen_reflectance::{Kind, ParamType};
@@ -183,7 +184,8 @@ impl Relight {
             }
             let picture = relightable::read(&self.source, relightable::DEFAULT_MAX_TEXELS)?;
             check_outputs([output])?;
-            return Ok((picture.width, lit(&picture, lamps, self.json, encoding)?));
+            let [width, _] = picture.size();
+            return Ok((width, lit(&picture, lamps, self.json, encoding)?));
         }
         let source = Source::open(&self.source)?;
         check_outputs([output])?;
@@ -212,17 +214,22 @@ impl Relight {
         };
         let ridge = choose_ridge(&stack, basis, encoding)?;
         let fitted = fit(&stack, &Options { basis, colouring, encoding, ridge })?;
-        Ok((stack.width, lit(&fitted.picture, lamps, self.json, encoding)?))
+        Ok((stack.width, lit(&Contents::Terms(fitted.picture), lamps, self.json, encoding)?))
     }
 }
 
 /// Lamps between two looks at the progress bar.
 const PART: usize = 16;
 
-fn lit(picture: &Relightable, lamps: &[Lamp], quiet: bool, encoding: Encoding) -> Result<Vec<[f32; 3]>> {
+fn lit(picture: &Contents, lamps: &[Lamp], quiet: bool, encoding: Encoding) -> Result<Vec<[f32; 3]>> {
     // Linear light is added up before the picture is looked at, all lamps at once.
     let part = if encoding == Encoding::Linear { lamps.len() } else { PART };
-    summed(lamps, quiet, part, |lamps| Ok(light::picture(picture, lamps, encoding)))
+    summed(lamps, quiet, part, |lamps| {
+        Ok(match picture {
+            Contents::Terms(r) => light::picture(r, lamps, encoding),
+            Contents::Mixed(m) => mixed::picture(m, lamps, encoding),
+        })
+    })
 }
 
 /// The sum of what `light` makes of parts of the lamps, with a progress bar.

@@ -8,15 +8,17 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 use yugen_archive::check_outputs;
-use yugen_archive::formats::relightable::{self, Basis, Colouring, Relightable};
+use yugen_archive::formats::gathered::Gathered;
+use yugen_archive::formats::relight::Layout;
+use yugen_archive::formats::relightable::{self, Basis, Colouring};
 use yugen_capture::rti::fit::{Fitted, Options, choose_ridge, fit_into};
 use yugen_capture::rti::{Encoding, light};
 
 /// Fits PTM or HSH to a stack of photographs and writes them for RTI viewers.
 ///
 /// The name of the output says what is written: NAME.ptm holds polynomial texture maps, NAME.rti hemispherical harmonics,
-/// and a name without an extension becomes a folder as RelightLab makes them for the web (info.json and plane_N.jpg). Values
-/// are sRGB display values, as viewers expect; with few lights the fit is smoothed, just as much as predicts single
+/// and a name without an extension becomes a folder as RelightLab makes them for the web (info.json and plane_N.jpg, or with
+/// --layout tiles, which a viewer fetches as it needs them). Values are sRGB display values, as viewers expect; with few lights the fit is smoothed, just as much as predicts single
 /// photographs best from the others.
 #[derive(Args)]
 pub struct Rti {
@@ -40,7 +42,12 @@ pub struct Rti {
     #[arg(long)]
     linear: bool,
 
-    /// Memory for the photographs, in MiB: they are read in bands of rows.
+    /// How a folder keeps its pictures: image (one JPEG each), deepzoom (a file a tile), tarzoom (a file for the tiles of
+    /// each) or itarzoom (one file for the tiles of all).
+    #[arg(long, value_name = "NAME", default_value = "image", value_parser = parse_layout)]
+    layout: Layout,
+
+    /// Memory for photographs and result, in MiB: what does not fit waits in temporary files (in the folder TMPDIR).
     #[arg(long, value_name = "MIB", default_value_t = 2048)]
     memory: u64,
 
@@ -65,13 +72,17 @@ impl Rti {
         if place.is_ok() && place.ok() == source.folder.path.canonicalize().ok() {
             bail!("{}: the photographs are here; name another folder", self.output.display());
         }
-        check_outputs(relightable::files(&self.output, basis, colouring)?)?;
-        relightable::can_write(&self.output, basis)?;
+        check_outputs(relightable::files(&self.output, basis, colouring, self.layout)?)?;
+        relightable::can_write(&self.output, basis, self.layout)?;
         let (width, height) = (source.folder.width, source.folder.height);
-        let rows = source.folder.rows_within(self.memory << 20);
         let bar = progress::bar(height as u64, self.json);
-        let mut picture = Relightable { width, height, basis, colouring, coefficients: Vec::new() };
-        picture.coefficients.reserve_exact(width * height * picture.stride());
+        // A quarter for what is fitted, the rest for a band of the photographs and what is fitted to that.
+        let bytes = self.memory << 20;
+        let mut picture = Gathered::new([width, height], basis, colouring, bytes / 4)?;
+        let lights = source.folder.pictures.len();
+        let (readings, fitted) = (lights * size_of::<[f32; 3]>(), picture.stride() * size_of::<f32>());
+        let share = (bytes - bytes / 4) as f64 * readings as f64 / (readings + fitted) as f64;
+        let rows = source.folder.rows_within(share as u64);
 
         // The smoothing is one for the whole picture, chosen where the sample most likely is.
         let ridge = choose_ridge(&source.middle(rows)?, basis, encoding)?;
@@ -88,15 +99,15 @@ impl Rti {
             let (sum, n) = light::misfit(&band, &fitted.picture, encoding);
             squares += sum;
             count += n;
-            picture.coefficients.extend_from_slice(&fitted.picture.coefficients);
+            picture.push(&fitted.picture.coefficients)?;
             bar.set_position((band.first_row + band.height) as u64);
         }
         bar.finish_and_clear();
-        relightable::write(&self.output, &picture)?;
+        drop((bands, fitted));
+        relightable::write(&self.output, &mut picture, self.layout)?;
 
         let rms = (squares / count.max(1) as f64).sqrt();
         let rate = (width * height) as f64 / seconds.max(1e-9);
-        let lights = source.folder.pictures.len();
         let few = lights < basis.terms();
         if self.json {
             let report = json!({
@@ -104,6 +115,7 @@ impl Rti {
                 "basis": basis.name(),
                 "terms": basis.terms(),
                 "colouring": if self.lrgb { "lrgb" } else { "rgb" },
+                "layout": self.layout.name(),
                 "encoding": if self.linear { "linear" } else { "srgb" },
                 "width": width,
                 "height": height,
@@ -143,4 +155,9 @@ fn parse_basis(text: &str) -> Result<Basis, String> {
     let name = |b: &Basis| b.name().replace(' ', "").to_lowercase();
     let names = || Basis::ALL.iter().map(name).collect::<Vec<_>>().join(", ");
     Basis::ALL.into_iter().find(|b| name(b) == text).ok_or_else(|| format!("expected one of {}", names()))
+}
+
+fn parse_layout(text: &str) -> Result<Layout, String> {
+    let names = || Layout::ALL.map(Layout::name).join(", ");
+    Layout::ALL.into_iter().find(|l| l.name() == text).ok_or_else(|| format!("expected one of {}", names()))
 }

@@ -77,6 +77,9 @@ fn a_stack_becomes_every_format_and_each_shows_it_again() {
         ("c.rti", &["--basis", "hsh16"]),
         ("web", &["--basis", "ptm"]),
         ("web_lrgb", &["--lrgb"]),
+        ("deepzoom", &["--layout", "deepzoom"]),
+        ("tarzoom", &["--layout", "tarzoom", "--lrgb", "--basis", "ptm"]),
+        ("itarzoom", &["--layout", "itarzoom"]),
     ] {
         let path = scratch("out").join(name);
         let path = path.to_str().unwrap();
@@ -187,6 +190,11 @@ fn mistakes_get_a_sentence() {
     for (args, want) in [
         (&["rti", stack, "-o", "a.ptm", "--basis", "hsh9"][..], "cannot hold HSH 9; expected HSH (.rti) or"),
         (&["rti", stack, "-o", "a.rti", "--lrgb"], "write a .ptm or a folder"),
+        (&["rti", stack, "-o", "a.ptm", "--layout", "tarzoom"], "a .ptm has no tiles; name a folder"),
+        (
+            &["rti", stack, "-o", "a", "--layout", "zoomify"],
+            "expected one of image, deepzoom, tarzoom, itarzoom",
+        ),
         (&["rti", ptm, "-o", "a.rti"], "this is fitted already; expected a stack of photographs"),
         (&["relight", ptm, "--hold-out", "2"], "this is fitted already"),
         (&["relight", ptm, "--light", "0,0,1", "-o", "a.png", "--method", "ptm"], "--method is for stacks"),
@@ -211,6 +219,50 @@ fn mistakes_get_a_sentence() {
     std::fs::write(ptm, "PTM_1.2\nPTM_FORMAT_RGB\n9\n9\n1 1 1 1 1 1\n0 0 0 0 0 0\n").unwrap();
     let error = bad(&["relight", ptm, "--light", "0,0,1", "-o", "a.png"]);
     assert!(error.contains("the file ends early: 9 x 9 texels need 1458 bytes"), "{error}");
+}
+
+/// What this program does not write, and others do.
+#[test]
+fn pictures_of_others_are_relit() {
+    let folder = scratch("others");
+    let path = folder.join("luminance.ptm");
+    // Y = (51 + 102 x)/255, Cb = 0, Cr = 25/255.
+    let mut bytes = b"PTM_1.2\nPTM_FORMAT_LUM\n1 1\n1 1 1 1 1 1\n0 0 0 0 0 0\n".to_vec();
+    bytes.extend([0, 0, 0, 102, 0, 51, 153, 128]);
+    std::fs::write(&path, bytes).unwrap();
+    let lit = folder.join("lit.exr");
+    let linear = ["--linear", "--light", "0.6,0,0.8", "-o", lit.to_str().unwrap()];
+    good(&[&["relight", path.to_str().unwrap()], &linear[..]].concat());
+    let pixel = image::read(&lit, &ReadOptions::to(ColourSpace::LinearSrgb)).unwrap().data;
+    let (y, cr) = ((51.0 + 102.0 * 0.6) / 255.0, 25.0 / 255.0);
+    let want = [y + 1.402 * cr, y - 0.714_136 * cr, y];
+    assert!(pixel.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-3), "{pixel:?} {want:?}");
+
+    // Two lights, of which the nearer one counts: (51, 102, 153) and, the plane being one third of 3, (100, 0, 50).
+    let web = folder.join("web");
+    std::fs::create_dir_all(&web).unwrap();
+    let plane = Image { data: vec![1.0 / 3.0; 3], ..Image::rgb(1, 1) };
+    let raw = WriteOptions { raw: true, ..WriteOptions::from(ColourSpace::LinearSrgb) };
+    image::write(&web.join("plane_0.png"), &plane, &raw).unwrap();
+    let info = r#"{"width": 1, "height": 1, "format": "png", "type": "rbf", "colorspace": "mrgb", "nplanes": 1,
+"lights": [0, 0, 1, 0.6, 0, 0.8], "sigma": 0.05, "basis": [0, 0, 0, 51, 102, 153, 0, 0, 0, 227, 127, 177],
+"materials": [{"scale": [3], "bias": [0], "range": [100]}]}"#;
+    std::fs::write(web.join("info.json"), info).unwrap();
+    good(&[&["relight", web.to_str().unwrap()], &linear[..]].concat());
+    let pixel = image::read(&lit, &ReadOptions::to(ColourSpace::LinearSrgb)).unwrap().data;
+    let want = [0.2 + 1.0, 0.4, 0.6 + 0.5];
+    assert!(pixel.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-3), "{pixel:?} {want:?}");
+    let told = crate::good(yugen(&["info"], &[web.to_str().unwrap()]));
+    assert!(told.contains("RBF, 2 lights") && told.contains("components"), "{told}");
+    // RelightLab says so where values are proportional to light.
+    std::fs::write(web.join("info.json"), info.replace("\"sigma\"", "\"colorprofile\": \"RGB\", \"sigma\""))
+        .unwrap();
+    let run = yugen(&["capture", "relight", web.to_str().unwrap()], &linear);
+    assert!(
+        run.success && run.err.contains("the colour profile 'RGB': the values are proportional to light"),
+        "{}",
+        run.err
+    );
 }
 
 fn data() -> Option<PathBuf> {
