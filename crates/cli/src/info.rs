@@ -253,6 +253,7 @@ fn cloth(file: &Path) -> Result<Facts> {
 
 fn relightable_picture(file: &Path) -> Result<Facts> {
     let picture = relightable::read(file, relightable::DEFAULT_MAX_TEXELS)?;
+    let linear = relightable::says_linear(file, relightable::DEFAULT_MAX_TEXELS)?;
     let (basis, colouring) = match &picture {
         Contents::Terms(r) if r.colouring == Colouring::Rgb => (r.basis.name().to_string(), "rgb"),
         Contents::Terms(r) => (r.basis.name().to_string(), "lrgb"),
@@ -265,6 +266,7 @@ fn relightable_picture(file: &Path) -> Result<Facts> {
         .say("kind", "picture whose light can be moved")
         .say("basis", basis)
         .say("colouring", colouring)
+        .say("values", if linear { "linear" } else { "display" })
         .say("size", json!(picture.size()))
         .say("numbers_per_texel", picture.stride())
         .say("memory_bytes", size_of_val(picture.coefficients())))

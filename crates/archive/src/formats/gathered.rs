@@ -21,6 +21,7 @@ pub struct Gathered<'a> {
     ranges: Vec<[f32; 2]>,
     finite: bool,
     memory: u64,
+    linear: bool,
     place: Set<'a>,
 }
 
@@ -51,7 +52,13 @@ impl Gathered<'static> {
             Set::Disk(tempfile::tempfile().map_err(failed)?)
         };
         let ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; stride];
-        Ok(Self { width, height, basis, colouring, numbers: 0, ranges, finite: true, memory, place })
+        let (numbers, finite, linear) = (0, true, false);
+        Ok(Self { width, height, basis, colouring, numbers, ranges, finite, memory, linear, place })
+    }
+
+    /// Says whether the values are proportional to light, in files that tell; else they are display values.
+    pub fn set_linear(&mut self, linear: bool) {
+        self.linear = linear;
     }
 
     /// Takes the next texels, in the order of [`Relightable::coefficients`].
@@ -74,8 +81,9 @@ impl<'a> From<&'a Relightable> for Gathered<'a> {
         let ranges = vec![[f32::INFINITY, f32::NEG_INFINITY]; r.stride()];
         let place = Set::Memory(Cow::Borrowed(&r.coefficients[..]));
         let memory = size_of_val(&r.coefficients[..]) as u64;
+        let (numbers, finite, linear) = (0, true, false);
         let mut all =
-            Self { width, height, basis, colouring, numbers: 0, ranges, finite: true, memory, place };
+            Self { width, height, basis, colouring, numbers, ranges, finite, memory, linear, place };
         all.look_at(&r.coefficients);
         all
     }
@@ -115,6 +123,11 @@ impl Gathered<'_> {
     /// Numbers a texel.
     pub fn stride(&self) -> usize {
         self.ranges.len()
+    }
+
+    /// Whether the values are proportional to light.
+    pub(super) fn is_linear(&self) -> bool {
+        self.linear
     }
 
     /// Bytes that what is made of it may need.

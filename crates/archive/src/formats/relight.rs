@@ -41,11 +41,18 @@ const QUALITY: u8 = 95;
 /// The most planes that are read; viewers, which need a texture for every three, take some tens.
 const MAX_PLANES: u64 = 192;
 
+/// Numbers a texel of as many texels as may be read; where there are more, fewer texels are read.
+const MOST_NUMBERS: u64 = 48;
+
 /// The most lights between which colours are interpolated: as many as a dome may have, and a grid of 128 by 128.
 const MAX_LIGHTS: u64 = 1 << 14;
 
 /// What RelightLab takes where a file names none.
 const DEFAULT_SIGMA: f32 = 0.125;
+
+/// The colour profile of values that are proportional to light, and of those that are not.
+const LINEAR: &str = "RGB";
+const DISPLAY: &str = "sRGB";
 
 /// What is read.
 pub const FEATURES: &[Feature] = &[
@@ -64,14 +71,14 @@ pub const FEATURES: &[Feature] = &[
     Feature::yes("colorspace: mrgb"),
     Feature::yes("colorspace: mycc"),
     Feature::yes("colorprofile: sRGB"),
-    Feature::partly("colorprofile: RGB", "the values are proportional to light: say --linear"),
+    Feature::yes("colorprofile: RGB"),
     Feature::partly("colorprofile: P3", "colours are taken for those of sRGB, and come out too pale"),
     Feature::yes("layout: image"),
     Feature::yes("layout: deepzoom"),
     Feature::yes("layout: tarzoom"),
     Feature::yes("layout: itarzoom"),
     Feature::partly("layout: zoomify", "no numbering of tiles but Zoomify's and RelightLab's"),
-    Feature::partly("layout: google", "tiles of 256 pixels, none left out"),
+    Feature::partly("layout: google", "no tiles of other sizes than 256 pixels"),
     Feature::partly("layout: iiif", "the files of a server of level 0, in the folders plane_N"),
     Feature::no("layout: iip", "it is a server's; fetch the pictures themselves"),
 ];
@@ -255,7 +262,14 @@ pub fn read_info(bytes: &[u8], file: &Path, max_texels: u64) -> Result<Info, Err
         }
     });
     let planes = planes.collect();
-    Ok(Info { width, height, kind, extension: json.format, planes, profile: json.colorprofile })
+    let info = Info { width, height, kind, extension: json.format, planes, profile: json.colorprofile };
+    // As much as HSH 16 of the most texels takes.
+    let (asked, limit) = ((width * height * info.stride()) as u64, max_texels.saturating_mul(MOST_NUMBERS));
+    if asked > limit {
+        let what = format!("the number of coefficients ({width} x {height} texels of {})", info.stride());
+        return Err(Error::TooLarge { at: at(), what, asked, limit });
+    }
+    Ok(info)
 }
 
 /// Looks a word up among the features that are called `kind: word`.
@@ -303,6 +317,11 @@ fn between(kind: &str, json: &Json, file: &Path) -> Result<Between, Error> {
 }
 
 impl Info {
+    /// Whether the values are said to be proportional to light.
+    pub fn linear(&self) -> bool {
+        self.profile.as_deref() == Some(LINEAR)
+    }
+
     /// Numbers a texel.
     fn stride(&self) -> usize {
         match &self.kind {
@@ -365,10 +384,16 @@ fn to_rgb([y, co, cg]: [f32; 3]) -> [f32; 3] {
     [rest + co / 2.0, y + cg / 2.0, rest - co / 2.0]
 }
 
+/// What the `info.json` of a folder says; more than `max_texels` are refused.
+pub fn info(folder: &Path, max_texels: u64) -> Result<Info, Error> {
+    let path = folder.join(INFO);
+    read_info(&read_bounded(&path, 1 << 26)?, &path, max_texels)
+}
+
 /// Reads a folder; more than `max_texels` are refused before memory is asked for.
 pub fn read(folder: &Path, max_texels: u64) -> Result<Contents, Error> {
     let path = folder.join(INFO);
-    let info = read_info(&read_bounded(&path, 1 << 26)?, &path, max_texels)?;
+    let info = info(folder, max_texels)?;
     if let Some(profile) = &info.profile {
         match find(FEATURES, &format!("colorprofile: {profile}")).map(|f| f.support) {
             Some(Support::Yes) => {}
@@ -477,6 +502,7 @@ pub fn write(folder: &Path, r: &mut Gathered, layout: Layout) -> Result<(), Erro
         "colorspace": match r.colouring() { Colouring::Rgb => "rgb", Colouring::Lrgb => "lrgb" },
         "nplanes": stride,
         "quality": QUALITY,
+        "colorprofile": if r.is_linear() { LINEAR } else { DISPLAY },
         "materials": [{ "scale": scale, "bias": bias }],
     });
     atomic_write(&folder.join(INFO), format!("{info:#}\n").as_bytes())

@@ -244,6 +244,11 @@ pub fn read(path: &Path, max_texels: u64) -> Result<Contents, Error> {
     (format.read)(&bytes, path, max_texels)
 }
 
+/// Whether a file says that its values are proportional to light; most say nothing, and hold display values.
+pub fn says_linear(path: &Path, max_texels: u64) -> Result<bool, Error> {
+    Ok(path.is_dir() && relight::info(path, max_texels)?.linear())
+}
+
 /// Whether a picture in `basis` can be written to `path`: `.ptm` holds PTM, `.rti` HSH, a folder either; a folder that
 /// is not there is made.
 pub fn can_write(path: &Path, basis: Basis, layout: Layout) -> Result<(), Error> {

@@ -76,7 +76,8 @@ pub struct Relight {
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse_method)]
     method: Vec<Method>,
 
-    /// Values of the file, or of what is fitted to a stack, are proportional to light, not sRGB display values.
+    /// Values of the file, or of what is fitted to a stack, are proportional to light, not sRGB display values. Folders may
+    /// say so themselves.
     #[arg(long)]
     linear: bool,
 
@@ -182,6 +183,8 @@ impl Relight {
             if !self.method.is_empty() {
                 bail!("--method is for stacks of photographs; {} is fitted already", self.source.display());
             }
+            let linear = relightable::says_linear(&self.source, relightable::DEFAULT_MAX_TEXELS)?;
+            let encoding = if linear { Encoding::Linear } else { encoding };
             let picture = relightable::read(&self.source, relightable::DEFAULT_MAX_TEXELS)?;
             check_outputs([output])?;
             let [width, _] = picture.size();

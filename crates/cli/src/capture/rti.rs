@@ -79,6 +79,7 @@ impl Rti {
         // A quarter for what is fitted, the rest for a band of the photographs and what is fitted to that.
         let bytes = self.memory << 20;
         let mut picture = Gathered::new([width, height], basis, colouring, bytes / 4)?;
+        picture.set_linear(self.linear);
         let lights = source.folder.pictures.len();
         let (readings, fitted) = (lights * size_of::<[f32; 3]>(), picture.stride() * size_of::<f32>());
         let share = (bytes - bytes / 4) as f64 * readings as f64 / (readings + fitted) as f64;

@@ -80,6 +80,7 @@ fn a_stack_becomes_every_format_and_each_shows_it_again() {
         ("deepzoom", &["--layout", "deepzoom"]),
         ("tarzoom", &["--layout", "tarzoom", "--lrgb", "--basis", "ptm"]),
         ("itarzoom", &["--layout", "itarzoom"]),
+        ("linear", &["--linear"]),
     ] {
         let path = scratch("out").join(name);
         let path = path.to_str().unwrap();
@@ -254,15 +255,17 @@ fn pictures_of_others_are_relit() {
     assert!(pixel.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-3), "{pixel:?} {want:?}");
     let told = crate::good(yugen(&["info"], &[web.to_str().unwrap()]));
     assert!(told.contains("RBF, 2 lights") && told.contains("components"), "{told}");
-    // RelightLab says so where values are proportional to light.
-    std::fs::write(web.join("info.json"), info.replace("\"sigma\"", "\"colorprofile\": \"RGB\", \"sigma\""))
-        .unwrap();
-    let run = yugen(&["capture", "relight", web.to_str().unwrap()], &linear);
-    assert!(
-        run.success && run.err.contains("the colour profile 'RGB': the values are proportional to light"),
-        "{}",
-        run.err
-    );
+    // What the colours are may be said, too.
+    let with = |profile: &str| {
+        let text = info.replace("\"sigma\"", &format!("\"colorprofile\": \"{profile}\", \"sigma\""));
+        std::fs::write(web.join("info.json"), text).unwrap();
+        yugen(&["capture", "relight"], &[&[web.to_str().unwrap()], &linear[1..]].concat())
+    };
+    crate::good(with("RGB"));
+    let pixel = image::read(&lit, &ReadOptions::to(ColourSpace::LinearSrgb)).unwrap().data;
+    assert!(pixel.iter().zip(want).all(|(a, b)| (a - b).abs() < 1e-3), "{pixel:?} {want:?}");
+    let run = with("P3");
+    assert!(run.success && run.err.contains("the colour profile 'P3': colours are taken for those of sRGB"));
 }
 
 fn data() -> Option<PathBuf> {

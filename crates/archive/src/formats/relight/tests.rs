@@ -206,26 +206,51 @@ fn tiles_that_others_cut_fit_together() {
             }
         });
     }
-    // Two pictures' tiles in turn, after three of a smaller size.
-    check("itarzoom", &|folder, i| {
-        if i == 1 {
-            return;
-        }
-        let mut data = b"small!".to_vec();
-        let mut offsets = vec![0, 3, 6];
-        for (_, _, (left, across), (top, down)) in tiles(32, 2) {
-            for _ in 0..2 {
-                data.extend(tile(left, top, across, down));
-                offsets.push(data.len());
+    // Two pictures' tiles in turn, after two of a smaller size; what tiles share may not be said.
+    for (name, said) in [("itarzoom", 2), ("itarzoom_by_script", 0)] {
+        check(name, &|folder, i| {
+            if i == 1 {
+                return;
             }
-        }
-        let text = format!(
-            r#"{{"tilesize": 32, "overlap": 2, "format": "png", "width": {width}, "height": {height}, "nlevels": 2,
+            let mut data = b"small!".to_vec();
+            let mut offsets = vec![0, 3, 6];
+            for (_, _, (left, across), (top, down)) in tiles(32, 2) {
+                for _ in 0..2 {
+                    data.extend(tile(left, top, across, down));
+                    offsets.push(data.len());
+                }
+            }
+            let text = format!(
+                r#"{{"tilesize": 32, "overlap": {said}, "format": "png", "width": {width}, "height": {height}, "nlevels": 2,
 "mode": "interleaved", "stride": 2, "offsets": {offsets:?}}}"#
-        );
-        put(folder.join("planes.tzb"), &data);
-        put(folder.join("planes.tzi"), text.as_bytes());
-    });
+            );
+            put(folder.join("planes.tzb"), &data);
+            put(folder.join("planes.tzi"), text.as_bytes());
+        });
+    }
+}
+
+#[test]
+fn white_tiles_may_be_left_out_where_a_blank_one_is() {
+    let folder = scratch("blank");
+    put(folder.join(INFO), first_degree(300, 20).as_bytes());
+    for i in 0..2 {
+        put(folder.join(format!("plane_{i}/0/0/0.png")), &png(256, 10, pattern));
+        put(folder.join(format!("plane_{i}/1/0/0.png")), &png(256, 20, pattern));
+    }
+    assert!(terms(&folder).unwrap_err().to_string().contains("plane_0/1/0/1.png"));
+    (0..2).for_each(|i| put(folder.join(format!("plane_{i}/blank.png")), &png(256, 256, |_, _, _| 255)));
+    let r = terms(&folder).unwrap();
+    let want = expected(300, 20);
+    for (i, texel) in r.coefficients.chunks(9).enumerate() {
+        let want = if i % 300 < 256 {
+            &want[i * 9..][..9]
+        } else {
+            &[1.0, 1.0, 1.0, 1.0, 2.0, 255.0, 0.0, 0.0, 0.0]
+        };
+        assert!(near(texel, want), "{i}: {texel:?} {want:?}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]
@@ -433,5 +458,15 @@ fn bad_infos_get_a_sentence() {
         assert!(parse(good).is_ok() && good.contains(from), "{from}");
         let got = parse(&good.replacen(from, to, 1)).unwrap_err().to_string();
         assert!(got.contains(want), "{from} -> {to}: {got}");
-    }
+    } // Many planes are read of few texels.
+    let many = |width: u32| {
+        let numbers = [1; 192];
+        format!(
+            r#"{{"width": {width}, "height": 2, "type": "bilinear", "colorspace": "mrgb", "nplanes": 192, "resolution": 2,
+"materials": [{{"scale": {numbers:?}, "bias": {numbers:?}, "range": {numbers:?}}}]}}"#
+        )
+    };
+    assert!(parse(&many(125)).is_ok());
+    let got = parse(&many(126)).unwrap_err().to_string();
+    assert!(got.contains("the number of coefficients (126 x 2 texels of 192) is 48384, more than"), "{got}");
 }

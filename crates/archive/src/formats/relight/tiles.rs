@@ -107,7 +107,7 @@ pub struct Picture {
 enum Source {
     File(PathBuf),
     DeepZoom { level: PathBuf, extension: String },
-    Google { level: PathBuf, extension: String },
+    Google { level: PathBuf, extension: String, blank: bool },
     Zoomify { folder: PathBuf, level: u32, start: u64, extension: String },
     Iiif { folder: PathBuf, extension: String },
     Archive(Archive),
@@ -153,9 +153,13 @@ impl Picture {
         for folder in [named(""), named("_google")] {
             if folder.join("0").is_dir() {
                 let Some(level) = top_level(&folder) else { continue };
+                let blank = folder.join("blank.png").is_file();
                 let mut grid = Grid::tiled(&Place::file(&folder), size, [256; 2], 0)?;
                 grid.filled = true;
-                return Ok(Self { grid, source: Source::Google { level, extension: extension.into() } });
+                return Ok(Self {
+                    grid,
+                    source: Source::Google { level, extension: extension.into(), blank },
+                });
             }
         }
         let problem = format!(
@@ -178,6 +182,12 @@ impl Picture {
                 };
                 let options =
                     ReadOptions { max_samples: 3 * (most[0] * most[1]) as u64, ..ReadOptions::raw() };
+                if self.is_blank(x, y) {
+                    let mut white = Image::rgb(width, height);
+                    white.data.fill(1.0);
+                    take([left, top, width, height], &white);
+                    continue;
+                }
                 let (path, bytes) = self.bytes(x, y, options.max_samples.saturating_mul(2).max(1 << 20))?;
                 let image = read_bytes(&bytes, &path, &options)?;
                 let found = [image.width, image.height];
@@ -194,6 +204,16 @@ impl Picture {
             }
         }
         Ok(())
+    }
+
+    /// Whether a tile was left out because it is white, for which libvips puts a `blank.png` beside the levels.
+    fn is_blank(&self, x: usize, y: usize) -> bool {
+        match &self.source {
+            Source::Google { level, extension, blank } => {
+                *blank && !level.join(format!("{y}/{x}.{extension}")).exists()
+            }
+            _ => false,
+        }
     }
 
     /// The bytes of a tile, and the file that they are from.
@@ -217,7 +237,7 @@ impl Picture {
             }
             Source::File(path) => path.clone(),
             Source::DeepZoom { level, extension } => level.join(format!("{x}_{y}.{extension}")),
-            Source::Google { level, extension } => level.join(format!("{y}/{x}.{extension}")),
+            Source::Google { level, extension, .. } => level.join(format!("{y}/{x}.{extension}")),
             Source::Zoomify { folder, level, start, extension } => {
                 let index = *start + (y * self.grid.across() + x) as u64;
                 folder.join(format!("TileGroup{}/{level}-{x}-{y}.{extension}", index / 256))
@@ -280,7 +300,26 @@ fn archive(path: &Path, number: usize, size: [usize; 2]) -> Result<Picture, Erro
     let file = open(&data)?;
     let bytes = file.metadata().map_err(|e| Error::io(&data, e))?.len();
     let (grid, parts) = parts(&read_bounded(path, MAX_INDEX)?, path, number, size, bytes)?;
-    Ok(Picture { grid, source: Source::Archive(Archive { path: data, file, parts }) })
+    let source = Source::Archive(Archive { path: data, file, parts });
+    let mut picture = Picture { grid, source };
+    // RelightLab's script says that tiles share nothing whatever they share; the first tile knows.
+    if grid.overlap == 0 && (grid.across() > 1 || grid.down() > 1) {
+        let most = grid.side.map(|s| s + s / 2);
+        let options = ReadOptions { max_samples: 3 * (most[0] * most[1]) as u64, ..ReadOptions::raw() };
+        let (path, bytes) = picture.bytes(0, 0, options.max_samples.saturating_mul(2).max(1 << 20))?;
+        let first = read_bytes(&bytes, &path, &options)?;
+        let [across, down] = [first.width, first.height];
+        let shared = if grid.across() > 1 {
+            across as i64 - grid.side[0] as i64
+        } else {
+            down as i64 - grid.side[1] as i64
+        };
+        // Other sizes are told as what is wrong with the tile.
+        if (1..grid.side[0] as i64 / 2).contains(&shared) {
+            picture.grid.overlap = shared as usize;
+        }
+    }
+    Ok(picture)
 }
 
 /// Checks a `.tzi`: how the picture is cut, and where in a `.tzb` of so many bytes each tile of picture `number` is.
