@@ -13,7 +13,8 @@ use yugen_archive::formats::lp;
 use yugen_archive::formats::stack::{self, Response};
 use yugen_archive::{check_outputs, check_writable, will_read};
 use yugen_capture::calibrate::{
-    Ball, Ray, View, find_balls, highlight, mean_direction, on_dome, triangulate,
+    Ball, Disagreement, Fault, Glance, Highlight, Outline, Ray, View, Window, explain, fault, highlight,
+    mean_direction, measure, on_dome, triangulate, uncertainty,
 };
 use yugen_capture::lens::Lens;
 use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
@@ -22,7 +23,8 @@ use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
 ///
 /// `yugen capture calibrate STACK --balls 2` looks for two balls in the pictures of STACK and writes STACK/lights.lp.
 /// With one ball the lamps are taken as far away; with two or more and --near, or with one and --dome, they get
-/// positions. Look at the picture that --preview draws, and correct a ball that was not met with --ball x,y,radius.
+/// positions. Balls that disagree, and circles that are no polished balls, are refused with the reason. Look at the
+/// picture that --preview draws, and point at a ball that was not met with --ball x,y,radius.
 #[derive(Args)]
 pub struct Calibrate {
     /// The folder of pictures, one a light.
@@ -32,12 +34,13 @@ pub struct Calibrate {
     #[arg(long, default_value_t = 1, value_name = "N", conflicts_with = "ball")]
     balls: usize,
 
-    /// The outline of a ball in pixels from the top left, instead of looking for it; may be given again.
+    /// The outline of a ball in pixels from the top left, to look for its rim near there (within a twentieth of the
+    /// radius; where none shows it is taken as said); may be given again.
     #[arg(long, value_name = "X,Y,RADIUS", value_parser = ball)]
     ball: Vec<Ball>,
 
     /// A picture in which the balls stand out, such as one with the room's light or a mask, to look for them in
-    /// instead of the brightest of all pictures.
+    /// instead of what stays in place in all pictures.
     #[arg(long, value_name = "FILE")]
     outline: Option<PathBuf>,
 
@@ -63,9 +66,15 @@ pub struct Calibrate {
     #[arg(long, value_name = "WIDTHS", conflicts_with = "near")]
     dome: Option<f32>,
 
-    /// The list to write; FOLDER/lights.lp where absent.
+    /// The list to write; FOLDER/lights.lp where absent. OBJECT/lights.lp makes it the list of another stack, whose
+    /// pictures it means in the order of their names where the names are others.
     #[arg(short, long, value_name = "LP")]
     output: Option<PathBuf>,
+
+    /// The angle in degrees beyond which balls disagree. Directions that are not as sure as that (in 99 of 100 cases) are
+    /// refused or, where they are few, left out.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.3)]
+    tolerance: f32,
 
     /// Replace a list that is there.
     #[arg(long)]
@@ -80,6 +89,16 @@ pub struct Calibrate {
     json: bool,
 }
 
+/// A circle and what it shows.
+struct Candidate {
+    /// As the picture shows it.
+    seen: Ball,
+    outline: Outline,
+    /// The lamps' mirror images, a picture each.
+    highlights: Vec<Option<Highlight>>,
+    fault: Option<Fault>,
+}
+
 /// What was found of a light.
 struct Found {
     file: String,
@@ -88,13 +107,17 @@ struct Found {
     balls: usize,
     /// By how much the balls disagree, in degrees.
     spread: f32,
-    /// The largest angle between two balls' directions, in degrees.
-    parallax: f32,
-    pixels: Vec<Vec2>,
+    /// Its direction is wrong by less in 99 of 100 cases, in degrees.
+    uncertainty: f32,
 }
 
 const KEPT: u64 = 1 << 30;
-
+/// 99 of 100 errors in two dimensions are smaller than so many standard deviations: √(2 ln 100).
+const SURE: f32 = 3.035;
+/// Pictures that are kept, shrunk, to look for circles in.
+const GLANCES: usize = 48;
+/// Bytes of pictures that are kept around balls to measure their rims in.
+const WINDOWS: usize = 512 << 20;
 impl Calibrate {
     /// Does it.
     pub fn run(self) -> Result<()> {
@@ -108,13 +131,15 @@ impl Calibrate {
         let above_zero = |v: f32| v > 0.0 && v.is_finite();
         ensure!(self.focal.is_none_or(above_zero), "--focal: expected a length above zero");
         ensure!(self.dome.is_none_or(above_zero), "--dome: expected a radius above zero");
+        ensure!(above_zero(self.tolerance), "--tolerance: expected an angle above zero");
         ensure!(self.balls > 0, "--balls 0: expected one or more");
+        let count = if self.ball.is_empty() { self.balls } else { self.ball.len() };
+        ensure!(!self.near || count > 1, "--near takes two balls or more; with one, give the --dome");
         check_writable(&output)?;
         if let Some(preview) = &self.preview {
             image::can_write(preview)?;
         }
-        let name = |p: &PathBuf| p.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let mut options = stack::Options::read(&self.folder)?;
+        let options = stack::Options::read(&self.folder)?;
         if let Some(none) = self.skip.iter().find(|s| !all.iter().any(|p| name(p) == **s)) {
             bail!("--skip {none}: there is no such picture in {}", self.folder.display());
         }
@@ -129,109 +154,351 @@ impl Calibrate {
         check_outputs([Some(&output), self.preview.as_ref()].into_iter().flatten())?;
 
         let bar = progress::bar(files.len() as u64, self.json);
-        let (mut brightest, width, height) = self.brightest(&files, &options.response, &bar)?;
-        let view = View { width, height, focal: self.focal.or(self.lens.map(|l| l.focal)) };
-        if let Some(path) = &self.outline {
-            let outline = Grey::read(path, &options.response)?;
-            outline.same_size(path, width, height)?;
-            brightest = outline.values;
-        }
-        let balls = if self.ball.is_empty() {
-            find_balls(&brightest, width, height, self.balls)
-        } else {
-            self.ball.clone()
-        };
-        if balls.len() < self.balls && self.ball.is_empty() {
-            bail!(
-                "{} of {} balls were found; name a picture in which they stand out with --outline, or say where they are \
-                 with --ball x,y,radius",
-                balls.len(),
-                self.balls
-            );
-        }
-        ensure!(!self.near || balls.len() > 1, "--near takes two balls or more; with one, give the --dome");
-
-        bar.reset();
+        let mut shots = self.read_all(files, &options.response, &bar)?;
+        let (width, height) = (shots.width, shots.height);
         if let Some(lens) = &self.lens {
             ensure!(lens.fits(width, height), BAD_LENS);
         }
-        let straight = |p: Vec2| self.lens.map_or(p, |l| l.undistort(p));
-        let straight_balls: Vec<Ball> = balls.iter().map(|b| straighten(*b, straight)).collect();
-        let mut found = Vec::new();
-        for file in &files {
-            bar.set_message(name(file));
-            let picture = Grey::read(file, &options.response)?;
-            let mut rays: Vec<Ray> = Vec::new();
-            let mut pixels = Vec::new();
-            for (ball, straight_ball) in balls.iter().zip(&straight_balls) {
-                let Some(pixel) = highlight(&picture.values, width, height, *ball) else { continue };
-                if let Some(ray) = view.reflect(*straight_ball, straight(pixel)) {
-                    rays.push(ray);
-                    pixels.push(pixel);
-                }
-            }
-            found
-                .push(self.place(&name(file), &rays, pixels).with_context(|| format!("{}", file.display()))?);
-            bar.inc(1);
-        }
+        let view = View { width, height, focal: self.focal.or(self.lens.map(|l| l.focal)), lens: self.lens };
+        let candidates = self.candidates(&view, &mut shots, &options.response, &bar)?;
         bar.finish_and_clear();
+        // Also of a failure: it shows what is wrong.
         if let Some(path) = &self.preview {
-            preview(path, &brightest, width, &balls, &found)?;
+            preview(path, &shots.brightest, &view, &candidates)?;
+        }
+        let good: Vec<&Candidate> = candidates.iter().filter(|c| c.fault.is_none()).take(count).collect();
+        if good.len() < count {
+            bail!(self.too_few(&candidates, good.len(), count));
+        }
+        let found = self.lights(&view, &good, &mut shots)?;
+        for (picture, why) in &shots.bad {
+            tracing::warn!("{picture} is left out: {why}");
         }
         let entries: Vec<lp::Entry> =
             found.iter().map(|f| lp::Entry { file: f.file.clone(), light: f.light }).collect();
         let near = self.near || self.dome.is_some();
-        if output == self.folder.join(stack::LIGHTS) {
-            options = stack::Options {
+        // Beside the balls, or in another stack for which they speak.
+        let beside = output.parent().unwrap_or(Path::new("")).to_path_buf();
+        if output.file_name().is_some_and(|n| n == stack::LIGHTS) {
+            let options = stack::Options {
                 lights: stack::LIGHTS.into(),
                 axes: lp::Axes::default(),
                 near,
                 field_width: 1.0,
-                ..options
+                ..stack::Options::read(&beside)?
             };
-            stack::amend(&self.folder, &entries, &options)?;
+            stack::amend(&beside, &entries, &options)?;
         } else {
             yugen_archive::atomic_write(&output, lp::write(&entries, &output)?.as_bytes())?;
         }
-        self.report(&output, &balls, &found, near);
+        self.report(&output, &good, &found, &shots.bad, near);
         Ok(())
     }
 
-    /// The brightest that each pixel becomes.
-    fn brightest(
-        &self,
-        files: &[PathBuf],
-        response: &Response,
-        bar: &ProgressBar,
-    ) -> Result<(Vec<f32>, usize, usize)> {
-        let mut all: Option<Grey> = None;
+    /// Reads every picture once: the size that most have, what they show at a glance, and which cannot be used.
+    fn read_all(&self, files: Vec<PathBuf>, response: &Response, bar: &ProgressBar) -> Result<Shots> {
+        let mut sizes: Vec<((usize, usize), usize)> = Vec::new();
+        let mut bad = Vec::new();
+        let mut good = Vec::new();
         for file in files {
-            let picture = Grey::read(file, response).map_err(|e| {
-                let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                anyhow!("{e:#}; if it is no light's picture leave it out with --skip '{name}'")
-            })?;
-            bar.inc(1);
-            match &mut all {
-                None => all = Some(picture),
-                Some(all) => {
-                    picture.same_size(file, all.width, all.height)?;
-                    all.values.iter_mut().zip(&picture.values).for_each(|(a, b)| *a = a.max(*b));
+            match Rows::open(&file, &ReadOptions::raw(), &mut { KEPT }) {
+                Ok(rows) => {
+                    let size = (rows.width, rows.height);
+                    match sizes.iter_mut().find(|s| s.0 == size) {
+                        Some(s) => s.1 += 1,
+                        None => sizes.push((size, 1)),
+                    }
+                    good.push((file, size));
                 }
+                Err(e) => bad.push((name(&file), format!("{e:#}"))),
             }
         }
-        let all = all.context("there is no picture")?;
-        Ok((all.values, all.width, all.height))
+        let total = good.len() + bad.len();
+        let most = sizes.iter().map(|s| s.1).max().unwrap_or(0);
+        // Of equals the first, which is the first picture's.
+        let usual = sizes.iter().find(|s| s.1 == most).map(|s| s.0);
+        let Some((width, height)) = usual else { bail!(too_many_bad(&bad, total)) };
+        good.retain(|(file, size)| {
+            if *size != (width, height) {
+                let (w, h) = size;
+                bad.push((
+                    name(file),
+                    format!("{}: it is {w} x {h}, most others are {width} x {height}", file.display()),
+                ));
+            }
+            *size == (width, height)
+        });
+        let mut shots = Shots {
+            files: Vec::new(),
+            width,
+            height,
+            brightest: vec![0.0; width * height],
+            glance: Glance::new(width, height),
+            bad,
+            total,
+        };
+        let every = good.len().div_ceil(GLANCES).max(1);
+        for (i, (file, _)) in good.into_iter().enumerate() {
+            bar.set_message(name(&file));
+            match Grey::read(&file, response) {
+                Ok(picture) => {
+                    shots.brightest.iter_mut().zip(&picture.values).for_each(|(a, b)| *a = a.max(*b));
+                    if self.outline.is_none() && i % every == 0 {
+                        shots.glance.add(&picture.values, width);
+                    }
+                    shots.files.push(file);
+                }
+                Err(e) => shots.bad.push((name(&file), format!("{e:#}"))),
+            }
+            bar.inc(1);
+        }
+        shots.check()?;
+        Ok(shots)
     }
 
-    fn place(&self, file: &str, rays: &[Ray], pixels: Vec<Vec2>) -> Result<Found> {
-        let (direction, spread) = mean_direction(rays).context(
-            "no ball shows the lamp; leave the picture out with --skip, or correct the outline with --ball",
-        )?;
-        let angles = rays.iter().flat_map(|a| rays.iter().map(|b| a.direction.angle_between(b.direction)));
-        let parallax = angles.fold(0.0, f32::max).to_degrees();
+    /// Circles in the pictures, measured at full size, and what is wrong with them.
+    fn candidates(
+        &self,
+        view: &View,
+        shots: &mut Shots,
+        response: &Response,
+        bar: &ProgressBar,
+    ) -> Result<Vec<Candidate>> {
+        let (width, height) = (view.width, view.height);
+        let outline = match &self.outline {
+            Some(path) => {
+                let outline = Grey::read(path, response)?;
+                outline.same_size(path, width, height)?;
+                shots.glance.add(&outline.values, width);
+                shots.brightest = outline.values.clone();
+                Some(outline)
+            }
+            None => None,
+        };
+        // A coin, a print or a washer may be a better circle than a ball.
+        let circles: Vec<(Ball, bool)> = if self.ball.is_empty() {
+            shots.glance.circles(self.balls + 4).iter().map(|c| (c.ball, c.whole)).collect()
+        } else {
+            self.ball.iter().map(|b| (*b, true)).collect()
+        };
+        let mut windows: Vec<Window> =
+            circles.iter().map(|(ball, _)| Window::around(*ball, width, height)).collect();
+        let bytes: usize = windows.iter().map(|w| 4 * w.size[0] * w.size[1]).sum();
+        let kept = (WINDOWS / bytes.max(1)).clamp(3, shots.files.len().max(3));
+        let every = shots.files.len().div_ceil(kept).max(1);
+        let mut still: Vec<Vec<f32>> =
+            windows.iter().map(|w| vec![f32::INFINITY; w.size[0] * w.size[1]]).collect();
+        if let Some(outline) = &outline {
+            windows.iter_mut().for_each(|w| w.add(&outline.values, width));
+        }
+        bar.reset();
+        for (i, file) in shots.files.iter().enumerate() {
+            let picture = Grey::read(file, response)?;
+            for (window, still) in windows.iter_mut().zip(&mut still) {
+                let cut = window.cut(&picture.values, width);
+                still.iter_mut().zip(&cut).for_each(|(a, b)| *a = a.min(*b));
+                if outline.is_none() && i % every == 0 {
+                    window.pictures.push(cut);
+                }
+            }
+            bar.inc(1);
+        }
+        let mut candidates = Vec::new();
+        for (window, (seen, whole)) in windows.iter_mut().zip(&circles) {
+            let said = !self.ball.is_empty();
+            let reach =
+                if said { (0.05 * seen.radius).max(2.0) } else { 2.0 * shots.glance.factor() as f32 + 2.0 };
+            let start = view.straightened(*seen);
+            let exact = measure(window, view, start, reach);
+            let fault = match (whole, exact) {
+                (false, _) => Some(Fault::Cut),
+                (true, None) if !said => Some(Fault::NoRim),
+                _ => None,
+            };
+            // What was said is taken as exact.
+            let given = Outline {
+                ball: start,
+                sigma: 0.0,
+                radius_sigma: 0.0,
+                shown: 1.0,
+                stretch: 0.0,
+                nearer: None,
+                step: 1.0,
+                mirrored: 0.0,
+            };
+            let mut seen = *seen;
+            if let Some(exact) = exact {
+                let rim = view.rim(exact.ball, &[0.0, 0.25, 0.5, 0.75].map(|t| t * std::f32::consts::TAU));
+                if let Some(rim) = rim {
+                    let centre = rim.iter().copied().sum::<Vec2>() / 4.0;
+                    let radius = rim.iter().map(|p| p.distance(centre)).sum::<f32>() / 4.0;
+                    seen = Ball { centre, radius };
+                }
+            }
+            window.pictures.clear();
+            candidates.push(Candidate {
+                seen,
+                outline: exact.unwrap_or(given),
+                highlights: Vec::new(),
+                fault,
+            });
+        }
+        // What the darkest of two shows may be a lamp's.
+        let many = shots.files.len() > 2;
+        let mut all: Vec<Vec<Option<Highlight>>> = vec![Vec::new(); candidates.len()];
+        bar.reset();
+        for file in &shots.files {
+            let picture = Grey::read(file, response)?;
+            for (((candidate, window), still), all) in
+                candidates.iter_mut().zip(&windows).zip(&still).zip(&mut all)
+            {
+                let cut = window.cut(&picture.values, width);
+                let corner = Vec2::new(window.corner[0] as f32, window.corner[1] as f32);
+                let ball = Ball { centre: candidate.seen.centre - corner, ..candidate.seen };
+                let look = |still: Option<&[f32]>| {
+                    highlight(&cut, window.size[0], window.size[1], ball, still)
+                        .map(|h| Highlight { at: h.at + corner, ..h })
+                };
+                candidate.highlights.push(look(many.then_some(still)));
+                all.push(look(None));
+            }
+            bar.inc(1);
+        }
+        for (candidate, all) in candidates.iter_mut().zip(&all) {
+            if candidate.fault.is_none() {
+                let told = self.outline.is_some() || !self.ball.is_empty();
+                candidate.fault = fault(view, &candidate.outline, told, &candidate.highlights, all);
+            }
+        }
+        Ok(candidates)
+    }
+
+    /// Why there are not as many balls as were asked for.
+    fn too_few(&self, candidates: &[Candidate], good: usize, count: usize) -> anyhow::Error {
+        let mut text = format!("{good} of {count} balls were found");
+        for c in candidates.iter().filter(|c| c.fault.is_some()).take(3) {
+            if let Some(fault) = c.fault {
+                let Ball { centre, radius } = c.seen;
+                text += &format!(
+                    "; the circle at {:.0}, {:.0} with radius {radius:.0} {fault}",
+                    centre.x, centre.y
+                );
+            }
+        }
+        if candidates.is_empty() {
+            text += "; no circle stands out in the pictures";
+        }
+        if self.ball.is_empty() {
+            text += "; or point at the ball with --ball x,y,radius";
+        }
+        if self.preview.is_none() {
+            text += " (--preview draws what was found)";
+        }
+        anyhow!(text)
+    }
+
+    /// What the balls say of the lights. Few pictures that say nothing sure are left out.
+    fn lights(&self, view: &View, balls: &[&Candidate], shots: &mut Shots) -> Result<Vec<Found>> {
+        let tolerance = self.tolerance.to_radians();
+        let ray = |ball: &Candidate, i: usize| {
+            let highlight = ball.highlights[i].as_ref()?;
+            let ray = view.reflect(ball.outline.ball, highlight.at)?;
+            Some((ray, uncertainty(ball.seen, &ball.outline, highlight)))
+        };
+        let rays: Vec<Vec<Option<(Ray, f32)>>> =
+            (0..shots.files.len()).map(|i| balls.iter().map(|b| ray(b, i)).collect()).collect();
+        let only = |rays: &Vec<Option<(Ray, f32)>>| rays.iter().map(|r| r.map(|r| r.0)).collect::<Vec<_>>();
+        // Distant lamps, as all balls see them: what disagrees is a wrong outline, a near lamp or a near camera.
+        let mut limits = Vec::new();
+        let mut spreads = Vec::new();
+        for rays in &rays {
+            let known: Vec<(Ray, f32)> = rays.iter().flatten().copied().collect();
+            if known.len() > 1 {
+                let directions: Vec<Ray> = known.iter().map(|r| r.0).collect();
+                spreads.push(mean_direction(&directions).map_or(0.0, |m| m.1));
+                limits.push(known.iter().map(|r| 3.0 * r.1).fold(tolerance, f32::max));
+            }
+        }
+        let (spread, limit) = (median(&mut spreads), median(&mut limits));
+        if !self.near && self.dome.is_none() && spread > limit {
+            let all: Vec<Vec<Option<Ray>>> = rays.iter().map(only).collect();
+            bail!(self.disagreement(balls, explain(&all, limit), spread));
+        }
+        let files = std::mem::take(&mut shots.files);
+        let mut found = Vec::new();
+        for (file, rays) in files.into_iter().zip(&rays) {
+            match self.place(&name(&file), rays) {
+                Ok(light) => {
+                    found.push(light);
+                    shots.files.push(file);
+                }
+                Err(e) => shots.bad.push((name(&file), format!("{e:#}"))),
+            }
+        }
+        shots.check()?;
+        // Few lights that are not sure are left out; where they are many the ball is too small.
+        let most = most(&found.iter().map(|f| f.uncertainty).collect::<Vec<_>>());
+        let total = found.len();
+        let (sure, unsure): (Vec<_>, Vec<_>) =
+            found.into_iter().partition(|f| f.uncertainty <= self.tolerance);
+        if 4 * unsure.len() > total {
+            let radius = balls.iter().map(|b| b.outline.ball.radius).fold(f32::INFINITY, f32::min);
+            bail!(
+                "{} of {total} directions may be wrong by more than the --tolerance of {} degrees, by {most:.2} \
+                 at most: a ball of {radius:.0} pixels' radius shows the lamps' mirror images no better; use \
+                 larger balls or pictures that are not shrunk, or allow it with --tolerance {:.1}",
+                unsure.len(),
+                self.tolerance,
+                (10.0 * most).ceil() / 10.0
+            );
+        }
+        for light in unsure {
+            let why = format!(
+                "its direction may be wrong by {:.2} degrees, beyond the --tolerance of {}",
+                light.uncertainty, self.tolerance
+            );
+            shots.bad.push((light.file, why));
+        }
+        Ok(sure)
+    }
+
+    fn disagreement(&self, balls: &[&Candidate], why: Disagreement, spread: f32) -> anyhow::Error {
+        let spread = spread.to_degrees();
+        let at = |b: &Candidate| format!("{:.0}, {:.0}", b.seen.centre.x, b.seen.centre.y);
+        let places = balls.iter().map(|b| at(b)).collect::<Vec<_>>().join(" and ");
+        let allow = format!("allow it with --tolerance {:.1}", (10.0 * spread).ceil() / 10.0);
+        let head = format!(
+            "the balls at {places} disagree by {spread:.2} degrees in the median, beyond the --tolerance of {}",
+            self.tolerance
+        );
+        let why = match why {
+            Disagreement::Near(far) => format!(
+                "their rays meet about {far:.1} widths of the picture away, so the lamps are near: say --near \
+                 for positions, or for mean directions {allow}"
+            ),
+            Disagreement::Parting => format!(
+                "their rays part, as where a near camera is taken for a distant one: say its --focal length, or \
+                 {allow}"
+            ),
+            Disagreement::Odd(ball) => format!(
+                "without the one at {} the others agree: its outline is wrong, or it is no ball; correct it \
+                 with --ball, or leave it out",
+                at(balls[ball])
+            ),
+            Disagreement::Unknown => {
+                "an outline is wrong, or one is no ball; look at --preview, and correct it with --ball".into()
+            }
+        };
+        anyhow!("{head}; {why}")
+    }
+
+    fn place(&self, file: &str, rays: &[Option<(Ray, f32)>]) -> Result<Found> {
+        let (rays, sigmas): (Vec<Ray>, Vec<f32>) = rays.iter().flatten().copied().unzip();
+        let (direction, spread) = mean_direction(&rays).context("no ball shows the lamp")?;
+        let uncertainty = SURE * sigmas.iter().map(|s| s * s).sum::<f32>().sqrt() / sigmas.len() as f32;
         let (light, spread) = if self.near {
-            triangulate(rays).context(
-                "the balls do not say how far the lamp is: it shows in one only, or too far away; leave out --near",
+            triangulate(&rays).context(
+                "the balls do not say how far the lamp is: it shows in one only, or is too far away for --near",
             )?
         } else if let Some(radius) = self.dome {
             let at: Vec<Vec3> = rays.iter().filter_map(|r| on_dome(*r, radius)).collect();
@@ -241,24 +508,49 @@ impl Calibrate {
         } else {
             (direction, spread)
         };
-        ensure!(
-            light.z > 0.0,
-            "the lamp seems to stand below the sample; correct the outline of the ball with --ball"
-        );
+        ensure!(light.z > 0.0, "the lamp seems to stand below the sample");
         let spread = if rays.len() > 1 { spread.to_degrees() } else { 0.0 };
-        Ok(Found { file: file.into(), light, balls: rays.len(), spread, parallax, pixels })
+        let limit = sigmas.iter().map(|s| 3.0 * s.to_degrees()).fold(3.0 * self.tolerance, f32::max);
+        ensure!(
+            spread <= limit,
+            "the balls disagree on its lamp by {spread:.2} degrees, beyond three times the --tolerance of {}",
+            self.tolerance
+        );
+        Ok(Found {
+            file: file.into(),
+            light,
+            balls: rays.len(),
+            spread,
+            uncertainty: uncertainty.to_degrees(),
+        })
     }
 
-    fn report(&self, output: &Path, balls: &[Ball], found: &[Found], near: bool) {
+    fn report(
+        &self,
+        output: &Path,
+        balls: &[&Candidate],
+        found: &[Found],
+        bad: &[(String, String)],
+        near: bool,
+    ) {
         let mut spreads: Vec<f32> = found.iter().filter(|f| f.balls > 1).map(|f| f.spread).collect();
-        spreads.sort_by(f32::total_cmp);
-        let mut parallax: Vec<f32> = found.iter().filter(|f| f.balls > 1).map(|f| f.parallax).collect();
-        parallax.sort_by(f32::total_cmp);
-        let median = |v: &[f32]| v.get(v.len() / 2).copied();
+        let mut unsure: Vec<f32> = found.iter().map(|f| f.uncertainty).collect();
+        let (middle, usual) = (median(&mut spreads), median(&mut unsure));
         if self.json {
-            let balls: Vec<_> = balls
+            let all: Vec<_> = balls
                 .iter()
-                .map(|b| json!({ "x": b.centre.x, "y": b.centre.y, "radius": b.radius }))
+                .map(|b| {
+                    let Ball { centre, radius } = b.outline.ball;
+                    let highlights: Vec<_> =
+                        b.highlights.iter().map(|h| h.map(|h| h.at.to_array())).collect();
+                    json!({
+                        "x": centre.x,
+                        "y": centre.y,
+                        "radius": radius,
+                        "mirror_agreement": b.outline.mirrored,
+                        "highlights": highlights,
+                    })
+                })
                 .collect();
             let lights: Vec<_> = found
                 .iter()
@@ -268,28 +560,87 @@ impl Calibrate {
                         "light": f.light.to_array(),
                         "balls": f.balls,
                         "disagreement_degrees": (f.balls > 1).then_some(f.spread),
-                        "highlights": f.pixels.iter().map(|p| p.to_array()).collect::<Vec<_>>(),
+                        "uncertainty_degrees": f.uncertainty,
                     })
                 })
                 .collect();
-            json::print(
-                json!({ "output": output.display().to_string(), "near": near, "balls": balls, "lights": lights }),
-            );
+            let left_out: Vec<_> =
+                bad.iter().map(|(file, why)| json!({ "file": file, "reason": why })).collect();
+            json::print(json!({
+                "output": output.display().to_string(),
+                "near": near,
+                "balls": all,
+                "lights": lights,
+                "left_out": left_out,
+            }));
             return;
         }
         for b in balls {
-            println!("ball at {:.1}, {:.1} with radius {:.1}", b.centre.x, b.centre.y, b.radius);
+            let Ball { centre, radius } = b.outline.ball;
+            println!("ball at {:.1}, {:.1} with radius {radius:.1}", centre.x, centre.y);
         }
         println!("{}: {} {}", output.display(), found.len(), if near { "positions" } else { "directions" });
-        if let (Some(middle), Some(worst)) = (median(&spreads), spreads.last()) {
-            println!("the balls disagree by {middle:.2} degrees in the median, {worst:.2} at most");
-        }
-        if let Some(parallax) = median(&parallax).filter(|p| !near && *p > 2.0) {
+        println!(
+            "in 99 of 100 cases a direction is wrong by less than {usual:.2} degrees in the median, {:.2} at most",
+            most(&unsure)
+        );
+        if !spreads.is_empty() {
             println!(
-                "they see the lamps {parallax:.1} degrees apart, so the lamps are near: consider --near"
+                "the balls disagree by {middle:.2} degrees in the median, {:.2} at most",
+                most(&spreads)
             );
         }
+        if self.focal.is_none() && self.lens.is_none() {
+            println!("the camera is taken as far away; if it is not, say --focal");
+        }
     }
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Upper median; sorts. 0 of none.
+fn median(values: &mut [f32]) -> f32 {
+    values.sort_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or_default()
+}
+
+fn most(values: &[f32]) -> f32 {
+    values.iter().copied().fold(0.0, f32::max)
+}
+
+/// The pictures of a stack.
+struct Shots {
+    files: Vec<PathBuf>,
+    width: usize,
+    height: usize,
+    /// The brightest that each pixel becomes.
+    brightest: Vec<f32>,
+    glance: Glance,
+    /// Names of pictures that cannot be used, and why.
+    bad: Vec<(String, String)>,
+    /// Of how many.
+    total: usize,
+}
+
+impl Shots {
+    /// One bad picture of many is no matter; one of four is.
+    fn check(&self) -> Result<()> {
+        if self.files.is_empty() || 4 * self.bad.len() > self.total {
+            bail!(too_many_bad(&self.bad, self.total));
+        }
+        Ok(())
+    }
+}
+
+fn too_many_bad(bad: &[(String, String)], total: usize) -> anyhow::Error {
+    let (first, why) = bad.first().map(|(n, w)| (n.as_str(), w.as_str())).unwrap_or_default();
+    anyhow!(
+        "{} of {total} pictures cannot be used, '{first}' for one: {why}; if they are no lights' pictures leave \
+         them out with --skip '{first}'",
+        bad.len()
+    )
 }
 
 /// The light of a picture's pixels, grey.
@@ -333,15 +684,10 @@ impl Grey {
     }
 }
 
-/// A ball whose outline passes through where the lens would have put four of its points.
-fn straighten(ball: Ball, straight: impl Fn(Vec2) -> Vec2) -> Ball {
-    let rim = [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y].map(|d| straight(ball.centre + d * ball.radius));
-    let centre = (rim[0] + rim[1] + rim[2] + rim[3]) / 4.0;
-    Ball { centre, radius: rim.iter().map(|p| p.distance(centre)).sum::<f32>() / 4.0 }
-}
-
-fn preview(path: &Path, brightest: &[f32], width: usize, balls: &[Ball], found: &[Found]) -> Result<()> {
-    let height = brightest.len() / width.max(1);
+/// The brightest of all pictures with every circle that was found: green where it is a ball, orange where not, and the
+/// lamps' mirror images in red.
+fn preview(path: &Path, brightest: &[f32], view: &View, candidates: &[Candidate]) -> Result<()> {
+    let (width, height) = (view.width, view.height);
     let mut image = Image::rgb(width, height);
     let mut sorted: Vec<f32> = brightest.to_vec();
     let nth = sorted.len() * 95 / 100;
@@ -354,18 +700,15 @@ fn preview(path: &Path, brightest: &[f32], width: usize, balls: &[Ball], found: 
             image.pixel_mut(at.x as usize, at.y as usize).copy_from_slice(&colour);
         }
     };
-    for ball in balls {
-        let steps = (8.0 * ball.radius) as usize;
-        for i in 0..steps {
-            dot(
-                ball.centre + Vec2::from_angle(std::f32::consts::TAU * i as f32 / steps as f32) * ball.radius,
-                [0.0, 1.0, 0.0],
-            );
-        }
-    }
-    for at in found.iter().flat_map(|f| &f.pixels) {
-        for off in [Vec2::ZERO, Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
-            dot(*at + off, [1.0, 0.0, 0.0]);
+    for c in candidates {
+        let steps = (8.0 * c.outline.ball.radius) as usize;
+        let turns: Vec<f32> = (0..steps).map(|i| std::f32::consts::TAU * i as f32 / steps as f32).collect();
+        let colour = if c.fault.is_none() { [0.0, 1.0, 0.0] } else { [1.0, 0.4, 0.0] };
+        view.rim(c.outline.ball, &turns).unwrap_or_default().into_iter().for_each(|at| dot(at, colour));
+        for at in c.highlights.iter().flatten().map(|h| h.at) {
+            for off in [Vec2::ZERO, Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
+                dot(at + off, [1.0, 0.0, 0.0]);
+            }
         }
     }
     Ok(image::write(path, &image, &WriteOptions::from(ColourSpace::LinearSrgb))?)

@@ -241,7 +241,7 @@ fn options_keep_their_comments() {
     for name in ["truth.exr", "height.exr"] {
         std::fs::remove_file(folder.join("stack").join(name)).unwrap();
     }
-    let line = "capture calibrate stack --ball 31.5,31.5,20 --dome 3 --force --json";
+    let line = "capture calibrate stack --ball 31.5,31.5,20 --dome 3 --tolerance 4 --force --json";
     let run =
         run(Command::new(env!("CARGO_BIN_EXE_yugen")).args(line.split_whitespace()).current_dir(&folder));
     assert!(run.success, "{}", run.err);
