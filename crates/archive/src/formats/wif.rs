@@ -2,8 +2,9 @@
 //! `[THREADING]`, lines such as `3=1,2`.
 //!
 //! Forgiving where weavers' files are sloppy and nothing can be misunderstood: what stands before `[WIF]`, case,
-//! blanks, lines given twice, threads left out (they hang on no shaft), 0 for none. `[CONTENTS]` is not needed:
-//! what is there is there.
+//! blanks, lines given twice, threads left out (they hang on no shaft), 0 for none, and in the tie-up treadles and
+//! shafts beyond the loom that no pick presses (Fiberworks writes them). `[CONTENTS]` is not needed: what is there is
+//! there.
 
 use crate::{Error, Place};
 use glam::Vec3;
@@ -117,11 +118,17 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Draft, Erro
             }
         },
     };
-    let threading = ini.lists("THREADING", ends, "thread", shafts, "shaft")?;
+    let all = |_: usize| true;
+    let threading = ini.lists("THREADING", ends, "thread", shafts, "shaft", all)?;
     let threading = threading.ok_or_else(|| ini.missing_section("THREADING"))?;
-    let treadled = ini.lists("TREADLING", picks, "pick", treadles, "treadle")?;
-    let tied = ini.lists("TIEUP", treadles, "treadle", shafts, "shaft")?;
-    let plan = ini.lists("LIFTPLAN", picks, "pick", shafts, "shaft")?;
+    let treadled = ini.lists("TREADLING", picks, "pick", treadles, "treadle", all)?;
+    let plan = ini.lists("LIFTPLAN", picks, "pick", shafts, "shaft", all)?;
+    let mut pressed = vec![false; treadles];
+    if let (Some(treadled), None) = (&treadled, &plan) {
+        treadled.iter().flatten().for_each(|t| pressed[*t as usize - 1] = true);
+    }
+    let is_pressed = |treadle: usize| pressed.get(treadle).is_some_and(|p| *p);
+    let tied = ini.lists("TIEUP", treadles, "treadle", shafts, "shaft", is_pressed)?;
     let shedding = match (treadled, tied, plan) {
         (_, _, Some(plan)) => Shedding::LiftPlan(plan),
         (Some(treadling), Some(tie_up), None) => Shedding::Treadles { tie_up, treadling },
@@ -165,18 +172,18 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Draft, Erro
             thickness: thickness.filter(|t| *t > 0.0).unwrap_or(spacing),
         };
         let mut yarns = vec![default; count];
-        for (i, line, word) in ini.entries(&format!("{section} COLORS"), count, "thread")? {
+        for (i, line, word) in ini.entries(&format!("{section} COLORS"), count, "thread", all)? {
             if !word.is_empty() {
                 yarns[i].colour = colour(line, word)?;
             }
         }
-        for (i, line, word) in ini.entries(&format!("{section} SPACING"), count, "thread")? {
+        for (i, line, word) in ini.entries(&format!("{section} SPACING"), count, "thread", all)? {
             if let Some(v) = Some(word).filter(|w| !w.is_empty()) {
                 yarns[i].spacing = length(line, v)?;
                 yarns[i].thickness = thickness.filter(|t| *t > 0.0).unwrap_or(yarns[i].spacing);
             }
         }
-        for (i, line, word) in ini.entries(&format!("{section} THICKNESS"), count, "thread")? {
+        for (i, line, word) in ini.entries(&format!("{section} THICKNESS"), count, "thread", all)? {
             if let Some(v) = Some(word).filter(|w| !w.is_empty()) {
                 yarns[i].thickness = length(line, v)?;
             }
@@ -350,19 +357,21 @@ impl<'a> Ini<'a> {
         Ok(n as usize)
     }
 
-    /// The lines `3=…` of a section, keys from 0 and below `count`; none where the section is missing.
+    /// The lines `3=…` of a section, keys from 0 and below `count`; none where the section is missing. Those that are
+    /// not `used` may lie beyond.
     fn entries(
         &self,
         section: &str,
         count: usize,
         what: &str,
+        used: impl Fn(usize) -> bool,
     ) -> Result<Vec<(usize, usize, &'a str)>, Error> {
         let mut entries = Vec::new();
         for (line, key, value) in self.sections.get(section).map_or(&[][..], Vec::as_slice) {
             let n = self.integer(*line, key)?;
             if (1..=count as u64).contains(&n) {
                 entries.push((n as usize - 1, *line, *value));
-            } else if !(value.is_empty() || *value == "0") {
+            } else if !(value.is_empty() || *value == "0") && (n == 0 || used(n as usize - 1)) {
                 // One that is not there and does nothing is no matter.
                 let problem = format!("[{section}] names {what} {n} of {count}");
                 return Err(Error::invalid(Place::line(self.file, *line, 1), problem));
@@ -372,7 +381,7 @@ impl<'a> Ini<'a> {
     }
 
     /// The lists `3=1,2` of a section, whose numbers are from 1 to `most`; zeros mean none. `None` where the
-    /// section is missing.
+    /// section is missing. What lies beyond is left out of those that are not `used`.
     fn lists(
         &self,
         section: &str,
@@ -380,15 +389,19 @@ impl<'a> Ini<'a> {
         what: &str,
         most: usize,
         kind: &str,
+        used: impl Fn(usize) -> bool,
     ) -> Result<Option<Vec<Vec<u32>>>, Error> {
         if !self.sections.contains_key(section) {
             return Ok(None);
         }
         let mut lists = vec![Vec::new(); count];
-        for (i, line, value) in self.entries(section, count, what)? {
+        for (i, line, value) in self.entries(section, count, what, &used)? {
             let mut list = Vec::new();
             for word in value.split(',').map(str::trim).filter(|w| !w.is_empty()) {
                 let n = self.integer(line, word)?;
+                if n > most as u64 && !used(i) {
+                    continue;
+                }
                 if n > most as u64 {
                     let problem = format!("[{section}] names {kind} {n}, and there are {most}");
                     return Err(Error::invalid(Place::line(self.file, line, 1), problem));
@@ -491,6 +504,27 @@ mod tests {
             );
             assert_eq!((&draft.threading, &draft.shedding), (&again.threading, &again.shedding));
         }
+    }
+
+    /// Fiberworks writes a column for every treadle that it can show.
+    #[test]
+    fn treadles_that_no_pick_presses_do_not_matter() {
+        let plain = read(TWILL.as_bytes(), Path::new("t.wif"), SRGB).unwrap();
+        let wide = TWILL.replace("3=3,1\n", "3=3,1\n4=1,7\n9=2\n10=\n");
+        for text in [wide.clone(), wide.replace("Treadles=3", "Treadles=4")] {
+            let draft = read(text.as_bytes(), Path::new("t.wif"), SRGB).unwrap();
+            assert_eq!(draft.drawdown(), plain.drawdown());
+            let again = read(write(&draft, SRGB).as_bytes(), Path::new("w.wif"), SRGB).unwrap();
+            assert_eq!(again.shedding, draft.shedding);
+        }
+        // One that is pressed must be there, and its shafts too.
+        let wrong = |from: &str, to: &str| {
+            let text = wide.replace("Treadles=3", "Treadles=4").replacen(from, to, 1);
+            read(text.as_bytes(), Path::new("t.wif"), SRGB).unwrap_err().to_string()
+        };
+        assert!(wrong("[TREADLING]\n1=1", "[TREADLING]\n1=9").contains("names treadle 9, and there are 4"));
+        assert!(wrong("[TREADLING]\n1=1", "[TREADLING]\n1=4").contains("names shaft 7, and there are 3"));
+        assert!(wrong("9=2", "0=2").contains("[TIEUP] names treadle 0 of 4"));
     }
 
     #[test]

@@ -58,9 +58,13 @@ pub struct Yarn {
 }
 
 impl Yarn {
-    /// The colour it has in a drawing.
+    /// The colour it has in a drawing: that of its metal, if it has one, else of its fibres. However black they are,
+    /// their sheen is none of it.
     pub fn colour(&self) -> Vec3 {
-        if self.diffuse.max_element() >= self.specular.max_element() { self.diffuse } else { self.specular }
+        match self.make {
+            Make::Fibres { .. } => self.diffuse,
+            Make::Strip { .. } | Make::Wrapped { .. } => self.diffuse.max(self.specular),
+        }
     }
 }
 
@@ -268,6 +272,25 @@ mod tests {
                 }
             }
             assert!(ties > 100, "{}: only {ties} ties", fabric.name);
+        }
+    }
+
+    /// Black is the hardest: its sheen is brighter than itself.
+    #[test]
+    fn yarns_come_back_in_the_colours_of_the_draft() {
+        let space = ColourSpace::LinearRec2020;
+        let colours = [Vec3::ZERO, Vec3::splat(0.03), Vec3::new(0.01, 0.002, 0.0), Vec3::ONE];
+        let thread = |c: &Vec3| Thread { colour: *c, spacing: 0.5, thickness: 0.4 };
+        let threads: Vec<Thread> = colours.iter().map(thread).collect();
+        let draft =
+            Weave::twill(2, 2, super::super::Twill::Right).unwrap().draft("", threads.clone(), threads);
+        let woven = Fabric::from_draft(&draft, space).draft();
+        assert_eq!((&woven.warp, &woven.weft), (&draft.warp, &draft.weft));
+        let text = yugen_archive::formats::wif::write(&woven, space);
+        let read = yugen_archive::formats::wif::read(text.as_bytes(), "w.wif".as_ref(), space).unwrap();
+        for (a, b) in draft.warp.iter().zip(&read.warp) {
+            // A step of a thousand in sRGB is at most 2.3e-3 of linear light.
+            assert!((a.colour - b.colour).abs().max_element() < 2e-3, "{a:?} {b:?}");
         }
     }
 
