@@ -14,8 +14,8 @@ use yugen_archive::formats::mixed::Functions;
 use yugen_archive::formats::relightable::{self, Colouring, Contents};
 use yugen_archive::formats::stack::{self, Folder, Response};
 use yugen_archive::formats::{
-    FORMATS, btf, colour_chart, exif, exposures, gltf, goniometer, goniometer_csv, load_scene, lp, merl,
-    neural_brdf, obj, pca_basis, ply, readings, response, rgl, serialized, wif,
+    FORMATS, btf, colour_chart, exif, exposures, gltf, goniometer, goniometer_csv, instrument, load_scene,
+    lp, merl, neural_brdf, obj, pca_basis, ply, readings, response, rgl, serialized, wif,
 };
 use yugen_archive::scene::Mesh;
 use yugen_archive::{Error, list_folder, nearest, read_bounded};
@@ -94,6 +94,11 @@ impl Info {
         }
         if relightable::recognises(file) {
             return relightable_picture(file);
+        }
+        if instrument::FORMATS.iter().any(|f| f.extensions.contains(&extension.as_str()))
+            && instrument::format_of(file).is_some()
+        {
+            return instrument_readings(file);
         }
         if FORMATS.iter().any(|f| f.extensions.contains(&extension.as_str())) {
             return self.scene(&extension);
@@ -432,6 +437,23 @@ fn rgl_table(file: &Path) -> Result<Facts> {
             "fields",
             fields.iter().map(|f| Facts::default().say("name", f.name.clone()).say("shape", json!(f.shape))),
         ))
+}
+
+fn instrument_readings(file: &Path) -> Result<Facts> {
+    let m = instrument::load(file, ColourSpace::LinearSrgb)?;
+    let steepest = |to: fn(&instrument::Reading) -> Vec3| {
+        let lowest = m.readings.iter().map(|r| to(r).z).fold(1.0, f32::min);
+        json!(lowest.clamp(-1.0, 1.0).acos().to_degrees())
+    };
+    let most = m.readings.iter().map(|r| r.f.max_element()).fold(0.0, f32::max);
+    let left_out = (!m.left_out.is_empty()).then(|| m.left_out.clone());
+    Ok(table(m.format, "tabulated")
+        .say("readings", m.readings.len())
+        .say("largest", json!(most))
+        .say("light_up_to_degrees", steepest(|r| r.wi))
+        .say("eye_up_to_degrees", steepest(|r| r.wo))
+        .say("isotropic", m.isotropic)
+        .say("not_read", left_out.map_or(Value::Null, |l| json!(l))))
 }
 
 fn gonio_table(file: &Path) -> Result<Facts> {

@@ -13,6 +13,7 @@
 //! With columns `x, y` before them a line is a reading of one texel of many ([`read_texels`]), and need lie on no grid.
 
 use super::csv::{Row, Table};
+use super::grid::{grid, place};
 use crate::{Error, Place};
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -22,75 +23,21 @@ use yugen_optics::ColourSpace;
 use yugen_optics::frame::spherical;
 use yugen_reflectance::tabulated::Goniometry;
 
-/// Angles nearer than this are the same, in degrees: machines log what their encoders say.
-const SAME: f32 = 0.05;
-/// A grid with more places than this for each reading is none.
+/// More texels than this for each reading are too many.
 const SPARSE: usize = 16;
 
 /// The readings of a file as a grid, colours in `space`, angles in radians, NaN where there is none.
 pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Goniometry, Error> {
-    let invalid = |problem: String| Error::invalid(Place::file(file), problem);
     let to_space = ColourSpace::LinearSrgb.matrix_to(space);
     let mut readings: Vec<([f32; 4], Vec3)> = Vec::new();
     let mut kind = None;
     Table::visit(bytes, file, &ANGLES, &KINDS, |table, row| {
-        let [theta_i, phi_i, theta_o, phi_o] = angles(table, row)?;
+        let angles = angles(table, row)?;
         let value = Kind::of(&mut kind, table, row)?.reading(table, row)?;
-        // A negative polar angle is one on the other side.
-        let turned = |theta: f32, phi: f32| if theta < 0.0 { phi + 180.0 } else { phi };
-        let round = |phi: f32| {
-            let phi = phi.rem_euclid(360.0);
-            if phi > 360.0 - SAME { 0.0 } else { phi }
-        };
-        // At the pole all azimuths are one; the difference keeps what the light's says.
-        let out = if theta_o.abs() < SAME { 0.0 } else { turned(theta_o, phi_o) };
-        let difference = if theta_i.abs() < SAME { 0.0 } else { turned(theta_i, phi_i) - out };
-        readings.push(([theta_o.abs(), round(out), theta_i.abs(), round(difference)], value));
+        readings.push((place(angles), to_space * value));
         Ok(())
     })?;
-    if readings.is_empty() {
-        return Err(invalid("the table has no reading".into()));
-    }
-    let axes: [Vec<f32>; 4] = std::array::from_fn(|a| {
-        let mut all: Vec<f32> = readings.iter().map(|r| r.0[a]).collect();
-        all.sort_by(f32::total_cmp);
-        all.dedup_by(|b, a| *b - *a < SAME);
-        all
-    });
-    let size = axes.iter().fold(1usize, |n, axis| n.saturating_mul(axis.len()));
-    if size > SPARSE * readings.len() {
-        let counts: Vec<String> = axes.iter().map(|a| a.len().to_string()).collect();
-        return Err(invalid(format!(
-            "{} readings at {} different angles (theta_o, phi_o, theta_i, phi_i - phi_o) are no grid; fit a model to them \
-             instead",
-            readings.len(),
-            counts.join(" x ")
-        )));
-    }
-    let mut sums = vec![(Vec3::ZERO, 0.0f32); size];
-    for (at, value) in &readings {
-        // Axes hold the first of each group, which is at most this far below.
-        let place = |a: usize| axes[a].partition_point(|v| *v <= at[a]).saturating_sub(1);
-        let index = (0..4).fold(0, |index, a| index * axes[a].len() + place(a));
-        // What does not depend on an azimuth fills all of them below.
-        sums[index].0 += *value;
-        sums[index].1 += 1.0;
-    }
-    spread_poles(&mut sums, &axes);
-    let rgb = sums
-        .iter()
-        .flat_map(|(sum, n)| if *n > 0.0 { (to_space * (*sum / *n)).to_array() } else { [f32::NAN; 3] });
-    let [theta_o, phi_o, theta_i, phi_d] =
-        axes.clone().map(|axis| axis.into_iter().map(f32::to_radians).collect());
-    let g = Goniometry {
-        theta_o,
-        phi_o,
-        theta_i,
-        phi_d,
-        rgb: rgb.map(|v| if v < 0.0 { 0.0 } else { v }).collect(),
-    };
-    g.check().map_err(|problem| invalid(format!("the table {problem}")))?;
-    Ok(g)
+    grid(&readings).map_err(|problem| Error::invalid(Place::file(file), problem))
 }
 
 const ANGLES: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
@@ -227,18 +174,6 @@ pub fn read_texels(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Texe
 const PLACE: [&str; 2] = ["x", "y"];
 /// More texels than this in a row or column are none.
 const MOST: u32 = 1 << 20;
-
-/// With light or eye at the pole, azimuths mean less: a reading there holds for all light azimuths.
-fn spread_poles(sums: &mut [(Vec3, f32)], axes: &[Vec<f32>; 4]) {
-    if axes[2][0] >= SAME {
-        return;
-    }
-    let (inner, block) = (axes[3].len(), axes[2].len() * axes[3].len());
-    for all in sums.chunks_exact_mut(block) {
-        let pole = all[..inner].iter().fold((Vec3::ZERO, 0.0), |s, v| (s.0 + v.0, s.1 + v.1));
-        all[..inner].fill(pole);
-    }
-}
 
 #[cfg(test)]
 mod tests {

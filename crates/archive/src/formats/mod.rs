@@ -11,7 +11,9 @@ pub mod gathered;
 pub mod gltf;
 pub mod goniometer;
 pub mod goniometer_csv;
+mod grid;
 pub mod image;
+pub mod instrument;
 mod json;
 pub mod lp;
 pub mod measured;
@@ -119,6 +121,13 @@ pub fn features() -> Vec<(&'static str, Vec<Feature>)> {
         ("Mitsuba XML: plugins", mitsuba::FEATURES.to_vec()),
         ("Polynomial texture maps (.ptm): layouts", ptm::FEATURES.to_vec()),
         ("RelightLab's folders: bases, colour spaces and layouts", relight::FEATURES.to_vec()),
+        (
+            "LBNL WINDOW XML: what is scattered where, and how it is written",
+            instrument::window::FEATURES.to_vec(),
+        ),
+        ("Zemax and ASAP BSDF: keywords", instrument::zemax::FEATURES.to_vec()),
+        ("ASTM E1392 and E2387: columns", instrument::astm::FEATURES.to_vec()),
+        ("ALTA: parametrisations of directions and values", instrument::alta::FEATURES.to_vec()),
     ]
 }
 

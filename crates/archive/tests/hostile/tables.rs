@@ -1,9 +1,10 @@
 //! Measured reflectance.
 
-use crate::{FILE, assault, assault_with, mutate, peak};
+use crate::{FILE, assault, assault_with, mutate, peak, rewrite};
 use std::path::Path;
 use yugen_archive::Error;
-use yugen_archive::formats::{goniometer, merl, neural_brdf, pca_basis, readings, rgl};
+use yugen_archive::formats::instrument::{alta, astm, utia, window, zemax};
+use yugen_archive::formats::{goniometer, instrument, merl, neural_brdf, pca_basis, readings, rgl};
 use yugen_optics::ColourSpace;
 use yugen_optics::random::Pcg32;
 use yugen_reflectance::rgl::{Measurement, Sweep};
@@ -93,4 +94,94 @@ fn bases_of_reconstruction() {
     };
     let seed = pca_basis::write(&basis);
     assault_with("pca_basis", &[seed], 400, ends, |b| told(pca_basis::read(b, Path::new(FILE))));
+}
+
+/// What every reader of instruments promises.
+fn sound(read: Result<instrument::Measurement, Error>) -> bool {
+    if let Ok(m) = &read {
+        assert!(!m.readings.is_empty());
+        for r in &m.readings {
+            assert!(r.wi.is_normalized() && r.wi.z > 0.0 && r.wo.is_normalized() && r.wo.z > 0.0, "{r:?}");
+            assert!(r.f.is_finite() && r.f.min_element() >= 0.0 && r.weight >= 0.0, "{r:?}");
+        }
+    }
+    told(read)
+}
+
+#[test]
+fn readings_of_instruments() {
+    let path = Path::new(FILE);
+    let seeds = [
+        b"#DIM 3 1\n#PARAM_IN ISOTROPIC_TV_TL_DPHI\n#PARAM_OUT INV_STERADIAN\n0.1\t0.5 3.14 0.318\n0.2 0.4 1 0.2 9\n".to_vec(),
+        b"people\n#DIM 6 3\n#PARAM_IN CARTESIAN\n#PARAM_OUT XYZ_COLOR\n0 0 1 .6 0 .8 .1 .2 .3\n".to_vec(),
+    ];
+    assault("alta", &seeds, |b| sound(alta::read(b, path, SPACE)));
+    let seeds = [
+        b"NUM_POINTS 2\nVARS theta_i,phi_i,theta_s,phi_s,500nm,600nm,550nm\n.5,1,.3,2,.1,.2,.3\n.5,1,.4,2,.1,.2,.3\nEND\n".to_vec(),
+        b"VARS=theta_i,phi_i,theta_r,phi_r,BRDF\n45 0 30 180 .25\n".to_vec(),
+    ];
+    assault("astm", &seeds, |b| sound(astm::read(b, path, SPACE)));
+    let head = "Source Measured\nSymmetry ASymmetrical4D\nScatterType BRDF\nSampleRotation 2\n0 90\nAngleOfIncidence 1\n30\n\
+        ScatterAzimuth 2\n0 180\nScatterRadial 2\n0 9\n\n";
+    let block = |name: &str| format!("{name}\nDataBegin\nTIS .1\n1 2\n3 4\nTIS .1\n5 6\n7 8.5E-1\nDataEnd\n");
+    let seeds = [
+        (head.to_string() + &block("Monochrome")).into_bytes(),
+        (head.to_string() + &["TristimulusX", "TristimulusY", "TristimulusZ"].map(block).concat())
+            .into_bytes(),
+    ];
+    assault("zemax", &seeds, |b| sound(zemax::read(b, path, SPACE)));
+}
+
+#[test]
+fn window_files() {
+    let file = |structure: &str, basis: &str, data: &str| {
+        let block = |range: &str| {
+            format!(
+                "<WavelengthData>\n<Wavelength unit=\"Integral\">{range}</Wavelength>\n<WavelengthDataBlock>\n\
+                 <WavelengthDataDirection>Reflection Front</WavelengthDataDirection>\n<ColumnAngleBasis>{basis}\
+                 </ColumnAngleBasis>\n<RowAngleBasis>{basis}</RowAngleBasis>\n<AngleBasis>{basis}</AngleBasis>\n\
+                 <ScatteringData>{data}</ScatteringData>\n</WavelengthDataBlock>\n</WavelengthData>\n"
+            )
+        };
+        let ring = |low: u8, high: u8, n: u8| {
+            format!(
+                "<AngleBasisBlock><nPhis>{n}</nPhis><ThetaBounds><LowerTheta>{low}</LowerTheta>\n<UpperTheta>{high}\
+                 </UpperTheta></ThetaBounds></AngleBasisBlock>\n"
+            )
+        };
+        format!(
+            "<WindowElement xmlns=\"http://windows.lbl.gov\"><Optical><Layer>\n<DataDefinition><IncidentDataStructure>\
+             {structure}</IncidentDataStructure>\n<AngleBasis><AngleBasisName>mine</AngleBasisName>\n{}{}</AngleBasis>\n\
+             </DataDefinition>\n{}{}</Layer></Optical></WindowElement>\n",
+            ring(0, 20, 1),
+            ring(20, 80, 3),
+            block("Visible"),
+            block("CIE-u"),
+        )
+        .into_bytes()
+    };
+    let seeds = [
+        file("Columns", "mine", "1, 2, 3, 4\n5, 6, 7, 8\n1 2 3 4\n5 6 7 8"),
+        file("TensorTree3", "LBNL/Shirley-Chiu", "{{1}{2}{3}{4}\n{5 6 7 8 1 2 3 4}{6}{7}{8}}"),
+        file("TensorTree4", "LBNL/Shirley-Chiu", "{0.3}"),
+    ];
+    let read = |b: &[u8]| sound(window::read(b, Path::new(FILE), SPACE));
+    assault_with("window", &seeds, 6_000, mutate, read);
+    assault_with("window rewritten", &seeds, 2_000, |seed, _, rng| rewrite(seed, rng), read);
+}
+
+#[test]
+fn utia_files() {
+    // Two megabytes of numbers, any of which will do but those that are none.
+    let seed: Vec<u8> = (0..utia::BYTES / 8).flat_map(|i| (0.1 + (i % 7) as f64).to_le_bytes()).collect();
+    let mut rng = Pcg32::new(3, 1);
+    let read = |b: &[u8]| sound(utia::read(b, Path::new(FILE), SPACE));
+    assert!(read(&seed));
+    let mut good = 0;
+    for _ in 0..60 {
+        let bytes = mutate(&seed, &seed, &mut rng);
+        let held = peak(|| good += usize::from(read(&bytes)));
+        assert!(held < 8 << 20, "{held}");
+    }
+    assert!(good > 0 && good < 60, "{good}");
 }

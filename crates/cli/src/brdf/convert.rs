@@ -48,10 +48,15 @@ impl Convert {
         if !(1.0..=30.0).contains(&self.step) {
             bail!("--step {}: expected 1 to 30 degrees", self.step);
         }
-        let target = measured::kind(&self.output)?;
-        if self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
-            bail!("{}: a .csv is only read; write a .binary, .gonio or .bsdf", self.output.display());
-        }
+        let target =
+            measured::written_kind(&self.output).or_else(|e| match measured::kind(&self.output) {
+                Ok(_) => bail!(
+                    "{}: a .{} is only read; write a .binary, .gonio or .bsdf",
+                    self.output.display(),
+                    self.output.extension().unwrap_or_default().to_string_lossy()
+                ),
+                Err(_) => bail!(e),
+            })?;
         check_writable(&self.output)?;
         let space = self.subject.space();
         let named = self.subject.named()?;

@@ -10,9 +10,10 @@ use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use yugen_archive::formats::{measured, readings};
+use yugen_archive::formats::{instrument, measured, readings};
 use yugen_archive::{Error, atomic_write, check_outputs, make_folder, read_bounded, will_read};
 use yugen_capture::brdf_fit::{self, Fit as Found, Lobe, Models, Options, Reading, Readings, unfit};
+use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Vec2};
 use yugen_reflectance::{Bsdf, Kind, ParamType};
 
@@ -24,8 +25,9 @@ use yugen_reflectance::{Bsdf, Kind, ParamType};
 /// that the table says what a model can do. For isotropic data, models are fitted without a grain.
 #[derive(Args)]
 pub struct Fit {
-    /// What was measured: MERL .binary, RGL .bsdf, goniometer .gonio, or .csv of lines `wi wo r g b [weight]`. Several
-    /// are fitted one after the other, and the models ranked over all.
+    /// What was measured: MERL .binary, RGL or Zemax .bsdf, WINDOW .xml, ALTA .brdf, .astm, UTIA .bin, goniometer
+    /// .gonio, or .csv of lines `wi wo r g b [weight]`. Several are fitted one after the other, and the models ranked
+    /// over all.
     #[arg(required = true, value_name = "DATA")]
     data: Vec<PathBuf>,
 
@@ -47,7 +49,7 @@ pub struct Fit {
     metric: Metric,
 
     /// Points at which tables are read: even in the root of theta_h, in sin² theta_d, and around, each with the weight
-    /// of both solid angles.
+    /// of both solid angles. Of the readings of an instrument so many are drawn.
     #[arg(long, default_value_t = 2048, value_name = "N", value_parser = clap::value_parser!(u32).range(64..=1_000_000))]
     samples: u32,
 
@@ -59,7 +61,7 @@ pub struct Fit {
     #[arg(long, default_value_t = 12, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     starts: u32,
 
-    /// Says that the material of a .csv looks the same however it is turned; tables tell by themselves.
+    /// Says that the material of single readings looks the same however it is turned; tables tell by themselves.
     #[arg(long)]
     isotropic: bool,
 
@@ -138,7 +140,7 @@ impl Fit {
         }
         // Before the work rather than after it.
         for file in &self.data {
-            if !is_list(file) {
+            if !is_list(file) && instrument::format_of(file).is_none() {
                 kind_of(file)?;
             }
             if !file.exists() {
@@ -236,6 +238,9 @@ impl Fit {
     fn load(&self, file: &Path) -> Result<Measured> {
         let name = name(file);
         let lowest = self.max_angle.to_radians().cos();
+        if instrument::format_of(file).is_some() {
+            return self.load_instrument(file);
+        }
         if !is_list(file) {
             let kind = kind_of(file)?;
             let data = measured::read(file, kind, self.space())?;
@@ -269,6 +274,48 @@ impl Fit {
         }
         let readings = Readings { all, isotropic: self.isotropic, space: self.space() };
         Ok(Measured { name, readings, table: None })
+    }
+
+    /// What an instrument wrote: its readings themselves, not the table between them.
+    fn load_instrument(&self, file: &Path) -> Result<Measured> {
+        let measurement = instrument::load(file, self.space())?;
+        let lowest = self.max_angle.to_radians().cos();
+        let mut all: Vec<Reading> = measurement
+            .readings
+            .iter()
+            .filter(|r| r.wi.z > lowest && r.wo.z > lowest)
+            .map(|r| Reading { wo: r.wo, wi: r.wi, f: r.f, weight: r.weight })
+            .collect();
+        if all.len() < 8 {
+            bail!(
+                "{}: {} of {} readings lie within {} degrees of the normal; expected at least 8",
+                file.display(),
+                all.len(),
+                measurement.readings.len(),
+                self.max_angle
+            );
+        }
+        // Any of them, without putting back.
+        let mut rng = Pcg32::new(5, 3);
+        let count = (self.samples as usize).min(all.len());
+        for i in 0..count {
+            let rest = all.len() - i;
+            let k = i + ((u64::from(rng.next_u32()) * rest as u64) >> 32) as usize;
+            all.swap(i, k);
+        }
+        all.truncate(count);
+        // Only the picture of spheres needs it.
+        let table = match self.output.is_some() && self.spheres > 0 {
+            true => {
+                let kind = Kind::Tabulated;
+                let slots = kind.defaults();
+                Some(Model { kind, table: kind.bake(&slots, &measurement.table().to_data())?, slots })
+            }
+            false => None,
+        };
+        let readings =
+            Readings { all, isotropic: measurement.isotropic || self.isotropic, space: self.space() };
+        Ok(Measured { name: name(file), readings, table })
     }
 
     fn report(&self, file: &Path, measured: &Measured, fits: &[Found], seconds: f64) -> serde_json::Value {
@@ -473,7 +520,7 @@ fn is_list(file: &Path) -> bool {
 
 /// The model of a table.
 fn kind_of(file: &Path) -> Result<Kind> {
-    measured::kind(file).context("expected .binary, .bsdf, .gonio, or .csv of single readings")
+    measured::kind(file).context("expected .binary, .bsdf, .gonio, a file of an instrument (.xml, .brdf, .astm, .bin), or .csv of single readings")
 }
 
 /// What a material is called.

@@ -12,7 +12,7 @@ use yugen_reflectance::{Bsdf, Data, Kind, ParamType};
 #[derive(Args)]
 pub struct Subject {
     /// The model, as `yugen brdf list` names it, perhaps with MODEL:NAME=VALUE,…; or a measured file: MERL .binary, RGL
-    /// .bsdf, goniometer .gonio.
+    /// or Zemax .bsdf, WINDOW .xml, ALTA .brdf, .astm, UTIA .bin, goniometer .gonio.
     pub model: String,
 
     #[command(flatten)]
@@ -34,7 +34,8 @@ pub struct Settings {
     #[arg(short, long, value_name = "NAME=VALUE")]
     pub param: Vec<String>,
 
-    /// Measured file for models that need one: MERL .binary, RGL .bsdf, or a goniometer .gonio.
+    /// Measured file for models that need one: MERL .binary, RGL .bsdf, or for `tabulated` a goniometer .gonio or what
+    /// an instrument wrote (.xml, .bsdf, .brdf, .astm, .bin).
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,
 

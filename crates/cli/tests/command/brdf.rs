@@ -1,6 +1,7 @@
 //! `yugen brdf` from outside, as a person or a script meets it.
 
-use crate::Run;
+use crate::{Run, yugen_in};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 
 fn yugen(args: &[&str]) -> Run {
@@ -250,6 +251,86 @@ fn fit_says_what_is_wrong_with_its_data() {
     );
     assert!(bad(&["fit", path, "-m", "glas"]).contains("no reflectance model"));
     assert!(bad(&["fit", path, "-m", "conductor"]).contains("single directions only"));
-    assert!(bad(&["fit", "a.jpeg"]).contains("expected .binary, .bsdf, .gonio, or .csv"));
+    assert!(bad(&["fit", "a.jpeg"]).contains("or .csv of single readings"));
     assert!(bad(&["fit", path, "--max-angle", "3"]).contains("expected 10 to 90"));
+}
+
+/// A Lambertian surface of albedo one half in every format of instruments, and what else is made of them.
+#[test]
+fn instruments_are_read_by_every_verb() {
+    use std::fmt::Write;
+    let folder = scratch("instruments");
+    std::fs::create_dir_all(&folder).unwrap();
+    let f = 0.5 / std::f64::consts::PI;
+    let write = |name: &str, text: String| std::fs::write(folder.join(name), text).unwrap();
+    write(
+        "a.xml",
+        format!(
+            "<?xml version=\"1.0\"?><WindowElement><Optical><Layer><DataDefinition><IncidentDataStructure>TensorTree3\
+             </IncidentDataStructure></DataDefinition><WavelengthData><Wavelength>Visible</Wavelength><WavelengthDataBlock>\
+             <WavelengthDataDirection>Reflection Back</WavelengthDataDirection><AngleBasis>LBNL/Shirley-Chiu</AngleBasis>\
+             <ScatteringData>{{{f}}}</ScatteringData></WavelengthDataBlock><WavelengthDataBlock><WavelengthDataDirection>\
+             Transmission Back</WavelengthDataDirection></WavelengthDataBlock></WavelengthData></Layer></Optical></WindowElement>"
+        ),
+    );
+    let row = format!("{f} {f} {f}\n");
+    write(
+        "a.bsdf",
+        format!(
+            "Symmetry PlaneSymmetrical\nScatterType BRDF\nSampleRotation 1\n0\nAngleOfIncidence 2\n0 40\nScatterAzimuth 3\n0 90 180\n\
+             ScatterRadial 3\n0 20 60\n\nMonochrome\nDataBegin\nTIS .5\n{0}TIS .5\n{0}DataEnd\n",
+            row.repeat(3)
+        ),
+    );
+    let (mut astm, mut alta) = (
+        String::from("VARS theta_i,phi_i,theta_s,phi_s,400nm,550nm,700nm\n"),
+        String::from("#DIM 4 1\n#PARAM_IN SPHERICAL_TL_PL_TV_PV\n#PARAM_OUT INV_STERADIAN\n"),
+    );
+    for (i, s, p) in (0..4).flat_map(|i| (0..4).flat_map(move |s| (0..7).map(move |p| (i, s, p)))) {
+        let [i, s, p] = [0.4 * f64::from(i), 0.4 * f64::from(s), std::f64::consts::PI * f64::from(p) / 6.0];
+        writeln!(astm, "{i},0,{s},{p},{f},{f},{f}").unwrap();
+        writeln!(alta, "{i} 0 {s} {p} {f}").unwrap();
+    }
+    write("a.astm", astm);
+    write("a.brdf", alta);
+    std::fs::write(folder.join("a.bin"), f.to_le_bytes().repeat(3 * 288 * 288)).unwrap();
+    for (file, format) in [
+        ("a.xml", "LBNL WINDOW XML"),
+        ("a.bsdf", "Zemax or ASAP BSDF"),
+        ("a.astm", "ASTM E1392 or E2387"),
+        ("a.brdf", "ALTA"),
+        ("a.bin", "UTIA BRDF"),
+    ] {
+        let path = folder.join(file);
+        let path = path.to_str().unwrap();
+        let run = yugen_in(&folder, &format!("info {file} --json"));
+        assert!(run.success, "{}", run.err);
+        let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        assert_eq!((&told["format"], &told["isotropic"]), (&json!(format), &json!(true)), "{told}");
+        if file == "a.xml" {
+            assert_eq!(told["not_read"], json!(["Transmission Back, Visible"]));
+        }
+        let run = yugen_in(&folder, &format!("brdf fit {file} -m lambert --space srgb --json"));
+        assert!(run.success, "{}", run.err);
+        let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        let albedo = told["fits"][0]["lobes"][0]["parameters"]["reflectance"][1].as_f64().unwrap();
+        assert!((albedo - 0.5).abs() < 1e-4, "{file}: {albedo}");
+        let run = yugen_in(&folder, &format!("brdf convert {file} {file}.gonio --step 30 --space srgb"));
+        assert!(run.success, "{}", run.err);
+        let text = std::fs::read_to_string(format!("{path}.gonio")).unwrap();
+        let values = text.split_once("values").unwrap().1;
+        let mut values =
+            values.lines().skip(1).flat_map(str::split_whitespace).map(|v| v.parse::<f64>().unwrap());
+        assert!(values.all(|v| (v - f).abs() < 1e-5), "{file}: {text}");
+    }
+    // A file of that name that is RGL's is so still.
+    let run = yugen_in(&folder, "brdf convert lambert a.bsdf --step 30");
+    assert!(run.success, "{}", run.err);
+    assert!(yugen_in(&folder, "info a.bsdf").out.contains("format: RGL"));
+    // What no reader of instruments knows is no instrument's.
+    write("b.brdf", "OPTIS - brdf surface file v3.0\n".into());
+    let run = yugen_in(&folder, "brdf fit b.brdf");
+    assert!(!run.success && run.err.contains("this is no measurement of a known format"), "{}", run.err);
+    let run = yugen_in(&folder, "brdf convert lambert b.xml");
+    assert!(!run.success && run.err.contains("b.xml: a .xml is only read; write a"), "{}", run.err);
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 use yugen_archive::formats::support::{Feature, Support};
-use yugen_archive::formats::{FORMATS, MESH_FORMATS, features, image};
+use yugen_archive::formats::{FORMATS, MESH_FORMATS, features, image, measured};
 
 fn extensions(all: &[&str]) -> String {
     all.iter().map(|e| format!("`.{e}`")).collect::<Vec<_>>().join(", ")
@@ -36,6 +36,14 @@ fn page() -> String {
         let written = if f.written { "yes" } else { "no" };
         writeln!(out, "| {} | {} | {read} | {left_out} | {written} |", f.name, extensions(f.extensions))
             .unwrap();
+    }
+    out.push_str(
+        "\n## Measured reflectance\n\nFor `yugen brdf` and, as `data`, for the materials of scenes. Files that share an extension are told apart by \
+         what is in them.\n\n| format | files | model | written |\n| --- | --- | --- | --- |\n",
+    );
+    for (name, files, model, written) in measured::formats() {
+        let written = if written { "yes" } else { "no" };
+        writeln!(out, "| {name} | {} | `{model}` | {written} |", extensions(files)).unwrap();
     }
     for (title, table) in features() {
         assert!(!table.is_empty(), "{title}");

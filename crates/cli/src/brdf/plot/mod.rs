@@ -30,7 +30,8 @@ use yugen_optics::{ColourSpace, Vec3};
 #[derive(Args)]
 pub struct Plot {
     /// Models, as `yugen brdf list` names them, each perhaps with MODEL:NAME=VALUE,… (parameters, preset, data and
-    /// label); or measured files: MERL .binary, RGL .bsdf, goniometer .gonio.
+    /// label); or measured files: MERL .binary, RGL or Zemax .bsdf, WINDOW .xml, ALTA
+    /// .brdf, .astm, UTIA .bin, goniometer .gonio.
     #[arg(required = true, value_name = "MODEL")]
     models: Vec<String>,
 

@@ -1,0 +1,11 @@
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use yugen_archive::formats::instrument::window;
+use yugen_optics::ColourSpace;
+
+fuzz_target!(|data: &[u8]| {
+    if let Ok(m) = window::read(data, "fuzz.xml".as_ref(), ColourSpace::LinearSrgb) {
+        assert!(m.readings.iter().all(|r| r.f.is_finite() && r.wi.z > 0.0 && r.wo.z > 0.0));
+    }
+});
