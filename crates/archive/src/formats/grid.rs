@@ -101,3 +101,46 @@ fn spread_poles(sums: &mut [(DVec3, f64)], axes: &[Vec<f32>; 4]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With the eye overhead its azimuth means nothing, but that of the light does.
+    #[test]
+    fn an_eye_overhead_has_every_azimuth() {
+        let f = |theta_o: f32, theta_i: f32, phi_i: f32| {
+            Vec3::splat(1.0 + 0.01 * theta_o + 0.1 * theta_i.to_radians().sin() * phi_i.to_radians().cos())
+        };
+        let mut readings = Vec::new();
+        for theta_i in [0.0, 40.0] {
+            for phi_i in [0.0, 90.0, 180.0, 270.0] {
+                readings.push((place([theta_i, phi_i, 0.0, 33.0]), f(0.0, theta_i, phi_i)));
+                for phi_o in [0.0, 90.0, 180.0, 270.0] {
+                    readings.push((place([theta_i, phi_i, 50.0, phi_o]), f(50.0, theta_i, phi_i)));
+                }
+            }
+        }
+        let g = grid(&readings).unwrap();
+        assert_eq!([g.theta_o.len(), g.phi_o.len(), g.theta_i.len(), g.phi_d.len()], [2, 4, 2, 4]);
+        for (i, rgb) in g.rgb.chunks_exact(3).enumerate() {
+            let [d, t, p, o] = [i % 4, i / 4 % 2, i / 8 % 4, i / 32];
+            let phi_i = (g.phi_o[p] + g.phi_d[d]).to_degrees();
+            let want = f([0.0, 50.0][o], [0.0, 40.0][t], phi_i).x;
+            assert!((rgb[0] - want).abs() < 1e-5, "{o} {p} {t} {d}: {} {want}", rgb[0]);
+        }
+        // Of an isotropic one, a single reading will do for every azimuth of the light.
+        let at = |theta_i: f32, phi_i: f32, theta_o: f32| {
+            (place([theta_i, phi_i, theta_o, 0.0]), Vec3::splat(theta_i))
+        };
+        let g = grid(&[
+            at(0.0, 0.0, 0.0),
+            at(40.0, 0.0, 0.0),
+            at(0.0, 0.0, 50.0),
+            at(40.0, 0.0, 50.0),
+            at(40.0, 90.0, 50.0),
+        ]);
+        let g = g.unwrap();
+        assert!((0..4).all(|i| (g.rgb[3 * i] - [0.0, 0.0, 40.0, 40.0][i]).abs() < 1e-6), "{:?}", g.rgb);
+    }
+}

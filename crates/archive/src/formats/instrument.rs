@@ -65,7 +65,10 @@ pub const FORMATS: &[Format] = &[
     Format {
         name: "UTIA BRDF",
         extensions: &["bin"],
-        recognises: |_, size| size == utia::BYTES as u64,
+        // There is no magic; but no text.
+        recognises: |head, size| {
+            size == utia::BYTES as u64 && (head.contains(&0) || std::str::from_utf8(head).is_err())
+        },
         read: utia::read,
     },
     Format {

@@ -104,7 +104,8 @@ pub fn read(file: &Path, kind: Kind, space: ColourSpace) -> Result<Vec<f32>, Err
     let extension = extension(file);
     let fits = |s: &&Source| s.model == kind.name();
     let named = SOURCES.iter().filter(fits).find(|s| s.extensions.contains(&extension.as_str()));
-    let Some(source) = named.or(SOURCES.iter().rfind(fits)) else {
+    // Of another extension, what is written is most likely.
+    let Some(source) = named.or(SOURCES.iter().filter(fits).find(|s| s.written)) else {
         let mut models: Vec<_> = SOURCES.iter().map(|s| s.model).collect();
         models.sort_unstable();
         models.dedup();
