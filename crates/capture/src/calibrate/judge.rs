@@ -80,10 +80,10 @@ pub fn fault(
 ) -> Option<Fault> {
     let ball = outline.ball;
     if view.focal.is_none() && outline.stretch > 0.0 {
-        // Half the difference of the half axes over their mean is ψ²/4, ψ being how far off the camera's axis it lies.
+        // The difference of the half axes over their mean is ψ²/2, ψ being how far off the camera's axis it lies.
         let off = ball.centre.distance(view.middle());
-        let focal = off / (4.0 * outline.stretch).sqrt();
-        return Some(Fault::Stretched { percent: 200.0 * outline.stretch, focal });
+        let focal = off / (2.0 * outline.stretch).sqrt();
+        return Some(Fault::Stretched { percent: 100.0 * outline.stretch, focal });
     }
     if let Some(focal) = outline.nearer {
         return Some(Fault::Nearer { focal });

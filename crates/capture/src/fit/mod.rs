@@ -370,8 +370,7 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
             sigma,
             confidence: confidence(&information, sigma.max_element(), residual),
         };
-        let bare = texel.diffuse.element_sum() < BARE * texel.specular.element_sum();
-        let kind = if bare { Kind::Highlight } else { Kind::Both };
+        let kind = kind_of(&texel);
         let readings = usable[lane] as u16;
         let mut fitted = Fitted { kind, texel, residual, readings, passes: done.passes.0[lane] as u16 };
         let margin = ground.as_ref().map_or(0.0, |g| g.margin(lane, sigma.max_element()));
@@ -381,7 +380,8 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
             let absurd = texel.specular.max_element() > BRIGHTEST;
             if unmet {
                 // Its colour no reading tells.
-                fitted.texel.specular = Vec3::splat(seen[1].exp() / height);
+                fitted.texel.specular = Vec3::splat((seen[1].exp() / height).min(BRIGHTEST));
+                fitted.kind = kind_of(&fitted.texel);
                 fitted.texel.confidence = ground.solved.confidence.0[lane] * RARE;
             } else if absurd && choice::is_exception(odds[lane]) {
                 // Shape and direction are those of its kin.
@@ -408,6 +408,12 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
             doubtful: doubtful.0[lane] > 0.5,
         }
     })
+}
+
+/// Of a texel that has a highlight.
+fn kind_of(texel: &Texel) -> Kind {
+    let bare = texel.diffuse.element_sum() < BARE * texel.specular.element_sum();
+    if bare { Kind::Highlight } else { Kind::Both }
 }
 
 /// Less ground than this part of the highlight is none.

@@ -132,7 +132,7 @@ impl Calibrate {
         ensure!(self.focal.is_none_or(above_zero), "--focal: expected a length above zero");
         ensure!(self.dome.is_none_or(above_zero), "--dome: expected a radius above zero");
         ensure!(above_zero(self.tolerance), "--tolerance: expected an angle above zero");
-        ensure!(self.balls > 0, "--balls 0: expected one or more");
+        ensure!((1..=64).contains(&self.balls), "--balls {}: expected 1 to 64", self.balls);
         let count = if self.ball.is_empty() { self.balls } else { self.ball.len() };
         ensure!(!self.near || count > 1, "--near takes two balls or more; with one, give the --dome");
         check_writable(&output)?;
@@ -160,6 +160,17 @@ impl Calibrate {
             ensure!(lens.fits(width, height), BAD_LENS);
         }
         let view = View { width, height, focal: self.focal.or(self.lens.map(|l| l.focal)), lens: self.lens };
+        for Ball { centre, radius } in &self.ball {
+            let inside = Vec2::ZERO.cmple(*centre).all()
+                && centre.cmple(Vec2::new(width as f32, height as f32)).all()
+                && *radius <= width.max(height) as f32;
+            ensure!(
+                inside,
+                "--ball {},{},{radius}: the pictures have {width} x {height} pixels",
+                centre.x,
+                centre.y
+            );
+        }
         let candidates = self.candidates(&view, &mut shots, &options.response, &bar)?;
         bar.finish_and_clear();
         // Also of a failure: it shows what is wrong.
@@ -174,11 +185,23 @@ impl Calibrate {
         for (picture, why) in &shots.bad {
             tracing::warn!("{picture} is left out: {why}");
         }
+        // Beside the balls, or in another stack for which they speak.
+        let beside = output.parent().unwrap_or(Path::new("")).to_path_buf();
+        let elsewhere = beside.canonicalize().ok() != self.folder.canonicalize().ok();
+        if !shots.bad.is_empty() && (elsewhere || !options.intensities.is_empty()) {
+            bail!(
+                "{}: {} of the lights are not known, and {}; photograph them again, or leave their pictures out there as well",
+                self.folder.display(),
+                shots.bad.len(),
+                match elsewhere {
+                    true => "the other stack has pictures of them",
+                    false => "stack.toml has intensities of them",
+                }
+            );
+        }
         let entries: Vec<lp::Entry> =
             found.iter().map(|f| lp::Entry { file: f.file.clone(), light: f.light }).collect();
         let near = self.near || self.dome.is_some();
-        // Beside the balls, or in another stack for which they speak.
-        let beside = output.parent().unwrap_or(Path::new("")).to_path_buf();
         if output.file_name().is_some_and(|n| n == stack::LIGHTS) {
             let options = stack::Options {
                 lights: stack::LIGHTS.into(),
@@ -315,11 +338,18 @@ impl Calibrate {
                 (true, None) if !said => Some(Fault::NoRim),
                 _ => None,
             };
-            // What was said is taken as exact.
+            if said && exact.is_none() {
+                tracing::warn!(
+                    "--ball {},{},{}: no rim shows near there, and it is taken as said, to half a pixel",
+                    seen.centre.x,
+                    seen.centre.y,
+                    seen.radius
+                );
+            }
             let given = Outline {
                 ball: start,
-                sigma: 0.0,
-                radius_sigma: 0.0,
+                sigma: 0.5,
+                radius_sigma: 0.5,
                 shown: 1.0,
                 stretch: 0.0,
                 nearer: None,
@@ -335,6 +365,13 @@ impl Calibrate {
                     seen = Ball { centre, radius };
                 }
             }
+            // On a lit table the circle that was met first may be the border of what the ball mirrors of it.
+            let Ball { centre, radius } = seen;
+            let inside = centre.x >= radius
+                && centre.y >= radius
+                && centre.x + radius <= width as f32
+                && centre.y + radius <= height as f32;
+            let fault = if inside { fault } else { Some(Fault::Cut) };
             window.pictures.clear();
             candidates.push(Candidate {
                 seen,
@@ -502,7 +539,10 @@ impl Calibrate {
             )?
         } else if let Some(radius) = self.dome {
             let at: Vec<Vec3> = rays.iter().filter_map(|r| on_dome(*r, radius)).collect();
-            ensure!(at.len() == rays.len(), "the ball lies outside the dome of {radius} widths");
+            ensure!(
+                at.len() == rays.len(),
+                "the ball lies outside the dome of {radius} widths: give a larger --dome"
+            );
             let mean = at.iter().sum::<Vec3>() / at.len() as f32;
             (mean, at.iter().map(|p| p.angle_between(mean)).fold(0.0, f32::max))
         } else {

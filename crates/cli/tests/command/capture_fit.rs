@@ -104,7 +104,9 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
         .collect();
     there.sort_unstable();
     assert_eq!(named, there);
-    assert!(there.iter().any(|name| name == "calibration.svg" || name == "error_sigma_y.png"));
+    for name in ["calibration.svg", "error_sigma_y.png"] {
+        assert!(there.iter().any(|n| n == name), "{name}");
+    }
     let (maps, about) = btf::load(Path::new(&whole), ColourSpace::LinearSrgb).unwrap();
     assert_eq!((about.lights, about.texel_mm), (LIGHTS, Some(0.1)));
     assert_eq!((maps.width, maps.height), (SIZE[0], SIZE[1]));
@@ -121,7 +123,12 @@ fn a_cloth_is_found_in_one_go_and_in_bands() {
     let normals = path("maps/normal.png");
     let out = fit(&path("again.btf"), &["--truth", &normals, "--report", &path("by_normals"), "--json"]);
     let json: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["normals"]["texels"].as_u64(), Some((SIZE[0] * SIZE[1]) as u64));
     assert!(json["errors"].is_null() && json["normals"]["ninety"].as_f64().unwrap() < 0.01, "{json}");
+    let black = path("maps/black.png");
+    image::write(Path::new(&black), &Image::rgb(SIZE[0], SIZE[1]), &WriteOptions::default()).unwrap();
+    let Run { success, err, .. } = yugen(&["fit", &stack, "-o", &path("again.btf"), "--truth", &black]);
+    assert!(!success && err.contains("there is no normal in it"), "{err}");
     assert!(
         folder.join("by_normals/error_n.png").exists() && !folder.join("by_normals/error_t.png").exists()
     );

@@ -22,6 +22,7 @@ use yugen_archive::{check_outputs, check_writable, make_folder, will_read};
 use yugen_capture::Stack;
 use yugen_capture::fit::{FEWEST_FOR_HIGHLIGHTS, Fitted, Options, Prior, Readings, fit, smooth_tangents};
 use yugen_capture::normals::{self, Ground, Surface};
+use yugen_optics::Vec3;
 use yugen_reflectance::btf::Btf;
 
 /// Finds what each texel of a cloth reflects: diffuse and specular colour, normal, direction and widths of the highlight.
@@ -220,7 +221,14 @@ fn read_truth(file: &Path, source: &Source) -> Result<Truth> {
             && image::read(file, &ReadOptions::raw())?.channel("diffuse.R").is_some())
     };
     if !maps(file)? {
-        return Ok(Truth::Normals(read_normals(file, width, height)?));
+        let normals = read_normals(file, width, height)?;
+        if normals.iter().all(|n| *n == Vec3::ZERO) {
+            bail!(
+                "{}: there is no normal in it: expected unit vectors, in a .png as (n + 1)/2, or the maps of a cloth",
+                file.display()
+            );
+        }
+        return Ok(Truth::Normals(normals));
     }
     let (truth, _) = btf::load(file, source.colour_space())?;
     if (truth.width, truth.height) != (width, height) {

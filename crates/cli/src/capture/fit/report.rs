@@ -118,6 +118,9 @@ impl Report<'_> {
     fn compared(&self) -> Option<Compared> {
         let errors = self.errors()?;
         let all: Vec<[f32; 6]> = errors.iter().flatten().copied().collect();
+        if all.is_empty() {
+            return None;
+        }
         let found = |q: f32| -> [f32; 6] {
             std::array::from_fn(|i| {
                 quantile(&mut all.iter().map(|e| e[i]).collect::<Vec<_>>(), q).unwrap_or(0.0)
@@ -140,6 +143,9 @@ impl Report<'_> {
 
     fn compared_normals(&self) -> Option<ComparedNormals> {
         let mut off: Vec<f32> = self.normal_errors()?.into_iter().flatten().collect();
+        if off.is_empty() {
+            return None;
+        }
         let mean = off.iter().map(|o| f64::from(*o)).sum::<f64>() / off.len().max(1) as f64;
         let mut at = |q| quantile(&mut off, q).unwrap_or(0.0);
         let [median, ninety] = [at(0.5), at(0.9)];
@@ -227,8 +233,9 @@ impl Report<'_> {
         }
         if let Some(n) = self.compared_normals() {
             all.push(format!(
-                "against the truth normals are off by {:.2}° in the mean, {:.2}° in the median, 90 % by less than {:.2}°",
-                n.mean, n.median, n.ninety
+                "against the truth the normals of {} texels are off by {:.2}° in the mean, {:.2}° in the median, 90 % by less \
+                 than {:.2}°",
+                n.texels, n.mean, n.median, n.ninety
             ));
         }
         if let Some(c) = self.compared() {
