@@ -80,7 +80,10 @@ pub const FORMATS: &[Format] = &[
     Format {
         name: "Zemax or ASAP BSDF",
         extensions: &["bsdf", "txt"],
-        recognises: |head, _| has_line(head, |l| l.starts_with(b"AngleOfIncidence")),
+        recognises: |head, _| {
+            let word = b"AngleOfIncidence";
+            has_line(head, |l| l.get(..word.len()).is_some_and(|l| l.eq_ignore_ascii_case(word)))
+        },
         read: zemax::read,
     },
     Format {
@@ -116,6 +119,7 @@ fn has_line(bytes: &[u8], wanted: impl Fn(&[u8]) -> bool) -> bool {
 
 /// The format of a file that begins with `head` and has `size` bytes.
 fn recognise(head: &[u8], size: u64) -> Option<&'static Format> {
+    let head = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
     FORMATS.iter().find(|f| (f.recognises)(head, size))
 }
 
@@ -162,6 +166,11 @@ impl Measurement {
         file: &Path,
     ) -> Result<Self, Error> {
         readings.retain(|r| r.wi.z > HORIZON && r.wo.z > HORIZON);
+        if let Some(i) = readings.iter().position(|r| !r.f.is_finite()) {
+            let problem =
+                format!("reading {} is too bright for a number, once its cosine is taken off", i + 1);
+            return Err(Error::invalid(Place::file(file), problem));
+        }
         if readings.is_empty() {
             let problem = "has no reading with light and eye above the horizon";
             return Err(Error::invalid(Place::file(file), problem));

@@ -456,6 +456,18 @@ pub(super) fn files(folder: &Path, planes: usize, layout: Layout) -> Vec<PathBuf
     pictures.chain([INFO.into()]).map(|name| folder.join(name)).collect()
 }
 
+/// Refuses a folder that holds pictures of another layout: readers might take those for the new ones.
+pub(crate) fn has_no_other(folder: &Path, layout: Layout) -> Result<(), Error> {
+    let other = Layout::ALL.into_iter().find(|l| *l != layout && folder.join(l.mark()).exists());
+    other.map_or(Ok(()), |other| {
+        let problem = format!(
+            "there are pictures of the layout '{}' in it; write into another folder, or delete them",
+            other.name()
+        );
+        Err(Error::invalid(Place::file(folder), problem))
+    })
+}
+
 /// Writes a folder, which is made where it is missing; `info.json` comes last, so that a folder with one is whole.
 pub fn write(folder: &Path, r: &mut Gathered, layout: Layout) -> Result<(), Error> {
     r.check(folder)?;
@@ -470,6 +482,12 @@ pub fn write(folder: &Path, r: &mut Gathered, layout: Layout) -> Result<(), Erro
     let bias: Vec<f32> = ranges.iter().zip(&scale).map(|([lo, _], s)| -lo / s).collect();
 
     make_folder(folder)?;
+    // A folder that has one is whole.
+    let info = folder.join(INFO);
+    match std::fs::remove_file(&info) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(Error::io(&info, e)),
+        _ => {}
+    }
     let mut writer = pyramid::Writer::new(folder, layout, [width, height], stride.div_ceil(3))?;
     let size = width * height * 3;
     // Each group is another pass over the coefficients.
@@ -494,7 +512,7 @@ pub fn write(folder: &Path, r: &mut Gathered, layout: Layout) -> Result<(), Erro
         }
     }
     writer.finish()?;
-    let info = json!({
+    let text = json!({
         "width": width,
         "height": height,
         "format": "jpg",
@@ -505,7 +523,7 @@ pub fn write(folder: &Path, r: &mut Gathered, layout: Layout) -> Result<(), Erro
         "colorprofile": if r.is_linear() { LINEAR } else { DISPLAY },
         "materials": [{ "scale": scale, "bias": bias }],
     });
-    atomic_write(&folder.join(INFO), format!("{info:#}\n").as_bytes())
+    atomic_write(&info, format!("{text:#}\n").as_bytes())
 }
 
 #[cfg(test)]

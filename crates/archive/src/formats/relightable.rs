@@ -253,7 +253,10 @@ pub fn says_linear(path: &Path, max_texels: u64) -> Result<bool, Error> {
 /// is not there is made.
 pub fn can_write(path: &Path, basis: Basis, layout: Layout) -> Result<(), Error> {
     let format = writer(path, basis)?;
-    let Some(extension) = format.extension else { return make_folder(path) };
+    let Some(extension) = format.extension else {
+        make_folder(path)?;
+        return relight::has_no_other(path, layout);
+    };
     if layout != Layout::Image {
         let problem =
             format!("a .{extension} has no tiles; name a folder for the layout '{}'", layout.name());
@@ -375,6 +378,10 @@ pub(crate) mod tests {
         assert!(refuse("b.rti", Basis::Ptm).contains("cannot hold PTM"));
         let tiled = can_write(&folder.join("b.ptm"), Basis::Ptm, Layout::DeepZoom).unwrap_err().to_string();
         assert!(tiled.contains("a .ptm has no tiles; name a folder for the layout 'deepzoom'"), "{tiled}");
+        std::fs::create_dir_all(folder.join("tiled")).unwrap();
+        std::fs::write(folder.join("tiled/planes.tzi"), "{}").unwrap();
+        assert!(refuse("tiled", Basis::Ptm).contains("pictures of the layout 'itarzoom' in it"));
+        can_write(&folder.join("tiled"), Basis::Ptm, Layout::ITarZoom).unwrap();
         assert!(refuse("b.rtt", Basis::ALL[1]).contains("did you mean 'rti'?"));
         std::fs::write(folder.join("c.ptm"), "P6\n1 1\n255\n").unwrap();
         let error = read(&folder.join("c.ptm"), 100).unwrap_err().to_string();

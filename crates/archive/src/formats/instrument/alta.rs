@@ -27,7 +27,7 @@ pub const FEATURES: &[Feature] = &[
     Feature::partly("RUSIN_TH_PH_TD", "phi_d is taken as 0"),
     Feature::yes("RUSIN_TH_TD_PD"),
     Feature::partly("RUSIN_TH_TD", "phi_d is taken as 90 degrees"),
-    Feature::partly("COS_TH_TD", "phi_d is taken as 90 degrees"),
+    Feature::partly("COS_TH_TD", "phi_d is taken as 0, as ALTA does"),
     Feature::partly("COS_TH", "light and eye are taken to be in one place"),
     Feature::yes("SPHERICAL_TL_PL_TV_PV"),
     Feature::yes("ISOTROPIC_TV_TL"),
@@ -71,7 +71,7 @@ fn convert(name: &str, x: &[f32]) -> Option<(Vec3, Vec3)> {
     let projected = |x: f32, y: f32| spherical(x.hypot(y), y.atan2(x));
     Some(match (name, x) {
         ("COS_TH", [h]) => half(acos(*h), 0.0, 0.0, 0.0),
-        ("COS_TH_TD", [h, d]) => half(acos(*h), 0.0, acos(*d), FRAC_PI_2),
+        ("COS_TH_TD", [h, d]) => half(acos(*h), 0.0, acos(*d), 0.0),
         ("RUSIN_TH_TD", [h, d]) => half(*h, 0.0, *d, FRAC_PI_2),
         ("RUSIN_TH_TD_PD", [h, d, pd]) => half(*h, 0.0, *d, *pd),
         ("RUSIN_TH_PH_TD", [h, ph, d]) => half(*h, *ph, *d, 0.0),
@@ -106,7 +106,11 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
     for (n, line) in text.lines() {
         if let Some(header) = line.strip_prefix('#') {
             let mut words = words(header);
-            match words.next() {
+            let word = words.next();
+            if head.is_some() && matches!(word, Some("DIM" | "PARAM_IN" | "PARAM_OUT")) {
+                return Err(text.wrong(n, "a header behind the first reading; put it before all of them"));
+            }
+            match word {
                 Some("DIM") => {
                     let mut count =
                         || words.next().and_then(|w| w.parse().ok()).filter(|d| (1..=64).contains(d));
@@ -115,16 +119,24 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
                     };
                     dim = Some((n, [i, o]));
                 }
-                Some("PARAM_IN") => input = known(text, n, words.next(), "parametrisation of directions")?,
-                Some("PARAM_OUT") => output = known(text, n, words.next(), "parametrisation of values")?,
+                Some("PARAM_IN") => {
+                    input = known(text, n, words.next(), "parametrisation of directions", &|name| {
+                        directions(name).is_some()
+                    })?;
+                }
+                Some("PARAM_OUT") => {
+                    output = known(text, n, words.next(), "parametrisation of values", &|name| {
+                        directions(name).is_none()
+                    })?;
+                }
                 _ => {}
             }
             continue;
         }
         // Whatever stands before the header is for people.
         let Some((at, [i, o])) = dim.filter(|_| !line.is_empty()) else { continue };
-        let (isotropic, values) = match head {
-            Some(head) => head,
+        let values = match head {
+            Some((_, values)) => values,
             None => {
                 let Some((count, isotropic)) = directions(input) else {
                     return Err(text.whole("needs a header '#PARAM_IN' that names the directions"));
@@ -137,10 +149,9 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
                         format!("{input} has {count} numbers and a value 1 or 3, but #DIM says {i} and {o}");
                     return Err(text.wrong(at, problem));
                 }
-                *head.insert((isotropic, o))
+                head.insert((isotropic, o)).1
             }
         };
-        let _ = isotropic;
         numbers.clear();
         for word in words(line).take(i + values) {
             numbers.push(text.number(n, word)?);
@@ -175,13 +186,19 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
 }
 
 /// A word that the table says is read.
-fn known(text: Text, line: usize, word: Option<&str>, what: &'static str) -> Result<&'static str, Error> {
+fn known(
+    text: Text,
+    line: usize,
+    word: Option<&str>,
+    what: &'static str,
+    fits: &dyn Fn(&str) -> bool,
+) -> Result<&'static str, Error> {
     let word = word.unwrap_or_default();
+    let read = |f: &Feature| !matches!(f.support, Support::No(_)) && fits(f.name);
     match find(FEATURES, word) {
-        Some(f) if !matches!(f.support, Support::No(_)) => Ok(f.name),
+        Some(f) if read(f) => Ok(f.name),
         _ => {
-            let names: Vec<_> =
-                FEATURES.iter().filter(|f| !matches!(f.support, Support::No(_))).map(|f| f.name).collect();
+            let names: Vec<_> = FEATURES.iter().filter(|f| read(f)).map(|f| f.name).collect();
             let short: String = word.chars().take(40).collect();
             Err(text
                 .wrong(line, format!("the {what} '{short}' is not read; these are: {}", names.join(", "))))
@@ -262,6 +279,17 @@ mod tests {
     fn bad_files_get_a_sentence() {
         let good = "#DIM 2 1\n#PARAM_IN RUSIN_TH_TD\n#PARAM_OUT INV_STERADIAN\n0.1 0.2 0.3\n";
         for (from, to, want) in [
+            (
+                "OUT INV_STERADIAN",
+                "OUT RUSIN_TH_TD",
+                "a.brdf:3:1: the parametrisation of values 'RUSIN_TH_TD' is not read",
+            ),
+            (
+                "IN RUSIN_TH_TD",
+                "IN RGB_COLOR",
+                "a.brdf:2:1: the parametrisation of directions 'RGB_COLOR' is not read",
+            ),
+            ("0.3\n", "0.3\n#PARAM_IN CARTESIAN\n", "a.brdf:5:1: a header behind the first reading"),
             ("#DIM 2 1", "#DIM 2", "a.brdf:1:1: expected two counts from 1 to 64"),
             (
                 "#DIM 2 1",

@@ -283,21 +283,31 @@ enum Tree {
 }
 
 impl Tree {
-    fn parse(rest: &mut &str, dimensions: u32, depth: usize) -> Result<Self, String> {
+    /// `left`: how many more splits and numbers there may be.
+    fn parse(rest: &mut &str, dimensions: u32, depth: usize, left: &mut usize) -> Result<Self, String> {
         let blank = |c: char| c.is_whitespace() || c == ',';
         *rest = rest.trim_start_matches(blank);
         *rest = rest.strip_prefix('{').ok_or("the tree lacks a '{'")?;
         *rest = rest.trim_start_matches(blank);
+        let mut take = || match left.checked_sub(1) {
+            Some(n) => {
+                *left = n;
+                Ok(())
+            }
+            None => Err(format!("the tree has more than {MAX_READINGS} leaves; thin it out")),
+        };
+        take()?;
         let tree = if rest.starts_with('{') {
             if depth == MAX_DEPTH {
                 return Err(format!("the tree is deeper than {MAX_DEPTH} splits"));
             }
-            let children = (0..1 << dimensions).map(|_| Self::parse(rest, dimensions, depth + 1));
+            let children = (0..1 << dimensions).map(|_| Self::parse(rest, dimensions, depth + 1, left));
             Self::Split(children.collect::<Result<_, _>>()?)
         } else {
             let end = rest.find(['{', '}']).ok_or("the tree lacks a '}'")?;
             let mut values = Vec::new();
             for word in rest[..end].split(blank).filter(|w| !w.is_empty()) {
+                take()?;
                 let v = word.parse().ok().filter(|v: &f32| v.is_finite());
                 values.push(v.ok_or_else(|| {
                     format!("'{}' is not a finite number", word.chars().take(40).collect::<String>())
@@ -329,7 +339,8 @@ impl Tree {
             return Err(here.wrong(block, format!("<AngleBasis> is '{short}'; expected LBNL/Shirley-Chiu")));
         }
         let mut rest = data(here, block)?;
-        let tree = Self::parse(&mut rest, dimensions, 0).map_err(|problem| here.wrong(block, problem))?;
+        let tree = Self::parse(&mut rest, dimensions, 0, &mut { MAX_READINGS })
+            .map_err(|problem| here.wrong(block, problem))?;
         if !rest.trim_matches(|c: char| c.is_whitespace() || c == ',').is_empty() {
             return Err(here.wrong(block, "<ScatteringData> goes on behind its tree"));
         }

@@ -1,6 +1,7 @@
 //! Writes the pictures of a folder whole or in tiles of every size, each half as large as the one before.
 
 use super::QUALITY;
+use super::tiles::LEVELS;
 use crate::{Error, Place, atomic_write, make_folder};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -25,6 +26,16 @@ pub enum Layout {
 impl Layout {
     /// Every layout that is written.
     pub const ALL: [Self; 4] = [Self::Image, Self::DeepZoom, Self::TarZoom, Self::ITarZoom];
+
+    /// A file that every folder of this layout has.
+    pub(super) fn mark(self) -> &'static str {
+        match self {
+            Self::Image => "plane_0.jpg",
+            Self::DeepZoom => "plane_0.dzi",
+            Self::TarZoom => "plane_0.tzi",
+            Self::ITarZoom => "planes.tzi",
+        }
+    }
 
     /// As viewers call it.
     pub fn name(self) -> &'static str {
@@ -74,6 +85,10 @@ impl<'a> Writer<'a> {
             }
             Layout::DeepZoom => {
                 let files = self.folder.join(format!("{name}_files"));
+                // Of a larger picture that was here before: readers take the highest level for the whole.
+                for level in (self.levels..LEVELS).map(|n| files.join(n.to_string())).filter(|f| f.is_dir()) {
+                    std::fs::remove_dir_all(&level).map_err(|e| Error::io(&level, e))?;
+                }
                 self.each_level(pixels, |number, level| {
                     let folder = files.join(number.to_string());
                     make_folder(&folder)?;

@@ -265,6 +265,7 @@ fn bad_indices_of_tiles_get_a_sentence() {
         (dzi, "32", "0", "a: tiles of 0 pixels; expected 16 to 65535"),
         (dzi, "32", "x", "a: expected TileSize=\"…\", a whole number; found 'x'"),
         (dzi, "\"3\"", "\"16\"", "a: tiles share 16 pixels of 32; expected less than half"),
+        (dzi, "\"3\"", "\"9223372036854775808\"", "a: tiles share 9223372036854775808 pixels of 32"),
         (dzi, "70", "71", "a: the tiles make 71 x 37 pixels; expected 70 x 37, as info.json says"),
         (dzi, "png", "tif", "a: tiles of the format 'tif' are not read"),
         (dzi, "</Image>", "", "a:1:"),

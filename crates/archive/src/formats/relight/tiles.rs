@@ -22,7 +22,7 @@ const MAX_INDEX: u64 = 1 << 26;
 const LEAST_TILE: u64 = 16;
 
 /// Levels that are looked for: the 65th would have 2^64 tiles across.
-const LEVELS: u32 = 64;
+pub(super) const LEVELS: u32 = 64;
 
 /// How a picture is cut into tiles at its full size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +48,7 @@ impl Grid {
             let problem = format!("tiles of {s} pixels; expected {LEAST_TILE} to 65535");
             return Err(Error::invalid(at.clone(), problem));
         }
-        if overlap * 2 >= side[0].min(side[1]) {
+        if overlap.saturating_mul(2) >= side[0].min(side[1]) {
             let problem = format!("tiles share {overlap} pixels of {}; expected less than half", side[0]);
             return Err(Error::invalid(at.clone(), problem));
         }
@@ -153,7 +153,7 @@ impl Picture {
         for folder in [named(""), named("_google")] {
             if folder.join("0").is_dir() {
                 let Some(level) = top_level(&folder) else { continue };
-                let blank = folder.join("blank.png").is_file();
+                let blank = folder.join("blank.png").is_file() && has_tiles(&level, extension);
                 let mut grid = Grid::tiled(&Place::file(&folder), size, [256; 2], 0)?;
                 grid.filled = true;
                 return Ok(Self {
@@ -257,6 +257,12 @@ impl Picture {
     }
 }
 
+/// Whether there is any tile with this extension in the folder of a level.
+fn has_tiles(level: &Path, extension: &str) -> bool {
+    let entries = |folder: &Path| std::fs::read_dir(folder).into_iter().flatten().flatten().map(|e| e.path());
+    entries(level).any(|row| entries(&row).any(|tile| tile.extension().is_some_and(|e| e == extension)))
+}
+
 /// The folder of the highest level.
 fn top_level(folder: &Path) -> Option<PathBuf> {
     (0..LEVELS).rev().map(|level| folder.join(level.to_string())).find(|path| path.is_dir())
@@ -304,7 +310,7 @@ fn archive(path: &Path, number: usize, size: [usize; 2]) -> Result<Picture, Erro
     let mut picture = Picture { grid, source };
     // RelightLab's script says that tiles share nothing whatever they share; the first tile knows.
     if grid.overlap == 0 && (grid.across() > 1 || grid.down() > 1) {
-        let most = grid.side.map(|s| s + s / 2);
+        let most = [(grid.side[0], grid.width), (grid.side[1], grid.height)].map(|(s, n)| (s + s / 2).min(n));
         let options = ReadOptions { max_samples: 3 * (most[0] * most[1]) as u64, ..ReadOptions::raw() };
         let (path, bytes) = picture.bytes(0, 0, options.max_samples.saturating_mul(2).max(1 << 20))?;
         let first = read_bytes(&bytes, &path, &options)?;
