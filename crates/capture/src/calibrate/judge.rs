@@ -69,12 +69,12 @@ pub enum Fault {
 /// A metal ball mirrors half of the table's light or more at its rim.
 const STEP: f32 = 3.0;
 
-/// What is wrong with a ball; `told`: somebody said that this is the rim. `moving` are the lamps' mirror images, a picture
+/// What is wrong with a ball; `given`: somebody pointed at it. `moving` are the lamps' mirror images, a picture
 /// each, and `all` those that are found where what stands still is not taken off.
 pub fn fault(
     view: &View,
     outline: &Outline,
-    told: bool,
+    given: bool,
     moving: &[Option<Highlight>],
     all: &[Option<Highlight>],
 ) -> Option<Fault> {
@@ -109,7 +109,7 @@ pub fn fault(
     if 2 * seen < of {
         return still(all).or(Some(Fault::NoLamp { seen, of }));
     }
-    let unproven = !told && outline.mirrored < super::mirror::PROVEN && outline.step > STEP;
+    let unproven = !given && outline.mirrored < super::mirror::PROVEN && outline.step > STEP;
     unproven.then_some(Fault::Border { step: outline.step })
 }
 

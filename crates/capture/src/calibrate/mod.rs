@@ -8,7 +8,7 @@ pub mod mirror;
 mod outline;
 
 pub use judge::{Disagreement, Fault, explain, fault, uncertainty};
-pub use outline::{Circle, Glance, Outline, Window, measure};
+pub use outline::{Circle, Outline, Overview, Window, measure};
 
 use crate::lens::Lens;
 use glam::{DMat3, DVec3, Vec2, Vec3};
@@ -466,16 +466,16 @@ mod tests {
         })
     }
 
-    /// The outlines of balls in pictures, at a glance and then exactly.
+    /// The outlines of balls in pictures, shrunk and then exactly.
     fn find(pictures: &[Vec<f32>], view: View, count: usize) -> Vec<Ball> {
-        let mut glance = Glance::new(view.width, view.height);
-        pictures.iter().for_each(|p| glance.add(p, view.width));
+        let mut overview = Overview::new(view.width, view.height);
+        pictures.iter().for_each(|p| overview.add(p, view.width));
         let exact = |circle: &Circle| {
             let mut window = Window::around(circle.ball, view.width, view.height);
             pictures.iter().for_each(|p| window.add(p, view.width));
             measure(&window, &view, circle.ball, 4.0).map(|outline| outline.ball)
         };
-        glance.circles(count).iter().filter_map(exact).collect()
+        overview.circles(count).iter().filter_map(exact).collect()
     }
 
     #[test]

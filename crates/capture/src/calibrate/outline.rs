@@ -12,7 +12,7 @@ use glam::Vec2;
 use std::f32::consts::TAU;
 
 /// Pictures in which balls are looked for are this wide at most.
-const GLANCE: usize = 400;
+const OVERVIEW: usize = 400;
 /// The smallest radius that is looked for, in pixels of that.
 const SMALLEST: f32 = 6.0;
 /// A ball's rim is at most this many times as large as the ring in which it mirrors the table: √2, and some for a near
@@ -100,17 +100,17 @@ pub struct Circle {
 }
 
 /// Pictures of one view, shrunk, in which to look for circles.
-pub struct Glance {
+pub struct Overview {
     width: usize,
     height: usize,
     factor: usize,
     pictures: Vec<Vec<f32>>,
 }
 
-impl Glance {
+impl Overview {
     /// For pictures of this size, in pixels.
     pub fn new(width: usize, height: usize) -> Self {
-        let factor = width.max(height).div_ceil(GLANCE).max(1);
+        let factor = width.max(height).div_ceil(OVERVIEW).max(1);
         Self { width: width / factor, height: height / factor, factor, pictures: Vec::new() }
     }
 

@@ -1,23 +1,26 @@
 //! `yugen capture calibrate`.
 
+mod pictures;
+mod preview;
+
 use super::hdr::{BAD_LENS, lens};
 use crate::{argument, json, progress};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use clap::Args;
 use indicatif::ProgressBar;
+use pictures::{Grey, Pictures, name};
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use yugen_archive::formats::image::rows::Rows;
-use yugen_archive::formats::image::{self, ReadOptions, WriteOptions};
+use yugen_archive::formats::image;
 use yugen_archive::formats::lp;
 use yugen_archive::formats::stack::{self, Response};
 use yugen_archive::{check_outputs, check_writable, will_read};
 use yugen_capture::calibrate::{
-    Ball, Disagreement, Fault, Glance, Highlight, Outline, Ray, View, Window, explain, fault, highlight,
+    Ball, Disagreement, Fault, Highlight, Outline, Ray, View, Window, explain, fault, highlight,
     mean_direction, measure, on_dome, triangulate, uncertainty,
 };
 use yugen_capture::lens::Lens;
-use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
+use yugen_optics::{Vec2, Vec3};
 
 /// Finds where the lights stood from their mirror images in polished balls beside the sample.
 ///
@@ -35,7 +38,7 @@ pub struct Calibrate {
     balls: usize,
 
     /// The outline of a ball in pixels from the top left, to look for its rim near there (within a twentieth of the
-    /// radius; where none shows it is taken as said); may be given again.
+    /// radius; where none shows it is taken as given); may be given again.
     #[arg(long, value_name = "X,Y,RADIUS", value_parser = ball)]
     ball: Vec<Ball>,
 
@@ -111,13 +114,11 @@ struct Found {
     uncertainty: f32,
 }
 
-const KEPT: u64 = 1 << 30;
 /// 99 of 100 errors in two dimensions are smaller than so many standard deviations: √(2 ln 100).
 const SURE: f32 = 3.035;
-/// Pictures that are kept, shrunk, to look for circles in.
-const GLANCES: usize = 48;
 /// Bytes of pictures that are kept around balls to measure their rims in.
 const WINDOWS: usize = 512 << 20;
+
 impl Calibrate {
     /// Does it.
     pub fn run(self) -> Result<()> {
@@ -154,8 +155,8 @@ impl Calibrate {
         check_outputs([Some(&output), self.preview.as_ref()].into_iter().flatten())?;
 
         let bar = progress::bar(files.len() as u64, self.json);
-        let mut shots = self.read_all(files, &options.response, &bar)?;
-        let (width, height) = (shots.width, shots.height);
+        let mut pictures = Pictures::read(files, &options.response, self.outline.is_none(), &bar)?;
+        let (width, height) = (pictures.width, pictures.height);
         if let Some(lens) = &self.lens {
             ensure!(lens.fits(width, height), BAD_LENS);
         }
@@ -171,28 +172,29 @@ impl Calibrate {
                 centre.y
             );
         }
-        let candidates = self.candidates(&view, &mut shots, &options.response, &bar)?;
+        let candidates = self.candidates(&view, &mut pictures, &options.response, &bar)?;
         bar.finish_and_clear();
         // Also of a failure: it shows what is wrong.
         if let Some(path) = &self.preview {
-            preview(path, &shots.brightest, &view, &candidates)?;
+            preview::draw(path, &pictures.brightest, &view, &candidates)?;
         }
         let good: Vec<&Candidate> = candidates.iter().filter(|c| c.fault.is_none()).take(count).collect();
         if good.len() < count {
             bail!(self.too_few(&candidates, good.len(), count));
         }
-        let found = self.lights(&view, &good, &mut shots)?;
-        for (picture, why) in &shots.bad {
+        let names: Vec<String> = pictures.files.iter().map(|f| name(f)).collect();
+        let found = self.lights(&view, &good, &mut pictures)?;
+        for (picture, why) in &pictures.bad {
             tracing::warn!("{picture} is left out: {why}");
         }
         // Beside the balls, or in another stack for which they speak.
         let beside = output.parent().unwrap_or(Path::new("")).to_path_buf();
         let elsewhere = beside.canonicalize().ok() != self.folder.canonicalize().ok();
-        if !shots.bad.is_empty() && (elsewhere || !options.intensities.is_empty()) {
+        if !pictures.bad.is_empty() && (elsewhere || !options.intensities.is_empty()) {
             bail!(
                 "{}: {} of the lights are not known, and {}; photograph them again, or leave their pictures out there as well",
                 self.folder.display(),
-                shots.bad.len(),
+                pictures.bad.len(),
                 match elsewhere {
                     true => "the other stack has pictures of them",
                     false => "stack.toml has intensities of them",
@@ -214,76 +216,15 @@ impl Calibrate {
         } else {
             yugen_archive::atomic_write(&output, lp::write(&entries, &output)?.as_bytes())?;
         }
-        self.report(&output, &good, &found, &shots.bad, near);
+        self.report(&output, &good, &names, &found, &pictures.bad, near);
         Ok(())
-    }
-
-    /// Reads every picture once: the size that most have, what they show at a glance, and which cannot be used.
-    fn read_all(&self, files: Vec<PathBuf>, response: &Response, bar: &ProgressBar) -> Result<Shots> {
-        let mut sizes: Vec<((usize, usize), usize)> = Vec::new();
-        let mut bad = Vec::new();
-        let mut good = Vec::new();
-        for file in files {
-            match Rows::open(&file, &ReadOptions::raw(), &mut { KEPT }) {
-                Ok(rows) => {
-                    let size = (rows.width, rows.height);
-                    match sizes.iter_mut().find(|s| s.0 == size) {
-                        Some(s) => s.1 += 1,
-                        None => sizes.push((size, 1)),
-                    }
-                    good.push((file, size));
-                }
-                Err(e) => bad.push((name(&file), format!("{e:#}"))),
-            }
-        }
-        let total = good.len() + bad.len();
-        let most = sizes.iter().map(|s| s.1).max().unwrap_or(0);
-        // Of equals the first, which is the first picture's.
-        let usual = sizes.iter().find(|s| s.1 == most).map(|s| s.0);
-        let Some((width, height)) = usual else { bail!(too_many_bad(&bad, total)) };
-        good.retain(|(file, size)| {
-            if *size != (width, height) {
-                let (w, h) = size;
-                bad.push((
-                    name(file),
-                    format!("{}: it is {w} x {h}, most others are {width} x {height}", file.display()),
-                ));
-            }
-            *size == (width, height)
-        });
-        let mut shots = Shots {
-            files: Vec::new(),
-            width,
-            height,
-            brightest: vec![0.0; width * height],
-            glance: Glance::new(width, height),
-            bad,
-            total,
-        };
-        let every = good.len().div_ceil(GLANCES).max(1);
-        for (i, (file, _)) in good.into_iter().enumerate() {
-            bar.set_message(name(&file));
-            match Grey::read(&file, response) {
-                Ok(picture) => {
-                    shots.brightest.iter_mut().zip(&picture.values).for_each(|(a, b)| *a = a.max(*b));
-                    if self.outline.is_none() && i % every == 0 {
-                        shots.glance.add(&picture.values, width);
-                    }
-                    shots.files.push(file);
-                }
-                Err(e) => shots.bad.push((name(&file), format!("{e:#}"))),
-            }
-            bar.inc(1);
-        }
-        shots.check()?;
-        Ok(shots)
     }
 
     /// Circles in the pictures, measured at full size, and what is wrong with them.
     fn candidates(
         &self,
         view: &View,
-        shots: &mut Shots,
+        pictures: &mut Pictures,
         response: &Response,
         bar: &ProgressBar,
     ) -> Result<Vec<Candidate>> {
@@ -292,30 +233,30 @@ impl Calibrate {
             Some(path) => {
                 let outline = Grey::read(path, response)?;
                 outline.same_size(path, width, height)?;
-                shots.glance.add(&outline.values, width);
-                shots.brightest = outline.values.clone();
+                pictures.overview.add(&outline.values, width);
+                pictures.brightest = outline.values.clone();
                 Some(outline)
             }
             None => None,
         };
         // A coin, a print or a washer may be a better circle than a ball.
         let circles: Vec<(Ball, bool)> = if self.ball.is_empty() {
-            shots.glance.circles(self.balls + 4).iter().map(|c| (c.ball, c.whole)).collect()
+            pictures.overview.circles(self.balls + 4).iter().map(|c| (c.ball, c.whole)).collect()
         } else {
             self.ball.iter().map(|b| (*b, true)).collect()
         };
         let mut windows: Vec<Window> =
             circles.iter().map(|(ball, _)| Window::around(*ball, width, height)).collect();
         let bytes: usize = windows.iter().map(|w| 4 * w.size[0] * w.size[1]).sum();
-        let kept = (WINDOWS / bytes.max(1)).clamp(3, shots.files.len().max(3));
-        let every = shots.files.len().div_ceil(kept).max(1);
+        let kept = (WINDOWS / bytes.max(1)).clamp(3, pictures.files.len().max(3));
+        let every = pictures.files.len().div_ceil(kept).max(1);
         let mut still: Vec<Vec<f32>> =
             windows.iter().map(|w| vec![f32::INFINITY; w.size[0] * w.size[1]]).collect();
         if let Some(outline) = &outline {
             windows.iter_mut().for_each(|w| w.add(&outline.values, width));
         }
         bar.reset();
-        for (i, file) in shots.files.iter().enumerate() {
+        for (i, file) in pictures.files.iter().enumerate() {
             let picture = Grey::read(file, response)?;
             for (window, still) in windows.iter_mut().zip(&mut still) {
                 let cut = window.cut(&picture.values, width);
@@ -328,25 +269,33 @@ impl Calibrate {
         }
         let mut candidates = Vec::new();
         for (window, (seen, whole)) in windows.iter_mut().zip(&circles) {
-            let said = !self.ball.is_empty();
-            let reach =
-                if said { (0.05 * seen.radius).max(2.0) } else { 2.0 * shots.glance.factor() as f32 + 2.0 };
+            let given = !self.ball.is_empty();
+            let reach = if given {
+                (0.05 * seen.radius).max(2.0)
+            } else {
+                2.0 * pictures.overview.factor() as f32 + 2.0
+            };
             let start = view.straightened(*seen);
-            let exact = measure(window, view, start, reach);
+            // The rim of what was pointed at lies near, or it is that of something else.
+            let near = |o: &Outline| {
+                let off = o.ball.centre.distance(start.centre).max((o.ball.radius - start.radius).abs());
+                !given || off <= reach
+            };
+            let exact = measure(window, view, start, reach).filter(near);
             let fault = match (whole, exact) {
                 (false, _) => Some(Fault::Cut),
-                (true, None) if !said => Some(Fault::NoRim),
+                (true, None) if !given => Some(Fault::NoRim),
                 _ => None,
             };
-            if said && exact.is_none() {
+            if given && exact.is_none() {
                 tracing::warn!(
-                    "--ball {},{},{}: no rim shows near there, and it is taken as said, to half a pixel",
+                    "--ball {},{},{}: no rim shows near there, and it is taken as given, to half a pixel",
                     seen.centre.x,
                     seen.centre.y,
                     seen.radius
                 );
             }
-            let given = Outline {
+            let as_given = Outline {
                 ball: start,
                 sigma: 0.5,
                 radius_sigma: 0.5,
@@ -375,16 +324,16 @@ impl Calibrate {
             window.pictures.clear();
             candidates.push(Candidate {
                 seen,
-                outline: exact.unwrap_or(given),
+                outline: exact.unwrap_or(as_given),
                 highlights: Vec::new(),
                 fault,
             });
         }
         // What the darkest of two shows may be a lamp's.
-        let many = shots.files.len() > 2;
+        let many = pictures.files.len() > 2;
         let mut all: Vec<Vec<Option<Highlight>>> = vec![Vec::new(); candidates.len()];
         bar.reset();
-        for file in &shots.files {
+        for file in &pictures.files {
             let picture = Grey::read(file, response)?;
             for (((candidate, window), still), all) in
                 candidates.iter_mut().zip(&windows).zip(&still).zip(&mut all)
@@ -403,8 +352,8 @@ impl Calibrate {
         }
         for (candidate, all) in candidates.iter_mut().zip(&all) {
             if candidate.fault.is_none() {
-                let told = self.outline.is_some() || !self.ball.is_empty();
-                candidate.fault = fault(view, &candidate.outline, told, &candidate.highlights, all);
+                let given = self.outline.is_some() || !self.ball.is_empty();
+                candidate.fault = fault(view, &candidate.outline, given, &candidate.highlights, all);
             }
         }
         Ok(candidates)
@@ -435,7 +384,7 @@ impl Calibrate {
     }
 
     /// What the balls say of the lights. Few pictures that say nothing sure are left out.
-    fn lights(&self, view: &View, balls: &[&Candidate], shots: &mut Shots) -> Result<Vec<Found>> {
+    fn lights(&self, view: &View, balls: &[&Candidate], pictures: &mut Pictures) -> Result<Vec<Found>> {
         let tolerance = self.tolerance.to_radians();
         let ray = |ball: &Candidate, i: usize| {
             let highlight = ball.highlights[i].as_ref()?;
@@ -443,7 +392,7 @@ impl Calibrate {
             Some((ray, uncertainty(ball.seen, &ball.outline, highlight)))
         };
         let rays: Vec<Vec<Option<(Ray, f32)>>> =
-            (0..shots.files.len()).map(|i| balls.iter().map(|b| ray(b, i)).collect()).collect();
+            (0..pictures.files.len()).map(|i| balls.iter().map(|b| ray(b, i)).collect()).collect();
         let only = |rays: &Vec<Option<(Ray, f32)>>| rays.iter().map(|r| r.map(|r| r.0)).collect::<Vec<_>>();
         // Distant lamps, as all balls see them: what disagrees is a wrong outline, a near lamp or a near camera.
         let mut limits = Vec::new();
@@ -461,18 +410,18 @@ impl Calibrate {
             let all: Vec<Vec<Option<Ray>>> = rays.iter().map(only).collect();
             bail!(self.disagreement(balls, explain(&all, limit), spread));
         }
-        let files = std::mem::take(&mut shots.files);
+        let files = std::mem::take(&mut pictures.files);
         let mut found = Vec::new();
         for (file, rays) in files.into_iter().zip(&rays) {
             match self.place(&name(&file), rays) {
                 Ok(light) => {
                     found.push(light);
-                    shots.files.push(file);
+                    pictures.files.push(file);
                 }
-                Err(e) => shots.bad.push((name(&file), format!("{e:#}"))),
+                Err(e) => pictures.bad.push((name(&file), format!("{e:#}"))),
             }
         }
-        shots.check()?;
+        pictures.check()?;
         // Few lights that are not sure are left out; where they are many the ball is too small.
         let most = most(&found.iter().map(|f| f.uncertainty).collect::<Vec<_>>());
         let total = found.len();
@@ -494,7 +443,7 @@ impl Calibrate {
                 "its direction may be wrong by {:.2} degrees, beyond the --tolerance of {}",
                 light.uncertainty, self.tolerance
             );
-            shots.bad.push((light.file, why));
+            pictures.bad.push((light.file, why));
         }
         Ok(sure)
     }
@@ -569,6 +518,7 @@ impl Calibrate {
         &self,
         output: &Path,
         balls: &[&Candidate],
+        names: &[String],
         found: &[Found],
         bad: &[(String, String)],
         near: bool,
@@ -580,9 +530,10 @@ impl Calibrate {
             let all: Vec<_> = balls
                 .iter()
                 .map(|b| {
-                    let Ball { centre, radius } = b.outline.ball;
+                    let Ball { centre, radius } = b.seen;
+                    let seen = names.iter().zip(&b.highlights).filter_map(|(n, h)| Some((n, h.as_ref()?)));
                     let highlights: Vec<_> =
-                        b.highlights.iter().map(|h| h.map(|h| h.at.to_array())).collect();
+                        seen.map(|(n, h)| json!({ "file": n, "at": h.at.to_array() })).collect();
                     json!({
                         "x": centre.x,
                         "y": centre.y,
@@ -616,7 +567,7 @@ impl Calibrate {
             return;
         }
         for b in balls {
-            let Ball { centre, radius } = b.outline.ball;
+            let Ball { centre, radius } = b.seen;
             println!("ball at {:.1}, {:.1} with radius {radius:.1}", centre.x, centre.y);
         }
         println!("{}: {} {}", output.display(), found.len(), if near { "positions" } else { "directions" });
@@ -636,10 +587,6 @@ impl Calibrate {
     }
 }
 
-fn name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
 /// Upper median; sorts. 0 of none.
 fn median(values: &mut [f32]) -> f32 {
     values.sort_by(f32::total_cmp);
@@ -648,110 +595,6 @@ fn median(values: &mut [f32]) -> f32 {
 
 fn most(values: &[f32]) -> f32 {
     values.iter().copied().fold(0.0, f32::max)
-}
-
-/// The pictures of a stack.
-struct Shots {
-    files: Vec<PathBuf>,
-    width: usize,
-    height: usize,
-    /// The brightest that each pixel becomes.
-    brightest: Vec<f32>,
-    glance: Glance,
-    /// Names of pictures that cannot be used, and why.
-    bad: Vec<(String, String)>,
-    /// Of how many.
-    total: usize,
-}
-
-impl Shots {
-    /// One bad picture of many is no matter; one of four is.
-    fn check(&self) -> Result<()> {
-        if self.files.is_empty() || 4 * self.bad.len() > self.total {
-            bail!(too_many_bad(&self.bad, self.total));
-        }
-        Ok(())
-    }
-}
-
-fn too_many_bad(bad: &[(String, String)], total: usize) -> anyhow::Error {
-    let (first, why) = bad.first().map(|(n, w)| (n.as_str(), w.as_str())).unwrap_or_default();
-    anyhow!(
-        "{} of {total} pictures cannot be used, '{first}' for one: {why}; if they are no lights' pictures leave \
-         them out with --skip '{first}'",
-        bad.len()
-    )
-}
-
-/// The light of a picture's pixels, grey.
-struct Grey {
-    values: Vec<f32>,
-    width: usize,
-    height: usize,
-}
-
-impl Grey {
-    fn read(path: &Path, response: &Response) -> Result<Self> {
-        let mut rows = Rows::open(path, &ReadOptions::raw(), &mut { KEPT })?;
-        rows.set_response(|level| response.light(level));
-        let (width, height) = (rows.width, rows.height);
-        let mut line = vec![[0.0; 3]; width];
-        let mut values = Vec::with_capacity(width * height);
-        for _ in 0..height {
-            rows.next_row(&mut line)?;
-            // What an exposure could not hold is brighter than the rest.
-            let grey = |v: &[f32; 3]| {
-                let sum = v[0] + v[1] + v[2];
-                if sum.is_nan() { f32::MAX / 4.0 } else { sum / 3.0 }
-            };
-            values.extend(line.iter().map(grey));
-        }
-        // Saturated pixels become twice as bright as the brightest that is known.
-        let top = values.iter().copied().filter(|v| *v < f32::MAX / 4.0).fold(0.0, f32::max);
-        values.iter_mut().for_each(|v| *v = v.min(2.0 * top));
-        Ok(Self { values, width, height })
-    }
-
-    fn same_size(&self, path: &Path, width: usize, height: usize) -> Result<()> {
-        ensure!(
-            (self.width, self.height) == (width, height),
-            "{}: the picture is {} x {}, the others are {width} x {height}",
-            path.display(),
-            self.width,
-            self.height
-        );
-        Ok(())
-    }
-}
-
-/// The brightest of all pictures with every circle that was found: green where it is a ball, orange where not, and the
-/// lamps' mirror images in red.
-fn preview(path: &Path, brightest: &[f32], view: &View, candidates: &[Candidate]) -> Result<()> {
-    let (width, height) = (view.width, view.height);
-    let mut image = Image::rgb(width, height);
-    let mut sorted: Vec<f32> = brightest.to_vec();
-    let nth = sorted.len() * 95 / 100;
-    let (_, &mut bright, _) = sorted.select_nth_unstable_by(nth, f32::total_cmp);
-    for (pixel, v) in image.data.chunks_exact_mut(3).zip(brightest) {
-        pixel.fill((v / bright.max(1e-6)).clamp(0.0, 1.0) * 0.7);
-    }
-    let mut dot = |at: Vec2, colour: [f32; 3]| {
-        if at.x >= 0.0 && at.y >= 0.0 && (at.x as usize) < width && (at.y as usize) < height {
-            image.pixel_mut(at.x as usize, at.y as usize).copy_from_slice(&colour);
-        }
-    };
-    for c in candidates {
-        let steps = (8.0 * c.outline.ball.radius) as usize;
-        let turns: Vec<f32> = (0..steps).map(|i| std::f32::consts::TAU * i as f32 / steps as f32).collect();
-        let colour = if c.fault.is_none() { [0.0, 1.0, 0.0] } else { [1.0, 0.4, 0.0] };
-        view.rim(c.outline.ball, &turns).unwrap_or_default().into_iter().for_each(|at| dot(at, colour));
-        for at in c.highlights.iter().flatten().map(|h| h.at) {
-            for off in [Vec2::ZERO, Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
-                dot(at + off, [1.0, 0.0, 0.0]);
-            }
-        }
-    }
-    Ok(image::write(path, &image, &WriteOptions::from(ColourSpace::LinearSrgb))?)
 }
 
 fn ball(text: &str) -> Result<Ball, String> {
