@@ -181,7 +181,10 @@ fn not_found(path: &Path) -> String {
 /// The end of a sentence about a word that is none of `known`: what was probably meant, or what there is where that is
 /// a short list.
 pub fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    let known: Vec<&str> = known.into_iter().collect();
+    // Two of a list may share a word, as formats share extensions.
+    let mut known: Vec<&str> = known.into_iter().collect();
+    let mut seen = std::collections::HashSet::new();
+    known.retain(|word| seen.insert(*word));
     match nearest(name, known.iter().copied()) {
         Some(word) => format!("; did you mean '{word}'?"),
         // A list longer than this helps nobody.
@@ -246,6 +249,7 @@ mod tests {
         assert_eq!(nearest("temperature", known), None);
         assert_eq!(nearest("refl", known), Some("reflectance"));
         assert_eq!(nearest("re", known), None);
+        assert_eq!(suggest("x", ["b", "a", "b"]), "; expected one of b, a");
         let e = Error::unknown(Place::line("a.toml", 3, 7), "key", "aplha", known);
         assert_eq!(e.to_string(), "a.toml:3:7: unknown key 'aplha'; did you mean 'alpha'?");
     }

@@ -680,9 +680,7 @@ impl TileNoise {
         let pixels = tile.moments.len() as f64;
         Self { pixels, samples: tile.samples, variance: variance / pixels }
     }
-}
 
-impl TileNoise {
     /// Of one sample: what the samples are shared out by.
     fn deviation(&self) -> f64 {
         self.variance.sqrt()

@@ -11,7 +11,7 @@ use super::rays::Rays;
 use super::refine::Known;
 use super::room::Room;
 use crate::lanes::{F, Mask};
-use crate::normals::stereo::{self, Light, Solved};
+use crate::normals::stereo::{self, Light, Solved, Task};
 use crate::normals::{self, Surface};
 use glam::Vec3;
 use yugen_optics::Frame;
@@ -53,30 +53,32 @@ pub(super) struct Ground {
     /// By what part of their level the fit leaves readings off.
     left: F,
     readings: F,
+    /// What both are judged by.
+    lights: Vec<Light>,
+    usable: Vec<F>,
+    task: Task,
 }
 
 impl Ground {
-    /// `theta` is what was fitted, with this profile.
-    pub fn beside<R: Rays>(
-        rays: R,
-        room: &Room,
-        triplets: &[[usize; 3]],
-        surface: &Surface,
-        theta: &[F; N],
-        profile: &Profile,
-    ) -> Self {
-        let n = room.value.len();
-        let lights: Vec<Light> = (0..n).map(|i| Light::of_ray(rays.at(i))).collect();
+    /// The ground by itself; [`Ground::compare`] has to follow.
+    pub fn of<R: Rays>(rays: R, room: &Room, triplets: &[[usize; 3]], surface: &Surface) -> Self {
+        let lights: Vec<Light> = (0..room.value.len()).map(|i| Light::of_ray(rays.at(i))).collect();
         let usable: Vec<F> = room.stated.iter().map(|w| w.above(F::ZERO)).collect();
         let task = normals::task(surface, &normals::Options::default());
         let solved = stereo::solve_block(&lights, &room.value, &usable, triplets, &task);
         let albedo = stereo::albedo(&lights, &room.value, &room.channels, &usable, &solved, &task);
-        let mut seen = vec![F::ZERO; n];
-        model::model(rays, theta, profile, &mut seen);
         let readings = usable.iter().fold(F::ZERO, |sum, u| sum + *u);
-        let ([cost, fitted], left) =
-            stereo::costs(&lights, &room.value, &usable, &solved, &seen, [theta[2], theta[3]], &task);
-        Self { solved, albedo, cost, fitted, left, readings }
+        let [cost, fitted, left] = [F::ZERO; 3];
+        Self { solved, albedo, cost, fitted, left, readings, lights, usable, task }
+    }
+
+    /// Beside what was fitted, with this profile.
+    pub fn compare<R: Rays>(&mut self, rays: R, room: &Room, theta: &[F; N], profile: &Profile) {
+        let mut seen = vec![F::ZERO; room.value.len()];
+        model::model(rays, theta, profile, &mut seen);
+        let slopes = [theta[2], theta[3]];
+        ([self.cost, self.fitted], self.left) =
+            stereo::costs(&self.lights, &room.value, &self.usable, &self.solved, &seen, slopes, &self.task);
     }
 
     /// Whether it describes the readings of a texel so well that no second look is needed.

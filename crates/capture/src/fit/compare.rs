@@ -55,6 +55,10 @@ pub fn failed(e: &[f32; 6]) -> bool {
 
 /// Confidences are put together in so many steps.
 const STEPS: usize = 10;
+/// Below this confidence a texel is undecided.
+pub const UNDECIDED: f32 = 0.1;
+/// Above this it should be right.
+pub const SURE: f32 = 0.5;
 /// A normal is wrong that is off by more degrees than this.
 pub const WRONG: f32 = 5.0;
 

@@ -273,12 +273,15 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
     let found_noise = &prior.map_or(*options, |p| p.noise(options));
     let descent = Descent { rays, profile, known: &known, found: found_noise };
     let mut done = descent.from(start, room);
-    let ground_of = |done: &Refined, room: &Room| {
-        let surface = options.surface.as_ref().filter(|_| !learning)?;
-        Some(Ground::beside(rays, room, triplets, surface, &done.theta, profile))
-    };
     let odds = cluster.map(|c| prior.zip(c).map_or(0.0, |(p, c)| p.ground(c)));
-    let mut ground = ground_of(&done.refined, room);
+    let mut ground =
+        options.surface.as_ref().filter(|_| !learning).map(|s| Ground::of(rays, room, triplets, s));
+    let compare = |ground: &mut Option<Ground>, done: &Refined, room: &Room| {
+        if let Some(ground) = ground {
+            ground.compare(rays, room, &done.theta, profile);
+        }
+    };
+    compare(&mut ground, &done.refined, room);
     let doubtful: Mask = F(std::array::from_fn(|lane| {
         let poor = done.refined.sums.cost.0[lane] > 4.0 * usable[lane] as f32;
         let unsure = confidence(&done.information(lane, usable[lane]), 0.0, 0.0) < 0.8;
@@ -292,8 +295,9 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
             let better = doubtful * done.posterior(&known).above(other.posterior(&known));
             done.exchange(better, other);
         }
-        ground = ground_of(&done.refined, room);
+        compare(&mut ground, &done.refined, room);
     }
+    // From here on normals may be held to the ground's; it is the free fit that stood against the ground.
     if let Some(found) = &ground
         && options.surface.is_some_and(|s| s.ground == normals::Ground::Coated)
     {

@@ -11,7 +11,7 @@ use std::time::Instant;
 use yugen_archive::formats::btf::maps;
 use yugen_archive::formats::image::{self, ReadOptions, WriteOptions};
 use yugen_archive::{check_outputs, make_folder, will_read};
-use yugen_capture::fit::compare::quantile;
+use yugen_capture::fit::compare::{SURE, UNDECIDED, WRONG, angle, quantile};
 use yugen_capture::normals::{
     FEWEST_READINGS, Found, Ground, Options, Surface, find, height::closure, height::integrate,
     lights_suffice,
@@ -89,10 +89,6 @@ impl AskedGround {
     }
 }
 
-/// Below this confidence a texel counts as undecided.
-const UNSURE: f32 = 0.1;
-/// Above this it should be right.
-const SURE: f32 = 0.5;
 /// Degrees that are white in the picture of errors.
 const WHITE: f32 = 10.0;
 /// Below this the slopes are those of a surface in a mirror; shadows and noise take those of a real one down to .2.
@@ -225,7 +221,7 @@ impl Normals {
             surface.ground.name()
         );
         println!(
-            "{} masked, {} undecided (confidence below {UNSURE}); normals are expected to be off by {:.2}° (90 % of texels \
+            "{} masked, {} undecided (confidence below {UNDECIDED}); normals are expected to be off by {:.2}° (90 % of texels \
              by less than {:.1}°)",
             report.masked, report.undecided, report.error[0], report.error[1]
         );
@@ -244,7 +240,7 @@ impl Normals {
         if let Some(t) = &report.truth {
             println!(
                 "against the truth: mean {:.2}°, median {:.2}°, 90 % below {:.2}°; of the {:.1} % with a confidence above \
-                 {SURE} the mean is {:.2}°, and {:.2} % are off by 5° and more",
+                 {SURE} the mean is {:.2}°, and {:.2} % are off by more than {WRONG}°",
                 t.mean,
                 t.median,
                 t.ninety,
@@ -342,7 +338,7 @@ impl Report {
         };
         Self {
             masked: found.len() - here.len(),
-            undecided: here.iter().filter(|f| f.confidence < UNSURE).count(),
+            undecided: here.iter().filter(|f| f.confidence < UNDECIDED).count(),
             agreeing: of(&|f| f32::from(f.agreeing) / f32::from(f.readings), 0.5),
             error: [0.5, 0.9].map(|q| of(&|f| f.error, q)),
             confidence: of(&|f| f.confidence, 0.5),
@@ -356,7 +352,7 @@ impl Compared {
     fn of(found: &[Found], truth: &[Vec3]) -> Self {
         let there =
             |(f, t): &(&Found, &Vec3)| usize::from(f.readings) >= FEWEST_READINGS && **t != Vec3::ZERO;
-        let off = |f: &Found, t: &Vec3| f.normal.dot(*t).clamp(-1.0, 1.0).acos().to_degrees();
+        let off = |f: &Found, t: &Vec3| angle(f.normal, *t);
         let all = found.iter().zip(truth).filter(there).map(|(f, t)| (off(f, t), f.confidence > SURE));
         let all: Vec<(f32, bool)> = all.collect();
         let mean = |all: &mut dyn Iterator<Item = f32>| {
@@ -371,7 +367,7 @@ impl Compared {
             ninety: quantile(&mut sorted, 0.9).unwrap_or(0.0),
             sure: all.iter().filter(|a| a.1).count(),
             sure_mean: mean(&mut all.iter().filter(|a| a.1).map(|a| a.0)),
-            wrong: all.iter().filter(|a| a.1 && a.0 >= 5.0).count(),
+            wrong: all.iter().filter(|a| a.1 && a.0 > WRONG).count(),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::figure::{CURVES, Colour, Figure};
 use anyhow::Result;
 use std::fmt::Write;
 use yugen_capture::fit::Kind;
-use yugen_capture::fit::compare::{Step, WRONG};
+use yugen_capture::fit::compare::{SURE, Step, UNDECIDED, WRONG};
 
 /// A picture with what it shows in two languages, and its key.
 struct Shown {
@@ -164,7 +164,7 @@ pub fn histogram(confidence: &[f32]) -> Figure {
         scale: Scale::Linear,
         top,
         marks: Vec::new(),
-        posts: vec![(0.1, "undecided below"), (0.5, "sure above")],
+        posts: vec![(UNDECIDED, "undecided below"), (SURE, "sure above")],
     };
     chart.draw(&[Curve { name: "texels".into(), look: Look::nth(0), points: points.collect(), peak: None }])
 }
@@ -190,7 +190,7 @@ pub fn calibration(steps: &[Step]) -> Figure {
         scale: Scale::Log,
         top,
         marks: vec![WRONG].into_iter().filter(|m| *m < top).collect(),
-        posts: vec![(0.5, "sure above")],
+        posts: vec![(SURE, "sure above")],
     }
     .draw(&curves)
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use yugen_archive::formats::btf::maps::{self, Map};
 use yugen_archive::{atomic_write, make_folder};
 use yugen_capture::fit::compare::{
-    HEADING, NAMES, Step, angle, calibration, errors, failed, numbers, quantile, row,
+    HEADING, NAMES, SURE, Step, UNDECIDED, angle, calibration, errors, failed, numbers, quantile, row,
 };
 use yugen_capture::fit::{FEWEST_FOR_HIGHLIGHTS, Kind};
 use yugen_capture::normals::Surface;
@@ -35,11 +35,6 @@ pub enum Truth {
     /// Unit normals; zero where there is nothing to compare.
     Normals(Vec<Vec3>),
 }
-
-/// Below this confidence a texel counts as undecided.
-const UNSURE: f32 = 0.1;
-/// Above this it should be right.
-const SURE: f32 = 0.5;
 
 /// An error of this much is white in the pictures: parts of albedos and widths, degrees of directions.
 const WHITE: [f32; 6] = [0.2, 0.2, 5.0, 20.0, 0.2, 0.2];
@@ -176,7 +171,7 @@ impl Report<'_> {
     }
 
     fn unsure(&self) -> usize {
-        self.used().filter(|(c, _)| *c < UNSURE).count()
+        self.used().filter(|(c, _)| *c < UNDECIDED).count()
     }
 
     fn median_confidence(&self) -> f32 {
@@ -208,7 +203,7 @@ impl Report<'_> {
                 texels as f64 / self.seconds
             ),
             format!(
-                "{masked} masked, {} undecided (confidence below {UNSURE}); median confidence {:.2}; residual {:.2} standard \
+                "{masked} masked, {} undecided (confidence below {UNDECIDED}); median confidence {:.2}; residual {:.2} standard \
                  deviations (90 % of texels below {:.2})",
                 self.unsure(),
                 self.median_confidence(),
