@@ -9,11 +9,12 @@
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
 use std::time::Instant;
+use yugen_archive::atomic_write;
 use yugen_archive::formats::image::{self, WriteOptions};
 use yugen_archive::formats::{Options as LoadOptions, load_scene};
-use yugen_archive::{Scene, atomic_write};
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image};
+use yugen_scene::Scene;
 use yugen_transport::render::{Action, Budget, Job, Options};
 
 /// One picture.

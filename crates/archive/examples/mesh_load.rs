@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 use yugen_archive::formats::{obj, ply, serialized};
-use yugen_archive::scene::{Mesh, primitives};
+use yugen_scene::{Mesh, primitives};
 
 fn main() {
     // 708² cells of two triangles, with waves so that no number is round.

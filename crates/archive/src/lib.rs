@@ -9,12 +9,10 @@ mod disk;
 mod error;
 pub mod formats;
 mod ledger;
-pub mod scene;
 
 pub use disk::{
     atomic_write, atomic_write_with, begin_own, check_writable, list_folder, make_folder, open, read_bounded,
     read_own, update,
 };
-pub use error::{Error, Place, Position, nearest, suggest};
+pub use error::{Error, Place, Position};
 pub use ledger::{check_new, check_outputs, protect_inputs, will_read};
-pub use scene::Scene;

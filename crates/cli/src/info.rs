@@ -17,10 +17,11 @@ use yugen_archive::formats::{
     FORMATS, btf, colour_chart, exif, exposures, gltf, goniometer, goniometer_csv, instrument, load_scene,
     lp, merl, neural_brdf, obj, pca_basis, ply, readings, response, rgl, serialized, wif,
 };
-use yugen_archive::scene::Mesh;
-use yugen_archive::{Error, list_folder, nearest, read_bounded};
+use yugen_archive::{Error, list_folder, read_bounded};
 use yugen_optics::{ColourSpace, Vec3};
 use yugen_reflectance::tabulated::Goniometry;
+use yugen_scene::Mesh;
+use yugen_scene::nearest;
 
 /// Tells what a file or a folder holds: a scene, a mesh, a stack of photographs, a picture, the maps of a cloth, RTI, a
 /// measured table, a weave, a list.

@@ -3,11 +3,13 @@
 
 use crate::model::Choice;
 use crate::noh::Noh;
+use bytemuck::{Pod, Zeroable};
 use glam::{Mat2, Vec2, Vec3};
 use yugen_optics::{ColourSpace, Frame};
 
 /// What one texel of the cloth reflects. Frame of the picture: +x right, +y up, +z to the camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Texel {
     /// ρ_d, linear RGB.
     pub diffuse: Vec3,

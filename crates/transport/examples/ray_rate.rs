@@ -9,8 +9,8 @@
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
 use std::time::Instant;
-use yugen_archive::scene::{Geometry as Form, Mesh, Scene, Shape};
 use yugen_optics::random::Pcg32;
+use yugen_scene::{Geometry as Form, Mesh, Scene, Shape};
 use yugen_transport::accel::Ray;
 use yugen_transport::geometry::Geometry;
 

@@ -2,8 +2,8 @@
 
 use crate::accel::Ray;
 use glam::{Affine3A, Vec2, Vec3};
-use yugen_archive::scene::{Camera, Projection};
 use yugen_optics::warp::concentric_disc;
+use yugen_scene::{Camera, Projection};
 
 /// A camera ready to shoot rays.
 #[derive(Clone, Debug)]
@@ -81,7 +81,7 @@ impl Lens {
 mod tests {
     use super::*;
     use glam::Mat4;
-    use yugen_archive::scene::{Film, FovAxis};
+    use yugen_scene::{Film, FovAxis};
 
     #[test]
     fn the_corners_see_the_field_of_view() {

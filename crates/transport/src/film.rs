@@ -7,8 +7,8 @@
 use crate::denoise::Footprint;
 use crate::guide::{Guide, Halves, VALUES};
 use glam::Vec3;
-use yugen_archive::scene::{Film, Filter};
 use yugen_optics::Image;
+use yugen_scene::{Film, Filter};
 
 /// Half width of a filter's support in pixels.
 pub fn filter_radius(filter: Filter) -> f32 {

@@ -17,8 +17,8 @@ use crate::accel::{Aabb, Hit, Item, NO_INSTANCE, Others, Ray, Source, Tree, Tree
 use analytic::Analytic;
 use glam::{Affine3A, DAffine3, DMat4, Mat3, Mat4, Vec2, Vec3};
 use std::sync::Arc;
-use yugen_archive::scene::{self, MaterialId, Mesh, Scene, Shape};
 use yugen_optics::Frame;
+use yugen_scene::{MaterialId, Mesh, Scene, Shape};
 
 /// Why a scene cannot be traced.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -439,7 +439,7 @@ impl Level {
         let mut placed = Vec::with_capacity(shapes.len());
         let mut items = Vec::new();
         let triangles =
-            |s: &Shape| if let scene::Geometry::Mesh(m) = &s.geometry { m.triangles.len() } else { 1 };
+            |s: &Shape| if let yugen_scene::Geometry::Mesh(m) = &s.geometry { m.triangles.len() } else { 1 };
         let count: usize = shapes.iter().map(triangles).sum();
         // A quarter of what the tree's indices count.
         let limit = 1 << 28;
@@ -455,16 +455,16 @@ impl Level {
             };
             let mut flip = shape.flip_normals;
             let kind = match &shape.geometry {
-                scene::Geometry::Mesh(mesh) => Kind::Mesh(MeshShape::new(shape, mesh)?),
-                scene::Geometry::Sphere => {
+                yugen_scene::Geometry::Mesh(mesh) => Kind::Mesh(MeshShape::new(shape, mesh)?),
+                yugen_scene::Geometry::Sphere => {
                     // Mitsuba turns a mirrored sphere inside out, and only the sphere.
                     flip ^= shape.to_world.determinant() < 0.0;
                     analytic(analytic::Form::Sphere)?
                 }
-                scene::Geometry::Rectangle => analytic(analytic::Form::Rectangle)?,
-                scene::Geometry::Disc => analytic(analytic::Form::Disc)?,
-                scene::Geometry::Cylinder => analytic(analytic::Form::Cylinder)?,
-                scene::Geometry::Instance(group) => {
+                yugen_scene::Geometry::Rectangle => analytic(analytic::Form::Rectangle)?,
+                yugen_scene::Geometry::Disc => analytic(analytic::Form::Disc)?,
+                yugen_scene::Geometry::Cylinder => analytic(analytic::Form::Cylinder)?,
+                yugen_scene::Geometry::Instance(group) => {
                     let groups = groups.ok_or_else(|| BuildError::Nested { shape: shape.name.clone() })?;
                     if *group >= groups.len() {
                         return Err(BuildError::Group {

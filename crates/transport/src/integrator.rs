@@ -11,7 +11,7 @@ use crate::sampler::Sampler;
 use crate::texture::{Lookup, Place, Textures};
 use glam::Vec3;
 use std::cell::Cell;
-use yugen_archive::scene::{Integrator, IntegratorKind, MissingAttribute, Scene, Strategy};
+use yugen_scene::{Integrator, IntegratorKind, MissingAttribute, Scene, Strategy};
 
 /// A scene ready to be followed by rays.
 pub struct World {

@@ -11,8 +11,8 @@ use crate::texture::{Lookup, Place, Textures};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::cell::Cell;
 use std::f32::consts::PI;
-use yugen_archive::scene::{Light, Scene, Value};
 use yugen_optics::distribution;
+use yugen_scene::{Light, Scene, Value};
 
 /// Above this many lights a fixed distribution replaces the look at each.
 const FEW: usize = 16;
@@ -222,9 +222,7 @@ impl Lights {
                 Light::Projector { to_world, texture, scale, fov_x } => {
                     let half = (0.5 * fov_x).tan();
                     let aspect = match &scene.textures[*texture] {
-                        yugen_archive::scene::Texture::Image { image, .. } => {
-                            image.width as f32 / image.height as f32
-                        }
+                        yugen_scene::Texture::Image { image, .. } => image.width as f32 / image.height as f32,
                         _ => 1.0,
                     };
                     Emitter::Projector {

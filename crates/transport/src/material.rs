@@ -3,9 +3,9 @@
 use crate::texture::{Lookup, Textures};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
-use yugen_archive::scene::{Material, MaterialId, Scene, TextureId, TurnedNormals, Value};
 use yugen_optics::Frame;
 use yugen_reflectance::{Bsdf, Choice, Kind, MAX_SLOTS, ParamType};
+use yugen_scene::{Material, MaterialId, Scene, TextureId, TurnedNormals, Value};
 
 /// Most lobes a material may resolve to; more is refused when the scene is prepared.
 pub const MAX_LOBES: usize = 8;

@@ -20,9 +20,9 @@ use std::collections::BinaryHeap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use yugen_archive::Scene;
-use yugen_archive::scene::{Aov, Camera, Film, FovAxis, Integrator, IntegratorKind, Projection};
 use yugen_optics::{Fingerprint, Image};
+use yugen_scene::Scene;
+use yugen_scene::{Aov, Camera, Film, FovAxis, Integrator, IntegratorKind, Projection};
 
 /// Channels an AOV adds to the filtered sums; id, variance and lights are made otherwise.
 fn channels(aov: Aov) -> &'static [&'static str] {
@@ -747,7 +747,7 @@ fn choose_camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a Camera,
         let name = name.unwrap_or("").to_string();
         let hint = match known.is_empty() {
             true => "; the scene has none".into(),
-            false => yugen_archive::suggest(&name, known),
+            false => yugen_scene::suggest(&name, known),
         };
         PrepareError::UnknownCamera { name, hint }
     })

@@ -3,9 +3,9 @@
 use crate::geometry::{Geometry, Surface, attribute};
 use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
-use yugen_archive::scene::{Mesh, Scene, Texture, TextureFilter, Value, Wrap};
 use yugen_optics::Image;
 use yugen_reflectance::btf::{Btf, Moments, Texel};
+use yugen_scene::{Mesh, Scene, Texture, TextureFilter, Value, Wrap};
 
 /// Where a texture is looked up.
 #[derive(Clone, Copy)]

@@ -2,8 +2,8 @@
 //! claimed.
 
 use yugen_archive::formats::{Options as Reading, load_scene};
-use yugen_archive::scene::{Aov, Scene};
 use yugen_optics::Image;
+use yugen_scene::{Aov, Scene};
 use yugen_transport::render::{Action, Budget, Job, Options};
 
 const SIZE: usize = 48;

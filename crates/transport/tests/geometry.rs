@@ -2,8 +2,8 @@
 
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 use std::sync::Arc;
-use yugen_archive::scene::{Geometry as Form, Mesh, Scene, Shape};
 use yugen_optics::random::Pcg32;
+use yugen_scene::{Geometry as Form, Mesh, Scene, Shape};
 use yugen_transport::accel::{NO_INSTANCE, Ray};
 use yugen_transport::geometry::{BuildError, Geometry, ShapeSampler};
 

@@ -1,13 +1,13 @@
 //! Shading normals turned by maps: what is drawn is what is evaluated, and no light is made.
 
 use std::sync::Arc;
-use yugen_archive::scene::{Material, Scene, Texture, TextureFilter, TurnedNormals, Value, Wrap};
 use yugen_optics::random::Pcg32;
 use yugen_optics::warp::uniform_sphere;
 use yugen_optics::{ColourSpace, Frame, Image, Vec2, Vec3};
 use yugen_proof::{ChiSquare, Subject, chi_square, furnace, sampling};
 use yugen_reflectance::btf::{Btf, Texel};
 use yugen_reflectance::{Choice, Kind, Laws, Sample};
+use yugen_scene::{Material, Scene, Texture, TextureFilter, TurnedNormals, Value, Wrap};
 use yugen_transport::material::{Materials, Point, Shading, scratch};
 use yugen_transport::texture::{Lookup, Place, Textures};
 

@@ -3,13 +3,13 @@
 use glam::{Mat4, Vec2, Vec3};
 use std::f32::consts::PI;
 use std::sync::Arc;
-use yugen_archive::scene::{
-    Aov, Camera, Film, Filter, FovAxis, Geometry, Integrator, Light, Material, Mesh, Projection, Scene,
-    Shape, Texture, Value, Wrap,
-};
 use yugen_optics::{ColourSpace, Frame};
 use yugen_reflectance::btf::{Btf, Texel};
 use yugen_reflectance::{Choice, Kind, Model};
+use yugen_scene::{
+    Aov, Camera, Film, Filter, FovAxis, Geometry, Integrator, Light, Material, Mesh, Projection, Scene,
+    Shape, Texture, Value, Wrap,
+};
 use yugen_transport::checkpoint::ResumeError;
 use yugen_transport::render::{Action, Budget, Job, Options};
 

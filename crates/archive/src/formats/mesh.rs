@@ -1,8 +1,9 @@
 //! A mesh by itself, as a scene: in front of a camera that sees all of it, under the default sun and sky.
 
 use super::{Options, serialized, toml};
-use crate::{Error, Place, Scene};
+use crate::{Error, Place};
 use std::path::Path;
+use yugen_scene::Scene;
 
 /// Which way is up in a file of a mesh, which does not say it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

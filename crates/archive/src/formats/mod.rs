@@ -40,9 +40,10 @@ pub mod support;
 pub mod toml;
 pub mod wif;
 
-use crate::{Error, Place, Scene, read_bounded};
+use crate::{Error, Place, read_bounded};
 use std::path::{Path, PathBuf};
 use support::Feature;
+use yugen_scene::Scene;
 
 /// What a caller may say about how a scene is read.
 #[derive(Clone, Debug, Default)]

@@ -7,11 +7,12 @@
 use super::corners::Corners;
 use super::numbers::{Mark, Scanner, text};
 use super::support::{Feature, Support, find};
-use crate::scene::{Mesh, polygon};
-use crate::{Error, Place, nearest};
+use crate::{Error, Place};
 use glam::{Vec2, Vec3};
 use std::ops::Range;
 use std::path::Path;
+use yugen_scene::nearest;
+use yugen_scene::{Mesh, polygon};
 
 /// A mesh and which part of it is of what.
 #[derive(Clone, Debug, Default)]

@@ -13,13 +13,13 @@ mod values;
 use super::corners::Corners;
 use super::numbers::Scanner;
 use super::support::{Feature, Support, find};
-use crate::scene::{Mesh, polygon};
 use crate::{Error, Place};
 use glam::{Vec2, Vec3};
 use header::{Element, Encoding, MAX_HEADER, Property, Scalar, header};
 use std::path::Path;
 use values::{Binary, Text, Values};
 use yugen_optics::colour::srgb_to_linear;
+use yugen_scene::{Mesh, polygon};
 
 const ONE_PICTURE: &str = "all faces have one material; split the mesh by its pictures";
 

@@ -1,12 +1,12 @@
 //! Mitsuba's `.serialized` meshes, versions 3 and 4: zlib streams one behind the other and a table of
 //! their offsets at the end of the file.
 
-use crate::scene::Mesh;
 use crate::{Error, Place};
 use flate2::read::ZlibDecoder;
 use glam::{Vec2, Vec3};
 use std::io::Read;
 use std::path::Path;
+use yugen_scene::Mesh;
 
 /// Layout after mitsuba3 v3.9.1, src/shapes/serialized.cpp: the first bytes and the flags of a mesh.
 const MAGIC: u16 = 0x041c;

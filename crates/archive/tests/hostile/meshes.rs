@@ -12,7 +12,7 @@ fn obj() {
     assault("obj", &[seed.to_vec()], |b| match obj::read(b, Path::new(FILE)) {
         Ok(o) => {
             let parts = o.split();
-            let corners = |(_, m): &(Option<String>, yugen_archive::scene::Mesh)| {
+            let corners = |(_, m): &(Option<String>, yugen_scene::Mesh)| {
                 m.triangles.iter().flatten().map(|&i| m.positions[i as usize].x).sum::<f32>()
             };
             parts.iter().map(corners).sum::<f32>().is_finite() || !parts.is_empty()

@@ -169,7 +169,7 @@ fn gltf_scenes() {
     assault("gltf", &[apart, glb], |b| match gltf::read(b, Path::new(FILE), &options) {
         Ok(scene) => {
             for shape in scene.shapes.iter().chain(scene.groups.iter().flatten()) {
-                if let yugen_archive::scene::Geometry::Mesh(m) = &shape.geometry {
+                if let yugen_scene::Geometry::Mesh(m) = &shape.geometry {
                     assert!(m.triangles.iter().flatten().all(|&i| (i as usize) < m.positions.len()));
                     assert!(m.positions.iter().all(|p| p.is_finite()));
                 }

@@ -6,8 +6,9 @@ use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use yugen_archive::formats::{merl, neural_brdf};
-use yugen_archive::{atomic_write, check_outputs, make_folder, nearest, read_bounded};
+use yugen_archive::{atomic_write, check_outputs, make_folder, read_bounded};
 use yugen_optics::ColourSpace;
+use yugen_scene::nearest;
 
 /// Writes the materials of a file of neural encodings (Sztrajman et al. 2021) as MERL .binary tables of 35 MB each.
 #[derive(Args)]

@@ -4,9 +4,9 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::path::PathBuf;
 use yugen_archive::formats::measured;
-use yugen_archive::nearest;
 use yugen_optics::ColourSpace;
 use yugen_reflectance::{Bsdf, Data, Kind, ParamType};
+use yugen_scene::nearest;
 
 /// Which model with which parameters.
 #[derive(Args)]

@@ -6,10 +6,11 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, ReadOptions};
 use yugen_archive::formats::{btf, wif};
-use yugen_archive::{make_folder, nearest, read_bounded};
+use yugen_archive::{make_folder, read_bounded};
 use yugen_capture::weave::{Cloth, Fabric, Irregularity, PRESETS, ThreadId, Weave, WeaveError};
 use yugen_optics::{ColourSpace, Vec2};
 use yugen_reflectance::btf::Btf;
+use yugen_scene::nearest;
 
 /// Texels per mm of a preset where nobody says.
 const SCALE: f32 = 16.0;

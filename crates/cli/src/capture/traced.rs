@@ -2,14 +2,14 @@
 
 use anyhow::Result;
 use std::sync::Arc;
-use yugen_archive::Scene;
-use yugen_archive::scene::{
-    Camera, Film, Filter, Geometry, Integrator, Light, Mesh, ModelBuilder, Projection, Shape, Texture, Value,
-};
 use yugen_capture::Lights;
 use yugen_optics::{Mat4, Vec2, Vec3};
 use yugen_reflectance::Kind;
 use yugen_reflectance::btf::Btf;
+use yugen_scene::Scene;
+use yugen_scene::{
+    Camera, Film, Filter, Geometry, Integrator, Light, Mesh, ModelBuilder, Projection, Shape, Texture, Value,
+};
 use yugen_transport::render::{Action, Budget, Job, Options};
 
 /// Draws pictures of one sample.

@@ -4,11 +4,11 @@ use super::facts::Facts;
 use serde_json::{Value as Json, json};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
-use yugen_archive::Scene;
-use yugen_archive::scene::{
+use yugen_optics::{ColourSpace, Image, Vec3};
+use yugen_scene::Scene;
+use yugen_scene::{
     Aov, Camera, FovAxis, Geometry, IntegratorKind, Light, Material, Mesh, Projection, Shape, Texture, Value,
 };
-use yugen_optics::{ColourSpace, Image, Vec3};
 
 /// Everything.
 pub fn facts(scene: &Scene) -> Facts {

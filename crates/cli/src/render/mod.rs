@@ -13,12 +13,12 @@ use indicatif::HumanDuration;
 use interrupt::Interrupt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use yugen_archive::Scene;
 use yugen_archive::check_outputs;
 use yugen_archive::formats::mesh::Up;
 use yugen_archive::formats::{self, Moment, image};
-use yugen_archive::scene::{Aov, IntegratorKind};
 use yugen_optics::{ColourSpace, Image};
+use yugen_scene::Scene;
+use yugen_scene::{Aov, IntegratorKind};
 use yugen_transport::render::{Action, Budget, Job, Options};
 
 /// Renders a scene by path tracing: Mitsuba 3 XML, glTF 2.0 (.gltf, .glb) or Yugen's own TOML.

@@ -2,7 +2,7 @@
 
 use crate::argument;
 use std::time::Duration;
-use yugen_archive::scene::Aov;
+use yugen_scene::Aov;
 
 /// Width and height in pixels.
 pub fn size(text: &str) -> Result<[u32; 2], String> {

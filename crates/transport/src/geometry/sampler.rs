@@ -9,8 +9,8 @@ use super::{BuildError, ERROR, MeshShape, Surface, double_area_normal, invertibl
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3, Vec4};
 use std::f32::consts;
 use std::f64::consts::{PI, TAU};
-use yugen_archive::scene::{self, Mesh, Shape};
 use yugen_optics::{Frame, distribution, warp};
+use yugen_scene::{Mesh, Shape};
 
 /// A point on an emitting shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -195,18 +195,18 @@ impl ShapeSampler {
     pub fn new(shape: &Shape) -> Result<Option<Self>, BuildError> {
         let mut flip = shape.flip_normals;
         let form = match &shape.geometry {
-            scene::Geometry::Instance(_) => return Ok(None),
-            scene::Geometry::Mesh(mesh) => {
+            yugen_scene::Geometry::Instance(_) => return Ok(None),
+            yugen_scene::Geometry::Mesh(mesh) => {
                 let mesh = MeshShape::new(shape, mesh)?;
                 if mesh.has_normals() && shape.to_world.determinant() < 0.0 {
                     flip = !flip;
                 }
                 return Ok(Self::mesh(mesh, flip, shape.two_sided_emission));
             }
-            scene::Geometry::Sphere => Form::Sphere,
-            scene::Geometry::Rectangle => Form::Rectangle,
-            scene::Geometry::Disc => Form::Disc,
-            scene::Geometry::Cylinder => Form::Cylinder,
+            yugen_scene::Geometry::Sphere => Form::Sphere,
+            yugen_scene::Geometry::Rectangle => Form::Rectangle,
+            yugen_scene::Geometry::Disc => Form::Disc,
+            yugen_scene::Geometry::Cylinder => Form::Cylinder,
         };
         let (to_world, to_object) = invertible(shape)?;
         if form == Form::Sphere {

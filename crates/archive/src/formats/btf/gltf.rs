@@ -216,7 +216,7 @@ pub fn save(folder: &Path, maps: &Btf, texel_mm: Option<f32>) -> Result<Loss, Er
 mod tests {
     use super::*;
     use crate::formats::load_scene;
-    use crate::scene::Material;
+    use yugen_scene::Material;
 
     #[test]
     fn the_material_is_read_back_and_the_loss_is_what_it_says() {

@@ -4,13 +4,13 @@ use super::schema::{MaterialEntry, Pbr, SpecularGlossiness, TextureInfo};
 use super::{Finish, Reader, VERTEX_ALPHA, VERTEX_COLOR};
 use crate::Error;
 use crate::formats::image;
-use crate::scene::{Material, ModelBuilder, Texture, TextureFilter, TextureId, TurnedNormals, Value, Wrap};
 use glam::{Affine2, Mat2, Mat3, Vec2, Vec3};
 use std::f32::consts::TAU;
 use std::path::PathBuf;
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::{Kind, ParamType};
+use yugen_scene::{Material, ModelBuilder, Texture, TextureFilter, TextureId, TurnedNormals, Value, Wrap};
 
 /// Where pictures have their alpha, whatever their channels: they are looked up as red, green, blue and alpha.
 const ALPHA: usize = 3;

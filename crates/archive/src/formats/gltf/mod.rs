@@ -18,8 +18,7 @@ mod tests;
 
 use super::folders::Folders;
 use super::{Moment, Options};
-use crate::scene::{Camera, Film, FovAxis, Geometry, Light, MaterialId, Mesh, Projection, Shape, Value};
-use crate::{Error, Scene};
+use crate::Error;
 use document::Document;
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use schema::{CameraEntry, LightEntry, Node, Primitive, Skin};
@@ -27,6 +26,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};
+use yugen_scene::Scene;
+use yugen_scene::{Camera, Film, FovAxis, Geometry, Light, MaterialId, Mesh, Projection, Shape, Value};
 
 pub use features::FEATURES;
 

@@ -1,8 +1,8 @@
 //! Which meshes nobody sees from behind.
 
-use crate::scene::Mesh;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
+use yugen_scene::Mesh;
 
 /// Whether the mesh is closed and its triangles face outwards: then its backs are seen only from inside, and need not
 /// be looked through. Vertices at the same place count as one, as exporters double them along seams.

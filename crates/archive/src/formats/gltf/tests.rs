@@ -1,6 +1,6 @@
 use super::*;
-use crate::scene::{Material, Texture};
 use yugen_optics::colour::srgb_to_linear;
+use yugen_scene::{Material, Texture};
 
 fn load(json: &str) -> Result<Scene, Error> {
     read(json.as_bytes(), "scene.gltf".as_ref(), &Options::default())
@@ -170,7 +170,7 @@ fn materials_with_every_extension() {
     };
     assert_eq!(
         (*channel, *wrap, *filter),
-        (Some(3), [crate::scene::Wrap::Clamp; 2], crate::scene::TextureFilter::Nearest)
+        (Some(3), [yugen_scene::Wrap::Clamp; 2], yugen_scene::TextureFilter::Nearest)
     );
     // Scale, then rotate counter-clockwise as seen with v down, then move.
     let moved = to_uv.transform_point2(Vec2::new(0.25, 0.5));
@@ -422,7 +422,7 @@ fn the_direction_of_a_brush_is_painted() {
     let scene = load(&document(&extra, r#", "material": 0"#, r#"[{ "mesh": 0 }]"#)).unwrap();
     let Value::Texture(id) = param(&scene, 0, "anisotropy_rotation") else { panic!("a texture") };
     let Texture::Image { image, filter, .. } = &scene.textures[id] else { panic!("a picture") };
-    assert_eq!(*filter, crate::scene::TextureFilter::Nearest);
+    assert_eq!(*filter, yugen_scene::TextureFilter::Nearest);
     // The picture's raw values are the display values of (0.5, 0.25) and, without its alpha, (0.25, 0.1).
     for (angle, [r, g]) in image.data.iter().zip([[0.5f32, 0.25], [0.25, 0.1]]) {
         let [x, y] = [r, g].map(|v| 2.0 * yugen_optics::colour::linear_to_srgb(v) - 1.0);

@@ -5,10 +5,10 @@ use super::materials::Role;
 use super::properties::Properties;
 use super::sensors::field_of_view;
 use crate::Error;
-use crate::scene::{Light, Texture, Value};
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
 use yugen_optics::Image;
+use yugen_scene::{Light, Texture, Value};
 
 impl Builder<'_> {
     pub(super) fn light(&mut self, p: Properties) -> Result<Light, Error> {

@@ -7,9 +7,6 @@ use super::Builder;
 use super::document::{Class, Spectrum, Value as Written};
 use super::properties::Properties;
 use crate::formats::{image, measured};
-use crate::scene::{
-    Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, TurnedNormals, Value, Wrap,
-};
 use crate::{Error, Place};
 use glam::{Affine2, Mat2, Vec3};
 use std::path::Path;
@@ -20,6 +17,9 @@ use yugen_reflectance::Kind;
 use yugen_reflectance::metals::{conductor_names, named_conductor};
 use yugen_reflectance::microfacet::{ior_names, named_ior};
 use yugen_reflectance::principled::eta_of_specular;
+use yugen_scene::{
+    Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, TurnedNormals, Value, Wrap,
+};
 
 /// What a colour is for, which decides how spectra become RGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

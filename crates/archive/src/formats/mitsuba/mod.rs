@@ -22,13 +22,13 @@ pub use features::FEATURES;
 use super::Options;
 use crate::Error;
 use crate::formats::folders::Folders;
-use crate::scene::{Aov, GroupId, Integrator, IntegratorKind, MaterialId, Mesh, Scene, Strategy, TextureId};
 use document::{Class, Document};
 use properties::Properties;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};
+use yugen_scene::{Aov, GroupId, Integrator, IntegratorKind, MaterialId, Mesh, Scene, Strategy, TextureId};
 
 /// Reads a scene; `path` names it in messages, and its folder is where its files lie.
 pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error> {

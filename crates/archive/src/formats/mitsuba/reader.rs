@@ -280,7 +280,7 @@ impl Reader {
                     rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').take(64).collect();
                 // Where nothing alike has a value, it wants one.
                 let known = self.parameters.iter().map(|p| p.name.as_str());
-                if crate::nearest(&name, known.clone()).is_none() {
+                if yugen_scene::nearest(&name, known.clone()).is_none() {
                     let problem = format!(
                         "the parameter '{name}' has no value; give it one with -D {name}=VALUE, or a <default>"
                     );

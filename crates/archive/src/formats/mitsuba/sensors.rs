@@ -4,8 +4,8 @@ use super::Builder;
 use super::document::Class;
 use super::properties::Properties;
 use crate::Error;
-use crate::scene::{Camera, Film, Filter, FovAxis, Projection};
 use glam::Vec2;
+use yugen_scene::{Camera, Film, Filter, FovAxis, Projection};
 
 /// Pixels along a side of a picture.
 const MAX_SIDE: u32 = 1 << 16;

@@ -6,11 +6,11 @@ use super::materials::Role;
 use super::properties::Properties;
 use crate::Error;
 use crate::formats::{obj, ply, read_file, serialized};
-use crate::scene::{Geometry, GroupId, Material, MaterialId, Mesh, Shape, Value};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 use yugen_optics::Frame;
+use yugen_scene::{Geometry, GroupId, Material, MaterialId, Mesh, Shape, Value};
 
 /// What makes one mesh differ from another.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

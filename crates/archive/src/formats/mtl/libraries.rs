@@ -4,16 +4,17 @@ use super::{FEATURES, Map, Mtl, OPTIONS, read};
 use crate::formats::folders::Folders;
 use crate::formats::support::{Support, find};
 use crate::formats::{image, read_file};
-use crate::scene::{
-    Material, MaterialId, ModelBuilder, Scene, Texture, TextureFilter, TextureId, Value, Wrap,
-};
-use crate::{Error, Place, list_folder, nearest};
+use crate::{Error, Place, list_folder};
 use glam::Vec3;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::Kind;
+use yugen_scene::nearest;
+use yugen_scene::{
+    Material, MaterialId, ModelBuilder, Scene, Texture, TextureFilter, TextureId, Value, Wrap,
+};
 
 /// A material in the scene.
 #[derive(Clone, Debug)]

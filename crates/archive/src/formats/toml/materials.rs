@@ -4,9 +4,6 @@ use super::document::{Item, Keys};
 use super::{Named, Reader};
 use crate::Error;
 use crate::formats::{btf, image, measured};
-use crate::scene::{
-    Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, TurnedNormals, Value, Wrap,
-};
 use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::colour::srgb_to_linear;
@@ -15,6 +12,9 @@ use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::metals::{conductor_names, named_conductor};
 use yugen_reflectance::microfacet::f_conductor;
 use yugen_reflectance::{Choice, Data, Kind, ModelError, ParamType};
+use yugen_scene::{
+    Material, MaterialId, ModelBuilder, Texture, TextureFilter, TextureId, TurnedNormals, Value, Wrap,
+};
 
 /// Words for metals that people use, and the names of the published measurements.
 const METALS: [(&str, &str); 7] = [

@@ -9,17 +9,18 @@ mod tests;
 use super::Options;
 use super::folders::Folders;
 use super::mtl::Libraries;
-use crate::scene::{
-    Aov, Camera, Film, Filter, FovAxis, Integrator, IntegratorKind, Light, Material, MaterialId, Mesh,
-    Projection, Texture, TextureId, look_along,
-};
-use crate::{Error, Place, Scene};
+use crate::{Error, Place};
 use document::{Document, Item, Keys};
 use glam::{EulerRot, Mat4, Quat, Vec2, Vec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Image};
+use yugen_scene::Scene;
+use yugen_scene::{
+    Aov, Camera, Film, Filter, FovAxis, Integrator, IntegratorKind, Light, Material, MaterialId, Mesh,
+    Projection, Texture, TextureId, look_along,
+};
 
 /// The most samples a pixel may ask for: a year of rendering.
 const MAX_SAMPLES: u32 = 1 << 24;
@@ -383,7 +384,7 @@ impl<'a> Reader<'a> {
         if let Some(id) = self.grey {
             return id;
         }
-        let base = self.push_material(Material::lambert(crate::scene::Value::Number(0.5)));
+        let base = self.push_material(Material::lambert(yugen_scene::Value::Number(0.5)));
         let id = self.push_material(Material::TwoSided { front: base, back: base });
         self.grey = Some(id);
         id

@@ -3,14 +3,15 @@
 use super::document::{Item, Keys};
 use super::materials::Role;
 use super::{Parts, Reader, placed};
+use crate::Error;
 use crate::formats::mtl::{Finish, Libraries};
 use crate::formats::{gltf, obj, ply, read_file, serialized};
-use crate::scene::primitives::{Drape, Support, ball, block, drape, grid};
-use crate::scene::{Geometry, Material, MaterialId, Mesh, Shape, Texture, Value};
-use crate::{Error, Scene};
 use glam::{Mat4, Vec3};
 use std::path::Path;
 use std::sync::Arc;
+use yugen_scene::Scene;
+use yugen_scene::primitives::{Drape, Support, ball, block, drape, grid};
+use yugen_scene::{Geometry, Material, MaterialId, Mesh, Shape, Texture, Value};
 
 /// The finest mesh that is made here: four million triangles.
 const MAX_SEGMENTS: u32 = 1448;

@@ -1,6 +1,6 @@
 use super::*;
-use crate::scene::{Geometry, Shape, Value, Wrap};
 use yugen_reflectance::Kind;
+use yugen_scene::{Geometry, Shape, Value, Wrap};
 
 fn load(text: &str) -> Result<Scene, Error> {
     read(text.as_bytes(), "scene.toml".as_ref(), &Options::default())

@@ -1,7 +1,7 @@
 //! What is wrong in a file, and where files may lead.
 
 use super::*;
-use crate::scene::Material;
+use yugen_scene::Material;
 
 #[test]
 fn mistakes_are_named_with_file_line_column_and_the_nearest_word() {

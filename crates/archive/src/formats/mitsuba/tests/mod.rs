@@ -7,10 +7,10 @@ mod values;
 
 use super::*;
 use crate::formats::load_scene;
-use crate::scene::{Geometry, Shape};
 use glam::{Vec3, Vec4Swizzles};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
+use yugen_scene::{Geometry, Shape};
 
 /// The folder of real scenes; without it a test says so and ends, except where it must be there.
 fn data() -> Option<PathBuf> {

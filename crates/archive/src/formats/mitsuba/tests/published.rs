@@ -1,8 +1,8 @@
 //! What the published scenes say, against Mitsuba.
 
 use super::*;
-use crate::scene::{Filter, Geometry, Light, Material, Projection, Texture, Value};
 use glam::{Vec2, Vec3};
+use yugen_scene::{Filter, Geometry, Light, Material, Projection, Texture, Value};
 
 /// Origin on the near plane and direction through (x, y) of the picture, both from the upper left in [0, 1].
 fn ray(scene: &Scene, x: f32, y: f32) -> (Vec3, Vec3) {

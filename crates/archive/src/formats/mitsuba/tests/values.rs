@@ -1,8 +1,8 @@
 //! Small scenes, against what Mitsuba makes of them.
 
 use super::*;
-use crate::scene::{Geometry, Light, Material, Projection, Texture, Value};
 use glam::{Vec2, Vec3, Vec4Swizzles};
+use yugen_scene::{Geometry, Light, Material, Projection, Texture, Value};
 
 #[test]
 fn old_files_are_understood() {

@@ -5,6 +5,7 @@ use bytemuck::cast_slice;
 use std::collections::HashMap;
 use std::sync::Arc;
 use yugen_optics::{Fingerprint, Image};
+use yugen_reflectance::btf::Btf;
 
 /// Up to so many parts of a kind are told apart; of more it is only told that one of them has changed.
 const FEW: usize = 64;
@@ -109,8 +110,9 @@ fn texture(print: &mut Fingerprint, texture: &Texture) {
             print.debug(&(filter, wrap, to_uv, channel));
         }
         Texture::Cloth { maps, wrap, to_uv } => {
-            picture(print, &crate::formats::btf::image(maps));
-            print.debug(&(maps.colour_space, wrap, to_uv));
+            let Btf { width, height, texels, colour_space } = &**maps;
+            print.bytes(cast_slice(texels));
+            print.debug(&(width, height, colour_space, wrap, to_uv));
         }
         small => print.debug(small),
     }
@@ -179,7 +181,7 @@ fn mesh(mesh: &Mesh) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{TextureFilter, Value, Wrap, primitives};
+    use crate::{TextureFilter, Value, Wrap, primitives};
     use glam::{Affine2, Mat4, Vec3};
     use yugen_reflectance::Kind;
 

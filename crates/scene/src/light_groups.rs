@@ -52,7 +52,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Geometry, Shape, Value};
+    use crate::{Geometry, Shape, Value};
     use glam::{Mat4, Vec3};
 
     #[test]

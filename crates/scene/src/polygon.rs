@@ -10,7 +10,7 @@ const LOOKS: usize = 1 << 13;
 /// before, with the same corners. Where the fan does lie inside, as in all convex polygons, it stays. `false` where no ear
 /// was left, as in a polygon that crosses itself, or it has far more corners than can be looked at: then some triangles
 /// lie outside.
-pub(crate) fn cut(positions: &[Vec3], fan: &mut [[u32; 3]]) -> bool {
+pub fn cut(positions: &[Vec3], fan: &mut [[u32; 3]]) -> bool {
     let area = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|i| positions[i as usize]);
         (b - a).cross(c - a)

@@ -127,7 +127,7 @@ fn missing(shape: &Shape, name: &str, found: &[&str]) -> MissingAttribute {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Mesh, primitives};
+    use crate::{Mesh, primitives};
     use glam::Mat4;
     use std::sync::Arc;
 

@@ -1,9 +1,111 @@
-//! From named values to a material, for every reader alike.
+//! What a surface is made of, and from named values to a material, for every reader alike.
 
-use super::{Material, Value};
+use super::Value;
+use crate::{MaterialId, TextureId};
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Vec3};
-use yugen_reflectance::{Kind, ModelError, ParamType};
+use yugen_reflectance::{Choice, Kind, ModelError, ParamType};
+
+/// What a surface is made of.
+#[derive(Clone, Debug)]
+pub enum Material {
+    /// A reflectance model on the upper side; a model that does not transmit is black from below.
+    Model {
+        /// Which.
+        kind: Kind,
+        /// One value per entry of `kind.params()`, in that order.
+        params: Vec<Value>,
+        /// `kind.bake(…)`, made once by whoever filled the scene.
+        table: Arc<[f32]>,
+    },
+    /// `front` seen from above the normal, `back` from below, each as if its side were up.
+    TwoSided {
+        /// Above.
+        front: MaterialId,
+        /// Below.
+        back: MaterialId,
+    },
+    /// `base` where `opacity` is one; nothing (light goes straight through) where it is zero.
+    Mask {
+        /// In [0, 1].
+        opacity: Value,
+        /// The rest.
+        base: MaterialId,
+    },
+    /// (1 − weight) · first + weight · second.
+    Blend {
+        /// In [0, 1].
+        weight: Value,
+        /// At weight 0.
+        first: MaterialId,
+        /// At weight 1.
+        second: MaterialId,
+    },
+    /// The sum of several.
+    Sum(Vec<MaterialId>),
+    /// Turns the shading frame by a tangent-space normal map, n = 2c − 1.
+    NormalMap {
+        /// Raw (not colour-managed) texture.
+        texture: TextureId,
+        /// Factor on x and y, glTF's `normalTexture.scale`.
+        scale: f32,
+        /// Where what is turned looks away from the eye or the light.
+        turned: TurnedNormals,
+        /// What is turned.
+        base: MaterialId,
+    },
+    /// The model `noh` with all its numbers, the normal and the tangent from the maps of a cloth. From afar the normals
+    /// of many texels become the width of one highlight.
+    Cloth {
+        /// A [`Texture::Cloth`].
+        texture: TextureId,
+        /// The parameter `form` of `noh`; not `ashikhmin2000`, whose table is for constant widths.
+        form: Choice,
+    },
+    /// Turns the shading frame by the slope of a height field.
+    BumpMap {
+        /// Heights, raw.
+        texture: TextureId,
+        /// Factor on the heights, in scene units.
+        scale: f32,
+        /// Where what is turned looks away from the eye or the light.
+        turned: TurnedNormals,
+        /// What is turned.
+        base: MaterialId,
+    },
+    /// The surface of a body that takes light from what passes through it: exp(−absorption · distance) is left.
+    Body {
+        /// Per scene unit.
+        absorption: Vec3,
+        /// What lets light in and out, of a model that transmits.
+        base: MaterialId,
+    },
+    /// `base` from the side that the geometric normal is on; nothing (light goes straight through) from the other.
+    OneSided {
+        /// What is seen from the front.
+        base: MaterialId,
+    },
+    /// Light passes as if nothing were there.
+    Null,
+}
+
+/// What happens where a turned shading normal looks away from the eye or the light. Both are on by default, as in
+/// Mitsuba 3, whose names these are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TurnedNormals {
+    /// A normal that looks away from the eye is mirrored at the surface's own, so that it looks back (Schüßler et al.
+    /// 2017, "Microfacet-based Normal Mapping for Robust Monte Carlo Path Tracing"). Else it is black there.
+    pub flip_invalid_normals: bool,
+    /// Light at a slant to the surface fades out by a microfacet shadowing term (Conty Estevez et al. 2019, "A
+    /// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem"). Else it ends in a hard line.
+    pub use_shadowing_function: bool,
+}
+
+impl Default for TurnedNormals {
+    fn default() -> Self {
+        Self { flip_invalid_normals: true, use_shadowing_function: true }
+    }
+}
 
 /// Collects the parameters of a model by their names.
 #[derive(Clone, Debug)]

@@ -200,7 +200,7 @@ mod tests {
         {
             for (width, height) in [(768, 576), (100, 100), (90, 400), (1920, 300)] {
                 let mut scene = Scene::default();
-                let ball = super::super::primitives::ball(24);
+                let ball = crate::primitives::ball(24);
                 let mesh = Geometry::Mesh(std::sync::Arc::new(ball.clone()));
                 scene.shapes.push(Shape::new("", mesh, at(scale), 0));
                 let camera = scene.framing_camera(picture(width, height));
@@ -234,7 +234,7 @@ mod tests {
         // A point and nothing at all can be looked at.
         let mut scene = Scene::default();
         assert!(scene.framing_camera(Film::default()).to_world.is_finite());
-        let point = crate::scene::Mesh { positions: vec![Vec3::ONE; 3], ..Default::default() };
+        let point = crate::Mesh { positions: vec![Vec3::ONE; 3], ..Default::default() };
         scene.shapes.push(Shape::new("", Geometry::Mesh(std::sync::Arc::new(point)), Mat4::IDENTITY, 0));
         let camera = scene.framing_camera(Film::default());
         assert!(camera.to_world.is_finite() && camera.to_world.inverse().transform_point3(Vec3::ONE).z > 0.0);

@@ -1,6 +1,44 @@
-//! What a camera keeps when its picture gets another size.
+//! Where a picture is seen from, and what a camera keeps when its picture gets another size.
 
-use super::{Camera, Projection};
+use crate::Film;
+use glam::{Mat4, Vec2};
+
+/// How the camera maps directions to the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Pinhole or, with an aperture, thin lens.
+    Perspective {
+        /// Across the full width, radians.
+        fov_x: f32,
+        /// What keeps its field of view when the picture gets another aspect.
+        fov_axis: FovAxis,
+        /// 0 for a pinhole; scene units.
+        aperture_radius: f32,
+        /// Where a thin lens is sharp; distance along the axis.
+        focus_distance: f32,
+        /// Shift of the picture's centre, in picture widths and heights.
+        principal_point: Vec2,
+    },
+    /// Parallel rays over [−1, 1] of the camera's x (y in proportion).
+    Orthographic,
+}
+
+/// A camera looks along +z of its frame with +y up and +x to the **left** (Mitsuba's frame, right-handed).
+#[derive(Clone, Debug)]
+pub struct Camera {
+    /// For `--camera`.
+    pub name: String,
+    /// Its frame; may scale (orthographic).
+    pub to_world: Mat4,
+    /// How it maps.
+    pub projection: Projection,
+    /// Rays start and end at these distances along the axis.
+    pub near_far: [f32; 2],
+    /// The picture.
+    pub film: Film,
+    /// What the file asks for.
+    pub samples_per_pixel: u32,
+}
 
 /// The extent of a picture that a field of view spans.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

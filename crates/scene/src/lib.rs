@@ -1,0 +1,66 @@
+//! What every scene file becomes: plain data, linear colours in one working space, angles in radians.
+//!
+//! Readers (Mitsuba XML, glTF, Yugen's own TOML) fill a [`Scene`]; the reference renderer and the stage
+//! read it. Indices (`TextureId`, …) point into the vectors of the same scene.
+
+mod attributes;
+mod camera;
+mod film;
+mod fingerprint;
+mod framing;
+mod integrator;
+mod light;
+mod light_groups;
+mod material;
+mod mesh;
+mod names;
+mod normals;
+pub mod polygon;
+pub mod primitives;
+mod shape;
+mod texture;
+
+pub use attributes::MissingAttribute;
+pub use camera::{Camera, FovAxis, Projection};
+pub use film::{Film, Filter};
+pub use framing::look_along;
+pub use integrator::{Aov, Integrator, IntegratorKind, Strategy};
+pub use light::Light;
+pub use light_groups::LightGroups;
+pub use material::{Material, ModelBuilder, TurnedNormals};
+pub use mesh::Mesh;
+pub use names::{nearest, suggest};
+pub use shape::{Geometry, Shape};
+pub use texture::{Texture, TextureFilter, Value, Wrap};
+
+use yugen_optics::ColourSpace;
+
+/// Index into [`Scene::textures`].
+pub type TextureId = usize;
+/// Index into [`Scene::materials`].
+pub type MaterialId = usize;
+/// Index into [`Scene::groups`].
+pub type GroupId = usize;
+
+/// A scene, complete.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The space of every colour below.
+    pub working_space: ColourSpace,
+    /// At least one; the first is the default.
+    pub cameras: Vec<Camera>,
+    /// Textures.
+    pub textures: Vec<Texture>,
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Shapes placed in the world.
+    pub shapes: Vec<Shape>,
+    /// Groups of shapes that instances place.
+    pub groups: Vec<Vec<Shape>>,
+    /// Lights that are not shapes.
+    pub lights: Vec<Light>,
+    /// What `lights` are called, for [`Scene::light_groups`]; those beyond its end have no name.
+    pub light_names: Vec<String>,
+    /// How the file wants to be rendered.
+    pub integrator: Integrator,
+}
