@@ -16,6 +16,7 @@ mod mesh;
 mod names;
 mod normals;
 pub mod polygon;
+pub mod prepared;
 pub mod primitives;
 mod shape;
 mod texture;

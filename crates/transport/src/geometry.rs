@@ -15,81 +15,13 @@ pub use sampler::{LightPoint, ShapeSampler};
 
 use crate::accel::{Aabb, Hit, Item, NO_INSTANCE, Others, Ray, Source, Tree, TreeStats, nearer};
 use analytic::Analytic;
-use glam::{Affine3A, DAffine3, DMat4, Mat3, Mat4, Vec2, Vec3};
+use glam::{Affine3A, DAffine3, DMat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::Frame;
+use yugen_scene::prepared::{
+    Attributes, GeometryError, PlacedMesh, attribute, double_area_normal, for_normals, mesh_bytes,
+};
 use yugen_scene::{MaterialId, Mesh, Scene, Shape};
-
-/// Why a scene cannot be traced.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum BuildError {
-    /// NaN or infinity where a vertex should be.
-    #[error(
-        "shape '{shape}': vertex {index} is not finite once placed in the world; repair the mesh or its to_world"
-    )]
-    Vertex {
-        /// Name of the shape.
-        shape: String,
-        /// Which vertex.
-        index: usize,
-    },
-    /// A triangle names a vertex that is not there.
-    #[error("shape '{shape}': triangle {triangle} names vertex {index}, but the mesh has {count}")]
-    Index {
-        /// Name of the shape.
-        shape: String,
-        /// Which triangle.
-        triangle: usize,
-        /// Which vertex it names.
-        index: u32,
-        /// How many there are.
-        count: usize,
-    },
-    /// Normals, texture coordinates, tangents or attributes are not one per vertex.
-    #[error("shape '{shape}': {what} must be one per vertex: {found} values for {count} vertices")]
-    Count {
-        /// Name of the shape.
-        shape: String,
-        /// Of what.
-        what: String,
-        /// Numbers found.
-        found: usize,
-        /// Vertices.
-        count: usize,
-    },
-    /// The transform flattens the shape or is not finite.
-    #[error(
-        "shape '{shape}': to_world cannot be inverted (zero scale, or not finite); give it a non-zero scale on every axis"
-    )]
-    Transform {
-        /// Name of the shape.
-        shape: String,
-    },
-    /// An instance of a group that does not exist.
-    #[error("shape '{shape}': there is no group {group}; the scene has {count}")]
-    Group {
-        /// Name of the shape.
-        shape: String,
-        /// Which group it names.
-        group: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// A group that holds instances.
-    #[error("shape '{shape}': an instance inside a group; place the inner shapes directly")]
-    Nested {
-        /// Name of the shape.
-        shape: String,
-    },
-    /// More triangles or shapes than can be counted.
-    #[error("the scene has {count} triangles and shapes; at most {limit} can be traced")]
-    TooMany {
-        /// How many there are.
-        count: usize,
-        /// How many there may be.
-        limit: usize,
-    },
-}
 
 /// Counts and costs of a [`Geometry`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -131,97 +63,9 @@ struct Placed {
 
 #[derive(Debug)]
 enum Kind {
-    Mesh(MeshShape),
+    Mesh(PlacedMesh),
     Analytic(Analytic),
     Instance { group: usize, to_world: DAffine3, to_group: DAffine3 },
-}
-
-#[derive(Debug, Clone)]
-struct MeshShape {
-    /// In the level's coordinates.
-    mesh: Arc<Mesh>,
-    /// `to_world` mirrors: vertex normals stay on their side, the winding changes its own.
-    mirrored: bool,
-    face_normals: bool,
-}
-
-impl MeshShape {
-    fn new(shape: &Shape, mesh: &Arc<Mesh>) -> Result<Self, BuildError> {
-        let name = || shape.name.clone();
-        if !shape.to_world.is_finite() {
-            return Err(BuildError::Transform { shape: name() });
-        }
-        let mesh = if shape.to_world == Mat4::IDENTITY {
-            mesh.clone()
-        } else {
-            Arc::new(placed(mesh, &Affine3A::from_mat4(shape.to_world)))
-        };
-        let mirrored = shape.to_world.determinant() < 0.0;
-        let this = Self { mesh: mesh.clone(), mirrored, face_normals: shape.face_normals };
-        let count = mesh.positions.len();
-        if let Some(index) = mesh.positions.iter().position(|p| !p.is_finite()) {
-            return Err(BuildError::Vertex { shape: name(), index });
-        }
-        let per_vertex = [
-            ("normals", mesh.normals.len()),
-            ("texture coordinates", mesh.uvs.len()),
-            ("tangents", mesh.tangents.len()),
-        ];
-        for (what, found) in per_vertex {
-            if found != 0 && found != count {
-                return Err(BuildError::Count { shape: name(), what: what.into(), found, count });
-            }
-        }
-        for (what, width, values) in &mesh.attributes {
-            let count = if of_faces(what) { mesh.triangles.len() } else { count };
-            if width.checked_mul(count) != Some(values.len()) || !matches!(width, 1 | 3) {
-                let what = format!("attribute '{what}' of {width} numbers (1 or 3)");
-                return Err(BuildError::Count { shape: name(), what, found: values.len(), count });
-            }
-        }
-        for (triangle, corners) in mesh.triangles.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|&&i| i as usize >= count) {
-                return Err(BuildError::Index { shape: name(), triangle, index, count });
-            }
-        }
-        Ok(this)
-    }
-
-    fn corners(&self, triangle: u32) -> [Vec3; 3] {
-        self.mesh.triangles[triangle as usize].map(|i| self.mesh.positions[i as usize])
-    }
-
-    fn has_normals(&self) -> bool {
-        !self.mesh.normals.is_empty() && !self.face_normals
-    }
-}
-
-/// `m` for normals: its cofactors carry them like the inverse transpose, and need no inverse; their sign is that of
-/// the determinant.
-fn for_normals(m: &Affine3A) -> Mat3 {
-    let m = Mat3::from(m.matrix3);
-    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
-    Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)) * sign
-}
-
-/// The mesh moved by `m`: once here instead of at every hit.
-fn placed(mesh: &Mesh, m: &Affine3A) -> Mesh {
-    let normals = for_normals(m);
-    Mesh {
-        name: mesh.name.clone(),
-        positions: mesh.positions.iter().map(|p| m.transform_point3(*p)).collect(),
-        normals: mesh.normals.iter().map(|n| (normals * *n).normalize_or_zero()).collect(),
-        tangents: mesh.tangents.iter().map(|t| m.transform_vector3(t.truncate()).extend(t.w)).collect(),
-        uvs: mesh.uvs.clone(),
-        attributes: mesh.attributes.clone(),
-        triangles: mesh.triangles.clone(),
-    }
-}
-
-/// (b − a) × (c − a), exact enough for any triangle that is not flat.
-fn double_area_normal([a, b, c]: [Vec3; 3]) -> glam::DVec3 {
-    let a = a.as_dvec3();
-    (b.as_dvec3() - a).cross(c.as_dvec3() - a)
 }
 
 /// All of the local geometry where a ray met a surface.
@@ -283,12 +127,12 @@ const ERROR: f32 = 24.0 * ULP;
 
 impl Geometry {
     /// Builds the hierarchies on all cores.
-    pub fn build(scene: &Scene) -> Result<Self, BuildError> {
+    pub fn build(scene: &Scene) -> Result<Self, GeometryError> {
         Self::build_on(scene, std::thread::available_parallelism().map_or(1, usize::from))
     }
 
     /// Builds on at most `threads` threads; the result is the same for any number.
-    pub fn build_on(scene: &Scene, threads: usize) -> Result<Self, BuildError> {
+    pub fn build_on(scene: &Scene, threads: usize) -> Result<Self, GeometryError> {
         let start = std::time::Instant::now();
         let groups =
             scene.groups.iter().map(|g| Level::build(g, None, threads)).collect::<Result<Vec<_>, _>>()?;
@@ -370,6 +214,11 @@ impl Geometry {
         attribute(&shape.mesh, surface.primitive, surface.barycentric, name)
     }
 
+    /// The attributes at `surface`.
+    pub fn attributes<'a>(&'a self, surface: &'a Surface) -> AttributesAt<'a> {
+        AttributesAt { geometry: self, surface }
+    }
+
     fn level_of(&self, instance: u32) -> (&Level, Option<(&DAffine3, &DAffine3)>) {
         if instance == NO_INSTANCE {
             return (&self.world, None);
@@ -383,33 +232,23 @@ impl Geometry {
     }
 }
 
-/// An attribute at a place on a triangle of a mesh, as [`Geometry::attribute`] has it.
-pub(crate) fn attribute(mesh: &Mesh, primitive: u32, barycentric: Vec2, name: &str) -> Option<Vec3> {
-    let (_, width, values) = mesh.attributes.iter().find(|(n, ..)| n == name)?;
-    let at = |i: u32| match width {
-        1 => Vec3::splat(values[i as usize]),
-        _ => Vec3::from_slice(&values[3 * i as usize..]),
-    };
-    if of_faces(name) {
-        return Some(at(primitive));
+/// The attributes of meshes where a ray met them.
+pub struct AttributesAt<'a> {
+    geometry: &'a Geometry,
+    surface: &'a Surface,
+}
+
+impl AttributesAt<'_> {
+    /// Where.
+    pub fn surface(&self) -> &Surface {
+        self.surface
     }
-    let [a, b, c] = mesh.triangles[primitive as usize].map(at);
-    let w = barycentric;
-    Some(a * (1.0 - w.x - w.y) + b * w.x + c * w.y)
 }
 
-/// Whether an attribute has one value for each triangle.
-fn of_faces(attribute: &str) -> bool {
-    attribute.starts_with("face_")
-}
-
-fn mesh_bytes(mesh: &Mesh) -> usize {
-    size_of_val(&mesh.positions[..])
-        + size_of_val(&mesh.normals[..])
-        + size_of_val(&mesh.uvs[..])
-        + size_of_val(&mesh.tangents[..])
-        + size_of_val(&mesh.triangles[..])
-        + mesh.attributes.iter().map(|(_, _, v)| size_of_val(&v[..])).sum::<usize>()
+impl Attributes for AttributesAt<'_> {
+    fn attribute(&self, name: &str) -> Option<Vec3> {
+        self.geometry.attribute(self.surface, name)
+    }
 }
 
 impl Source for Vec<Placed> {
@@ -422,20 +261,20 @@ impl Source for Vec<Placed> {
 }
 
 /// A matrix that can be turned round, with its inverse.
-fn invertible(shape: &Shape) -> Result<(DAffine3, DAffine3), BuildError> {
+fn invertible(shape: &Shape) -> Result<(DAffine3, DAffine3), GeometryError> {
     let m: DMat4 = shape.to_world.as_dmat4();
     let m = DAffine3::from_mat4(m);
     let inverse = m.inverse();
     if m.is_finite() && inverse.is_finite() && m.matrix3.determinant() != 0.0 {
         Ok((m, inverse))
     } else {
-        Err(BuildError::Transform { shape: shape.name.clone() })
+        Err(GeometryError::Transform { shape: shape.name.clone() })
     }
 }
 
 impl Level {
     /// `groups`: `None` inside a group.
-    fn build(shapes: &[Shape], groups: Option<&[Level]>, threads: usize) -> Result<Self, BuildError> {
+    fn build(shapes: &[Shape], groups: Option<&[Level]>, threads: usize) -> Result<Self, GeometryError> {
         let mut placed = Vec::with_capacity(shapes.len());
         let mut items = Vec::new();
         let triangles =
@@ -444,18 +283,18 @@ impl Level {
         // A quarter of what the tree's indices count.
         let limit = 1 << 28;
         if count > limit {
-            return Err(BuildError::TooMany { count, limit });
+            return Err(GeometryError::TooMany { count, limit });
         }
         items.reserve_exact(count);
         for (index, shape) in shapes.iter().enumerate() {
             let index = index as u32;
-            let analytic = |form| -> Result<Kind, BuildError> {
+            let analytic = |form| -> Result<Kind, GeometryError> {
                 let (to_world, to_object) = invertible(shape)?;
                 Ok(Kind::Analytic(Analytic { form, to_world, to_object }))
             };
             let mut flip = shape.flip_normals;
             let kind = match &shape.geometry {
-                yugen_scene::Geometry::Mesh(mesh) => Kind::Mesh(MeshShape::new(shape, mesh)?),
+                yugen_scene::Geometry::Mesh(mesh) => Kind::Mesh(PlacedMesh::new(shape, mesh)?),
                 yugen_scene::Geometry::Sphere => {
                     // Mitsuba turns a mirrored sphere inside out, and only the sphere.
                     flip ^= shape.to_world.determinant() < 0.0;
@@ -465,9 +304,9 @@ impl Level {
                 yugen_scene::Geometry::Disc => analytic(analytic::Form::Disc)?,
                 yugen_scene::Geometry::Cylinder => analytic(analytic::Form::Cylinder)?,
                 yugen_scene::Geometry::Instance(group) => {
-                    let groups = groups.ok_or_else(|| BuildError::Nested { shape: shape.name.clone() })?;
+                    let groups = groups.ok_or_else(|| GeometryError::Nested { shape: shape.name.clone() })?;
                     if *group >= groups.len() {
-                        return Err(BuildError::Group {
+                        return Err(GeometryError::Group {
                             shape: shape.name.clone(),
                             group: *group,
                             count: groups.len(),
@@ -588,7 +427,7 @@ fn unit_normal(corners: [Vec3; 3], e1: Vec3, e2: Vec3) -> Vec3 {
 }
 
 #[inline]
-fn mesh_surface(shape: &MeshShape, outer: Option<&DAffine3>, hit: &Hit) -> Surface {
+fn mesh_surface(shape: &PlacedMesh, outer: Option<&DAffine3>, hit: &Hit) -> Surface {
     let mesh = &*shape.mesh;
     let indices = mesh.triangles[hit.primitive as usize];
     let (b1, b2) = (hit.u, hit.v);

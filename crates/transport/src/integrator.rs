@@ -4,13 +4,14 @@
 //! Simulation" (power heuristic). At every vertex one light and one direction of the material are drawn.
 
 use crate::accel::{Hit, Ray};
-use crate::geometry::{Geometry, Surface};
+use crate::geometry::{AttributesAt, Geometry, Surface};
 use crate::lights::{Lights, Receiver, Shares};
-use crate::material::{Materials, Point, Scratch, Shading, ShadingSample};
 use crate::sampler::Sampler;
-use crate::texture::{Lookup, Place, Textures};
 use glam::Vec3;
 use std::cell::Cell;
+use yugen_scene::prepared::{
+    GeometryError, Lookup, MaterialError, Materials, Scratch, Shading, ShadingPoint, ShadingSample, Textures,
+};
 use yugen_scene::{Integrator, IntegratorKind, MissingAttribute, Scene, Strategy};
 
 /// A scene ready to be followed by rays.
@@ -32,10 +33,10 @@ pub struct World {
 pub enum PrepareError {
     /// Shapes.
     #[error(transparent)]
-    Geometry(#[from] crate::geometry::BuildError),
+    Geometry(#[from] GeometryError),
     /// Materials.
     #[error(transparent)]
-    Material(#[from] crate::material::MaterialError),
+    Material(#[from] MaterialError),
     /// Lights.
     #[error(transparent)]
     Light(#[from] crate::lights::LightError),
@@ -328,19 +329,16 @@ impl World {
         self.see_through
     }
 
-    fn lookup<'a>(&'a self, hit: &Hit, surface: &'a Surface, cone: Cone, ray: &Ray) -> Lookup<'a> {
+    fn lookup<'a>(&self, hit: &Hit, at: &'a AttributesAt, cone: Cone, ray: &Ray) -> Lookup<'a> {
+        let surface = at.surface();
         if !self.textures.filtered() {
-            return Lookup { uv: surface.uv, footprint: 0.0, place: Place::Hit(&self.geometry, surface) };
+            return Lookup { uv: surface.uv, footprint: 0.0, place: Some(at) };
         }
         let width = cone.width + cone.spread * hit.t;
         // Width on the surface, stretched where it is seen at a slant, in units of uv.
         let slant = surface.geometric_normal.dot(ray.dir).abs().max(0.1);
         let per_uv = surface.dp_du.length().min(surface.dp_dv.length()).max(1e-12);
-        Lookup {
-            uv: surface.uv,
-            footprint: width / (slant * per_uv),
-            place: Place::Hit(&self.geometry, surface),
-        }
+        Lookup { uv: surface.uv, footprint: width / (slant * per_uv), place: Some(at) }
     }
 
     /// How much light gets from `origin` along `dir` up to `distance`; walks through at most `layers` surfaces
@@ -366,7 +364,8 @@ impl World {
             if !self.materials.see_through(surface.material) {
                 return 0.0;
             }
-            let lookup = self.lookup(&hit, &surface, Cone { width: 0.0, spread: 0.0 }, &ray);
+            let attributes = self.geometry.attributes(&surface);
+            let lookup = self.lookup(&hit, &attributes, Cone { width: 0.0, spread: 0.0 }, &ray);
             let point = point(&surface, lookup);
             through *= self.materials.shade(&self.textures, surface.material, &point, -dir, room).through;
             if through <= 0.0 {
@@ -406,7 +405,8 @@ impl World {
             };
             walk.travelled += hit.t;
             let surface = self.geometry.surface(&walk.ray, &hit);
-            let lookup = self.lookup(&hit, &surface, walk.cone, &walk.ray);
+            let attributes = self.geometry.attributes(&surface);
+            let lookup = self.lookup(&hit, &attributes, walk.cone, &walk.ray);
             let wo = -walk.ray.dir;
             if walk.absorption != Vec3::ZERO {
                 walk.throughput *= (-hit.t * walk.absorption).exp();
@@ -605,8 +605,8 @@ impl World {
     }
 }
 
-fn point<'a>(surface: &Surface, lookup: Lookup<'a>) -> Point<'a> {
-    Point {
+fn point<'a>(surface: &Surface, lookup: Lookup<'a>) -> ShadingPoint<'a> {
+    ShadingPoint {
         frame: surface.frame,
         handedness: surface.handedness,
         normal: surface.geometric_normal,
@@ -627,7 +627,7 @@ fn power(a: f32, b: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::scratch;
+    use yugen_scene::prepared::scratch;
 
     /// What a ray along −z sees that meets these shapes first and then a wall at z = −2, 5 from where it starts.
     fn seen(shapes: &str) -> Radiance {

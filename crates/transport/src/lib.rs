@@ -1,7 +1,7 @@
 //! The reference renderer: an offline path tracer whose pictures others are checked against.
 //!
 //! [`render::Job`] takes a scene to a picture. Everything below it is a chapter of its own: [`accel`] and
-//! [`geometry`] find what a ray meets, [`texture`] and [`material`] say what it is made of, [`lights`] where
+//! [`geometry`] find what a ray meets, [`yugen_scene::prepared`] says what it is made of, [`lights`] where
 //! light comes from, [`integrator`] follows it, [`sampler`] supplies the numbers and [`film`] gathers them; a [`checkpoint`] keeps
 //! them for later.
 
@@ -9,14 +9,11 @@ pub mod accel;
 pub mod camera;
 pub mod checkpoint;
 pub mod denoise;
-mod environment;
 pub mod film;
 pub mod geometry;
 pub mod guide;
 pub mod integrator;
 pub mod lights;
-pub mod material;
 pub mod render;
 pub mod reuse;
 pub mod sampler;
-pub mod texture;

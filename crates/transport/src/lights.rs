@@ -5,13 +5,12 @@
 //! then a direction towards it by its own best density: the cone of a sphere, the spherical rectangle of a quad, what is bright in an environment.
 
 use crate::accel::NO_INSTANCE;
-use crate::environment::Environment;
-use crate::geometry::{BuildError, Geometry, ShapeSampler, Surface};
-use crate::texture::{Lookup, Place, Textures};
+use crate::geometry::{Geometry, ShapeSampler, Surface};
 use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::cell::Cell;
 use std::f32::consts::PI;
 use yugen_optics::distribution;
+use yugen_scene::prepared::{BadEnvironment, Environment, GeometryError, Lookup, OnTriangle, Textures};
 use yugen_scene::{Light, Scene, Value};
 
 /// Above this many lights a fixed distribution replaces the look at each.
@@ -140,22 +139,13 @@ pub struct Lights {
 pub enum LightError {
     /// A shape that cannot be sampled.
     #[error(transparent)]
-    Shape(#[from] BuildError),
+    Shape(#[from] GeometryError),
     /// Emission on shapes inside a group.
     #[error("shape '{0}' inside a group emits light; instances cannot: place it in the scene itself")]
     EmitterInGroup(String),
     /// An environment picture without pixels or colours.
-    #[error(
-        "the environment picture is {width}x{height} with {channels} channels; it needs at least 2x2 and R, G, B"
-    )]
-    BadEnvironment {
-        /// Width.
-        width: usize,
-        /// Height.
-        height: usize,
-        /// Channels.
-        channels: usize,
-    },
+    #[error(transparent)]
+    Environment(#[from] BadEnvironment),
 }
 
 impl Lights {
@@ -384,9 +374,12 @@ impl Lights {
                 if s.pdf <= 0.0 || distance <= 0.0 || (facing <= 0.0 && !two_sided) {
                     return None;
                 }
-                let place = sampler
-                    .mesh_of()
-                    .map_or(Place::Unknown, |mesh| Place::Triangle(mesh, s.primitive, s.barycentric));
+                let place = sampler.mesh_of().map(|mesh| OnTriangle {
+                    mesh,
+                    triangle: s.primitive,
+                    barycentric: s.barycentric,
+                });
+                let place = place.as_ref().map(|place| place as _);
                 let at = Lookup { uv: s.uv, footprint: 0.0, place };
                 LightSample {
                     wi,
@@ -415,7 +408,7 @@ impl Lights {
                         0.5 + 0.5 * local.x / (local.z * half),
                         0.5 + 0.5 * local.y / (local.z * half),
                     );
-                    intensity *= textures.rgb(texture, &Lookup { uv, footprint: 0.0, place: Place::Unknown });
+                    intensity *= textures.rgb(texture, &Lookup { uv, footprint: 0.0, place: None });
                 }
                 s.times(intensity)
             }
@@ -452,7 +445,7 @@ impl Lights {
                 // The picture is π times the irradiance it throws on a wall at distance 1, as in Mitsuba:
                 // intensity falls with 1/cos³ so that the wall is lit evenly.
                 let cos = -axis.dot(s.wi);
-                let picture = textures.rgb(texture, &Lookup { uv, footprint: 0.0, place: Place::Unknown });
+                let picture = textures.rgb(texture, &Lookup { uv, footprint: 0.0, place: None });
                 s.times(picture * (PI * scale / (cos * cos * cos)))
             }
         };

@@ -11,9 +11,9 @@
 use crate::geometry::offset_origin;
 use crate::integrator::{Arriving, Follow, Radiance, Sight, Vertex, Walk, World};
 use crate::lights::BACKGROUND;
-use crate::material::{Scratch, scratch};
 use crate::sampler::Sampler;
 use glam::Vec3;
+use yugen_scene::prepared::{Scratch, scratch};
 
 /// Pixels of a group, across and down.
 pub const GROUP: [u32; 2] = [4, 2];

@@ -3,9 +3,10 @@
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::random::Pcg32;
+use yugen_scene::prepared::GeometryError;
 use yugen_scene::{Geometry as Form, Mesh, Scene, Shape};
 use yugen_transport::accel::{NO_INSTANCE, Ray};
-use yugen_transport::geometry::{BuildError, Geometry, ShapeSampler};
+use yugen_transport::geometry::{Geometry, ShapeSampler};
 
 fn shape(geometry: Form, to_world: Mat4) -> Shape {
     Shape::new("thing", geometry, to_world, 0)
@@ -345,36 +346,36 @@ fn bad_shapes_are_refused() {
     };
     assert_eq!(
         build(mesh(|m| m.positions[1].y = f32::NAN)),
-        Err(BuildError::Vertex { shape: name(), index: 1 })
+        Err(GeometryError::Vertex { shape: name(), index: 1 })
     );
     assert_eq!(
         build(mesh(|m| m.triangles.push([0, 1, 3]))),
-        Err(BuildError::Index { shape: name(), triangle: 1, index: 3, count: 3 })
+        Err(GeometryError::Index { shape: name(), triangle: 1, index: 3, count: 3 })
     );
     assert!(matches!(
         build(mesh(|m| m.normals.truncate(2))),
-        Err(BuildError::Count { found: 2, count: 3, .. })
+        Err(GeometryError::Count { found: 2, count: 3, .. })
     ));
     assert!(matches!(
         build(mesh(|m| m.attributes.push(("a".into(), 2, vec![0.0; 6])))),
-        Err(BuildError::Count { .. })
+        Err(GeometryError::Count { .. })
     ));
     assert!(matches!(
         build(mesh(|m| m.attributes.push(("a".into(), 3, vec![0.0; 8])))),
-        Err(BuildError::Count { .. })
+        Err(GeometryError::Count { .. })
     ));
     let overflow = Shape { to_world: Mat4::from_scale(Vec3::splat(3e38)), ..mesh(|_| {}) };
-    assert_eq!(build(overflow), Err(BuildError::Vertex { shape: name(), index: 1 }));
+    assert_eq!(build(overflow), Err(GeometryError::Vertex { shape: name(), index: 1 }));
     let nan = Shape { to_world: Mat4::NAN, ..mesh(|_| {}) };
-    assert_eq!(build(nan), Err(BuildError::Transform { shape: name() }));
+    assert_eq!(build(nan), Err(GeometryError::Transform { shape: name() }));
     let flat = shape(Form::Sphere, Mat4::from_scale(Vec3::new(1.0, 0.0, 1.0)));
-    assert_eq!(build(flat), Err(BuildError::Transform { shape: name() }));
+    assert_eq!(build(flat), Err(GeometryError::Transform { shape: name() }));
     assert_eq!(
         build(shape(Form::Instance(3), Mat4::IDENTITY)),
-        Err(BuildError::Group { shape: name(), group: 3, count: 0 })
+        Err(GeometryError::Group { shape: name(), group: 3, count: 0 })
     );
     let nested = Scene { groups: vec![vec![shape(Form::Instance(0), Mat4::IDENTITY)]], ..Default::default() };
-    assert_eq!(Geometry::build(&nested).map(|_| ()), Err(BuildError::Nested { shape: name() }));
+    assert_eq!(Geometry::build(&nested).map(|_| ()), Err(GeometryError::Nested { shape: name() }));
 
     // Nothing at all, and an instance of nothing, are no errors.
     let ray = Ray::new(Vec3::ZERO, Vec3::Z);

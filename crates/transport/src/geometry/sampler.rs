@@ -5,11 +5,12 @@
 //! Rectangles"); everything else evenly by area.
 
 use super::analytic::{Analytic, Form};
-use super::{BuildError, ERROR, MeshShape, Surface, double_area_normal, invertible};
+use super::{ERROR, Surface, invertible};
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3, Vec4};
 use std::f32::consts;
 use std::f64::consts::{PI, TAU};
 use yugen_optics::{Frame, distribution, warp};
+use yugen_scene::prepared::{GeometryError, PlacedMesh, double_area_normal};
 use yugen_scene::{Mesh, Shape};
 
 /// A point on an emitting shape.
@@ -57,7 +58,7 @@ enum Kind {
     /// By area.
     Area(Analytic),
     Mesh {
-        mesh: MeshShape,
+        mesh: PlacedMesh,
         cumulative: Vec<f32>,
     },
 }
@@ -68,7 +69,7 @@ enum Flat {
     Shape,
     /// Corner `i` of triangle `t` sits at these coordinates (0 or 1) along the two edges.
     Mesh {
-        mesh: MeshShape,
+        mesh: PlacedMesh,
         corners: [[Vec2; 3]; 2],
     },
 }
@@ -192,12 +193,12 @@ impl SphericalRectangle {
 impl ShapeSampler {
     /// For a shape of the world that is no instance. An instance has no sampler: `Ok(None)`, and so has a
     /// mesh without area.
-    pub fn new(shape: &Shape) -> Result<Option<Self>, BuildError> {
+    pub fn new(shape: &Shape) -> Result<Option<Self>, GeometryError> {
         let mut flip = shape.flip_normals;
         let form = match &shape.geometry {
             yugen_scene::Geometry::Instance(_) => return Ok(None),
             yugen_scene::Geometry::Mesh(mesh) => {
-                let mesh = MeshShape::new(shape, mesh)?;
+                let mesh = PlacedMesh::new(shape, mesh)?;
                 if mesh.has_normals() && shape.to_world.determinant() < 0.0 {
                     flip = !flip;
                 }
@@ -243,7 +244,7 @@ impl ShapeSampler {
         Ok(Some(Self { kind, area, flip, two_sided: shape.two_sided_emission, want_uv: true }))
     }
 
-    fn mesh(mesh: MeshShape, flip: bool, two_sided: bool) -> Option<Self> {
+    fn mesh(mesh: PlacedMesh, flip: bool, two_sided: bool) -> Option<Self> {
         let count = mesh.mesh.triangles.len();
         let areas = (0..count as u32).map(|i| 0.5 * double_area_normal(mesh.corners(i)).length());
         let mut cumulative = vec![0.0; count];
@@ -402,7 +403,7 @@ impl ShapeSampler {
         point
     }
 
-    fn mesh_point(&self, mesh: &MeshShape, primitive: u32, b: Vec2) -> LightPoint {
+    fn mesh_point(&self, mesh: &PlacedMesh, primitive: u32, b: Vec2) -> LightPoint {
         let corners = mesh.corners(primitive);
         let normal = double_area_normal(corners).normalize_or(DVec3::Z).as_vec3();
         let largest = corners.iter().fold(Vec3::ZERO, |a, p| a.max(p.abs())).max_element();
@@ -418,7 +419,7 @@ impl ShapeSampler {
     }
 }
 
-fn mesh_uv(mesh: &MeshShape, primitive: u32, b: Vec2) -> Vec2 {
+fn mesh_uv(mesh: &PlacedMesh, primitive: u32, b: Vec2) -> Vec2 {
     if mesh.mesh.uvs.is_empty() {
         return b;
     }
@@ -427,7 +428,7 @@ fn mesh_uv(mesh: &MeshShape, primitive: u32, b: Vec2) -> Vec2 {
 }
 
 /// The rectangle that two triangles make, and where their corners sit on it.
-fn rectangle_of(shape: &MeshShape) -> Option<(Quad, [[Vec2; 3]; 2])> {
+fn rectangle_of(shape: &PlacedMesh) -> Option<(Quad, [[Vec2; 3]; 2])> {
     if shape.mesh.triangles.len() != 2 {
         return None;
     }

@@ -5,7 +5,6 @@
 //! is brighter than that. What is left is weighed by the cosine at the surface that asks, for a set of orientations: a
 //! table each over blocks of the picture, and one common table of the cells within a block.
 
-use crate::lights::LightError;
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::Arc;
@@ -28,8 +27,22 @@ const OFF: f32 = 0.1;
 /// Share of the light of a direction that is looked for however evenly lit the sky is.
 const ALWAYS: f32 = 0.05;
 
+/// An environment picture without pixels or colours.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the environment picture is {width}x{height} with {channels} channels; it needs at least 2x2 and R, G, B"
+)]
+pub struct BadEnvironment {
+    /// Width.
+    pub width: usize,
+    /// Height.
+    pub height: usize,
+    /// Channels.
+    pub channels: usize,
+}
+
 /// A latitude-longitude picture at infinity.
-pub(crate) struct Environment {
+pub struct Environment {
     /// Scaled red, green and blue, and the probability in its block of the cell that begins here. Rows are one texel
     /// longer than the picture: the first again.
     texels: Vec<Vec4>,
@@ -200,15 +213,16 @@ fn of_map(p: Vec2) -> Vec3 {
 }
 
 impl Environment {
-    pub(crate) fn new(
+    /// Scaled; turned by `to_world`. `luminance`: weights of the colours.
+    pub fn new(
         image: &Arc<Image>,
         scale: f32,
         to_world: Mat4,
         luminance: Vec3,
-    ) -> Result<Self, LightError> {
+    ) -> Result<Self, BadEnvironment> {
         let (w, h, channels) = (image.width, image.height, image.channels.len());
         if w < 2 || h < 2 || channels < 3 {
-            return Err(LightError::BadEnvironment { width: w, height: h, channels });
+            return Err(BadEnvironment { width: w, height: h, channels });
         }
         let to_world = Mat3::from_mat4(to_world);
         let (across, down) = (w, h - 1);
@@ -286,7 +300,7 @@ impl Environment {
     }
 
     /// Irradiance, roughly, that light samples of a surface that faces `facing` have to find.
-    pub(crate) fn irradiance(&self, facing: Vec3) -> f32 {
+    pub fn irradiance(&self, facing: Vec3) -> f32 {
         self.view(facing).irradiance
     }
 
@@ -301,7 +315,7 @@ impl Environment {
     }
 
     /// Radiance along `direction`, and the density of `sample` there for a surface that faces `facing`.
-    pub(crate) fn radiance_pdf(&self, direction: Vec3, facing: Vec3) -> (Vec3, f32) {
+    pub fn radiance_pdf(&self, direction: Vec3, facing: Vec3) -> (Vec3, f32) {
         let local = (self.to_local * direction).normalize();
         let x = local.x.atan2(-local.z) * (1.0 / TAU) - 0.5 / self.across as f32;
         let y = local.y.clamp(-1.0, 1.0).acos() * FRAC_1_PI;
@@ -318,13 +332,13 @@ impl Environment {
     }
 
     /// Radiance at a place that `sample` has found.
-    pub(crate) fn radiance_at(&self, at: Vec2) -> Vec3 {
+    pub fn radiance_at(&self, at: Vec2) -> Vec3 {
         let cell = self.cell(at);
         between(self.corners(cell), at, cell)
     }
 
     /// A direction for a surface that faces `facing`, its density, and the place where its radiance lies.
-    pub(crate) fn sample(&self, facing: Vec3, u: Vec2) -> Option<(Vec3, f32, Vec2)> {
+    pub fn sample(&self, facing: Vec3, u: Vec2) -> Option<(Vec3, f32, Vec2)> {
         let (block, u, p_block) = self.view(facing).sample(u);
         let (at, p) = self.cells.sample(block, u);
         let (sin_theta, cos_theta) = (at.y * (PI / self.down as f32)).sin_cos();

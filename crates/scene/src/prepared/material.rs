@@ -1,11 +1,11 @@
 //! Materials at a hit: the tree of a scene's material, resolved to a few lobes with their frames.
 
-use crate::texture::{Lookup, Textures};
+use super::texture::{Lookup, Textures};
+use crate::{Material, MaterialId, Scene, TextureId, TurnedNormals, Value};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::Frame;
 use yugen_reflectance::{Bsdf, Choice, Kind, MAX_SLOTS, ParamType};
-use yugen_scene::{Material, MaterialId, Scene, TextureId, TurnedNormals, Value};
 
 /// Most lobes a material may resolve to; more is refused when the scene is prepared.
 pub const MAX_LOBES: usize = 8;
@@ -50,7 +50,7 @@ pub struct Materials {
 }
 
 /// What the surface is like where a ray met it.
-pub struct Point<'a> {
+pub struct ShadingPoint<'a> {
     /// Shading frame.
     pub frame: Frame,
     /// 1, or −1 where a normal map's y runs against the frame's bitangent.
@@ -358,7 +358,7 @@ impl Materials {
         &'a self,
         textures: &Textures,
         id: MaterialId,
-        point: &Point,
+        point: &ShadingPoint,
         wo: Vec3,
         scratch: &'a mut Scratch,
     ) -> Shading<'a> {
@@ -375,7 +375,7 @@ impl Materials {
         &'a self,
         textures: &Textures,
         id: MaterialId,
-        point: &Point,
+        point: &ShadingPoint,
         seen: Seen<'a>,
         share @ [weight, probability]: [f32; 2],
         room: &mut Room<'a>,
@@ -502,7 +502,7 @@ impl Textured {
 
 /// Blinn 1978, "Simulation of Wrinkled Surfaces": the normal `n` after raising the surface by a height field with this
 /// slope per unit of (u, v).
-fn bumped(point: &Point, n: Vec3, slope: Vec2) -> Vec3 {
+fn bumped(point: &ShadingPoint, n: Vec3, slope: Vec2) -> Vec3 {
     let dp_du = point.dp[0] + n * (slope.x - n.dot(point.dp[0]));
     let dp_dv = point.dp[1] + n * (slope.y - n.dot(point.dp[1]));
     let turned = dp_du.cross(dp_dv).normalize_or(n);

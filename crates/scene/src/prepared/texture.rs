@@ -1,11 +1,11 @@
 //! Textures looked up at a hit: nearest, bilinear, or trilinear in a mip pyramid by the ray's footprint.
 
-use crate::geometry::{Geometry, Surface, attribute};
+use super::mesh::attribute;
+use crate::{Mesh, Scene, Texture, TextureFilter, Value, Wrap};
 use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::Image;
 use yugen_reflectance::btf::{Btf, Moments, Texel};
-use yugen_scene::{Mesh, Scene, Texture, TextureFilter, Value, Wrap};
 
 /// Where a texture is looked up.
 #[derive(Clone, Copy)]
@@ -14,29 +14,29 @@ pub struct Lookup<'a> {
     pub uv: Vec2,
     /// Width of the ray's footprint in units of uv; 0 for none.
     pub footprint: f32,
-    /// Where it is, for attributes of meshes.
-    pub place: Place<'a>,
+    /// Where it is, for attributes of meshes. `None`: nowhere in particular, where every attribute is white.
+    pub place: Option<&'a dyn Attributes>,
 }
 
-/// A place on a surface.
-#[derive(Clone, Copy)]
-pub enum Place<'a> {
-    /// Where a ray met it.
-    Hit(&'a Geometry, &'a Surface),
-    /// A triangle of a mesh, and the weights of its second and third corner.
-    Triangle(&'a Mesh, u32, Vec2),
-    /// Nowhere in particular.
-    Unknown,
+/// A place on a surface that may have attributes.
+pub trait Attributes {
+    /// One of them there: one number counts as grey. `None`: there is none of this name.
+    fn attribute(&self, name: &str) -> Option<Vec3>;
 }
 
-impl Place<'_> {
-    /// An attribute there: one number counts as grey. `None`: the mesh has none of this name.
+/// A place on a triangle of a mesh.
+pub struct OnTriangle<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// Which triangle.
+    pub triangle: u32,
+    /// Weights of its second and third corner.
+    pub barycentric: Vec2,
+}
+
+impl Attributes for OnTriangle<'_> {
     fn attribute(&self, name: &str) -> Option<Vec3> {
-        match self {
-            Self::Hit(geometry, surface) => geometry.attribute(surface, name),
-            Self::Triangle(mesh, primitive, barycentric) => attribute(mesh, *primitive, *barycentric, name),
-            Self::Unknown => None,
-        }
+        attribute(self.mesh, self.triangle, self.barycentric, name)
     }
 }
 
@@ -226,15 +226,16 @@ impl Textures {
             Node::Cloth { .. } => (self.cloth(id, at).diffuse, false),
             Node::Attribute { name } => {
                 // Where nobody knows it, as if white.
-                let missing = if matches!(at.place, Place::Unknown) { Vec3::ONE } else { Vec3::ZERO };
-                (at.place.attribute(name).unwrap_or(missing), false)
+                let value = at.place.map_or(Some(Vec3::ONE), |place| place.attribute(name));
+                (value.unwrap_or(Vec3::ZERO), false)
             }
             Node::Scaled { texture, factor } => {
                 let (c, grey) = self.texture(*texture, at);
                 (c * *factor, grey && factor.x == factor.y && factor.y == factor.z)
             }
             Node::At { texture, attribute } => {
-                let uv = at.place.attribute(attribute).map_or(at.uv, Vec3::truncate);
+                let own = at.place.and_then(|place| place.attribute(attribute));
+                let uv = own.map_or(at.uv, Vec3::truncate);
                 self.texture(*texture, &Lookup { uv, ..*at })
             }
             Node::Product(factors) => {
@@ -286,14 +287,12 @@ impl Textures {
                 for y in 0..n {
                     for x in 0..n {
                         let uv = (Vec2::new(x as f32, y as f32) + 0.5) / n as f32;
-                        sum += self
-                            .texture(*id, &Lookup { uv, footprint: 1.0 / n as f32, place: Place::Unknown })
-                            .0;
+                        sum += self.texture(*id, &Lookup { uv, footprint: 1.0 / n as f32, place: None }).0;
                     }
                 }
                 sum / (n * n) as f32
             }
-            _ => self.rgb(value, &Lookup { uv: Vec2::ZERO, footprint: 0.0, place: Place::Unknown }),
+            _ => self.rgb(value, &Lookup { uv: Vec2::ZERO, footprint: 0.0, place: None }),
         }
     }
 }
@@ -428,7 +427,7 @@ mod tests {
                 for y in 0..3 {
                     for x in 0..5 {
                         let uv = Vec2::new((x as f32 + 0.5) / 5.0, (y as f32 + 0.5) / 3.0);
-                        let c = textures.rgb(&value, &Lookup { uv, footprint: 0.0, place: Place::Unknown });
+                        let c = textures.rgb(&value, &Lookup { uv, footprint: 0.0, place: None });
                         assert!(
                             (c - Vec3::from_slice(image.pixel(x, y))).length() < 1e-5,
                             "{filter:?} {wrap:?}"
@@ -437,10 +436,8 @@ mod tests {
                 }
                 if filter == TextureFilter::Mip {
                     let mean = image.data.chunks(3).map(Vec3::from_slice).sum::<Vec3>() / 15.0;
-                    let c = textures.rgb(
-                        &value,
-                        &Lookup { uv: Vec2::splat(0.3), footprint: 10.0, place: Place::Unknown },
-                    );
+                    let c =
+                        textures.rgb(&value, &Lookup { uv: Vec2::splat(0.3), footprint: 10.0, place: None });
                     assert!((c - mean).length() < 1e-5);
                 }
             }

@@ -7,9 +7,8 @@ use yugen_optics::{ColourSpace, Frame, Image, Vec2, Vec3};
 use yugen_proof::{ChiSquare, Subject, chi_square, furnace, sampling};
 use yugen_reflectance::btf::{Btf, Texel};
 use yugen_reflectance::{Choice, Kind, Laws, Sample};
+use yugen_scene::prepared::{Lookup, Materials, Shading, ShadingPoint, Textures, scratch};
 use yugen_scene::{Material, Scene, Texture, TextureFilter, TurnedNormals, Value, Wrap};
-use yugen_transport::material::{Materials, Point, Shading, scratch};
-use yugen_transport::texture::{Lookup, Place, Textures};
 
 fn model(name: &str, set: &[(&str, f32)]) -> Material {
     let kind = Kind::from_name(name).expect("a model");
@@ -75,12 +74,12 @@ impl Surface {
     }
 
     fn with<R>(&self, wo: Vec3, f: impl FnOnce(&Shading) -> R) -> R {
-        let point = Point {
+        let point = ShadingPoint {
             frame: Frame { s: Vec3::X, t: Vec3::Y, n: Vec3::Z },
             handedness: 1.0,
             normal: Vec3::Z,
             dp: [Vec3::X, Vec3::new(0.2, 1.5, 0.0)],
-            lookup: Lookup { uv: Vec2::new(0.45, 0.6), footprint: 0.0, place: Place::Unknown },
+            lookup: Lookup { uv: Vec2::new(0.45, 0.6), footprint: 0.0, place: None },
         };
         let mut room = scratch();
         f(&self.materials.shade(&self.textures, self.last, &point, wo, &mut room))

@@ -1,0 +1,14 @@
+//! What both renderers start from.
+//!
+//! Whatever a scene means before a ray or a pixel exists is decided here, once: materials flattened, textures with their
+//! pyramids, meshes checked and placed, the tables by which environments are sampled.
+
+mod environment;
+mod material;
+mod mesh;
+mod texture;
+
+pub use environment::{BadEnvironment, Environment};
+pub use material::{MaterialError, Materials, Scratch, Shading, ShadingPoint, ShadingSample, scratch};
+pub use mesh::{GeometryError, PlacedMesh, attribute, double_area_normal, for_normals, mesh_bytes};
+pub use texture::{Attributes, Lookup, OnTriangle, Textures};
