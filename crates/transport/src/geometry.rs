@@ -19,7 +19,7 @@ use glam::{Affine3A, DAffine3, DMat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::Frame;
 use yugen_scene::prepared::{
-    Attributes, GeometryError, PlacedMesh, attribute, double_area_normal, for_normals, mesh_bytes,
+    Attributes, Form, GeometryError, PlacedMesh, attribute, double_area_normal, for_normals, mesh_bytes,
 };
 use yugen_scene::{MaterialId, Mesh, Scene, Shape};
 
@@ -298,11 +298,11 @@ impl Level {
                 yugen_scene::Geometry::Sphere => {
                     // Mitsuba turns a mirrored sphere inside out, and only the sphere.
                     flip ^= shape.to_world.determinant() < 0.0;
-                    analytic(analytic::Form::Sphere)?
+                    analytic(Form::Sphere)?
                 }
-                yugen_scene::Geometry::Rectangle => analytic(analytic::Form::Rectangle)?,
-                yugen_scene::Geometry::Disc => analytic(analytic::Form::Disc)?,
-                yugen_scene::Geometry::Cylinder => analytic(analytic::Form::Cylinder)?,
+                yugen_scene::Geometry::Rectangle => analytic(Form::Rectangle)?,
+                yugen_scene::Geometry::Disc => analytic(Form::Disc)?,
+                yugen_scene::Geometry::Cylinder => analytic(Form::Cylinder)?,
                 yugen_scene::Geometry::Instance(group) => {
                     let groups = groups.ok_or_else(|| GeometryError::Nested { shape: shape.name.clone() })?;
                     if *group >= groups.len() {

@@ -104,32 +104,7 @@ impl PlacedMesh {
         };
         let mirrored = shape.to_world.determinant() < 0.0;
         let this = Self { mesh: mesh.clone(), mirrored, face_normals: shape.face_normals };
-        let count = mesh.positions.len();
-        if let Some(index) = mesh.positions.iter().position(|p| !p.is_finite()) {
-            return Err(GeometryError::Vertex { shape: name(), index });
-        }
-        let per_vertex = [
-            ("normals", mesh.normals.len()),
-            ("texture coordinates", mesh.uvs.len()),
-            ("tangents", mesh.tangents.len()),
-        ];
-        for (what, found) in per_vertex {
-            if found != 0 && found != count {
-                return Err(GeometryError::Count { shape: name(), what: what.into(), found, count });
-            }
-        }
-        for (what, width, values) in &mesh.attributes {
-            let count = if of_faces(what) { mesh.triangles.len() } else { count };
-            if width.checked_mul(count) != Some(values.len()) || !matches!(width, 1 | 3) {
-                let what = format!("attribute '{what}' of {width} numbers (1 or 3)");
-                return Err(GeometryError::Count { shape: name(), what, found: values.len(), count });
-            }
-        }
-        for (triangle, corners) in mesh.triangles.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|&&i| i as usize >= count) {
-                return Err(GeometryError::Index { shape: name(), triangle, index, count });
-            }
-        }
+        check(&mesh, &shape.name)?;
         Ok(this)
     }
 
@@ -142,6 +117,38 @@ impl PlacedMesh {
     pub fn has_normals(&self) -> bool {
         !self.mesh.normals.is_empty() && !self.face_normals
     }
+}
+
+/// What every mesh must be: finite, with as many of everything as there are vertices, and triangles between them.
+pub(super) fn check(mesh: &Mesh, shape: &str) -> Result<(), GeometryError> {
+    let name = || shape.to_string();
+    let count = mesh.positions.len();
+    if let Some(index) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return Err(GeometryError::Vertex { shape: name(), index });
+    }
+    let per_vertex = [
+        ("normals", mesh.normals.len()),
+        ("texture coordinates", mesh.uvs.len()),
+        ("tangents", mesh.tangents.len()),
+    ];
+    for (what, found) in per_vertex {
+        if found != 0 && found != count {
+            return Err(GeometryError::Count { shape: name(), what: what.into(), found, count });
+        }
+    }
+    for (what, width, values) in &mesh.attributes {
+        let count = if of_faces(what) { mesh.triangles.len() } else { count };
+        if width.checked_mul(count) != Some(values.len()) || !matches!(width, 1 | 3) {
+            let what = format!("attribute '{what}' of {width} numbers (1 or 3)");
+            return Err(GeometryError::Count { shape: name(), what, found: values.len(), count });
+        }
+    }
+    for (triangle, corners) in mesh.triangles.iter().enumerate() {
+        if let Some(&index) = corners.iter().find(|&&i| i as usize >= count) {
+            return Err(GeometryError::Index { shape: name(), triangle, index, count });
+        }
+    }
+    Ok(())
 }
 
 /// `m` for normals: its cofactors carry them like the inverse transpose, and need no inverse; their sign is that of
@@ -189,7 +196,7 @@ pub fn attribute(mesh: &Mesh, primitive: u32, barycentric: Vec2, name: &str) -> 
 }
 
 /// Whether an attribute has one value for each triangle.
-fn of_faces(attribute: &str) -> bool {
+pub(super) fn of_faces(attribute: &str) -> bool {
     attribute.starts_with("face_")
 }
 

@@ -2,16 +2,8 @@
 //! shapes are few, and a sphere seen from afar loses all digits of single precision.
 
 use crate::accel::{Aabb, Ray};
-use glam::{DAffine3, DVec2, DVec3};
-use std::f64::consts::{PI, TAU};
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Form {
-    Sphere,
-    Rectangle,
-    Disc,
-    Cylinder,
-}
+use glam::{DAffine3, DVec3};
+use yugen_scene::prepared::Form;
 
 /// A form in its place.
 #[derive(Clone, Debug)]
@@ -21,76 +13,37 @@ pub(super) struct Analytic {
     pub(super) to_object: DAffine3,
 }
 
-/// Azimuth in [0, 2π).
-fn azimuth(p: DVec3) -> f64 {
-    let phi = p.y.atan2(p.x);
-    if phi < 0.0 { phi + TAU } else { phi }
-}
-
-impl Form {
-    /// Up to two distances, ascending, each with its point on the form. NaN: none.
-    fn roots(self, o: DVec3, d: DVec3) -> [(f64, DVec3); 2] {
-        const NONE: (f64, DVec3) = (f64::NAN, DVec3::ZERO);
-        let flat = |inside: fn(DVec3) -> bool| {
-            let t = -o.z / d.z;
-            let p = (o + d * t).with_z(0.0);
-            [if inside(p) { (t, p) } else { NONE }, NONE]
-        };
-        match self {
-            Self::Rectangle => flat(|p| p.x.abs() <= 1.0 && p.y.abs() <= 1.0),
-            Self::Disc => flat(|p| p.x * p.x + p.y * p.y <= 1.0),
-            Self::Sphere => {
-                let a = d.length_squared();
-                let middle = -o.dot(d) / a;
-                // Distance from the centre squared, taken at the nearest point: no cancellation from afar.
-                let half = ((1.0 - (o + d * middle).length_squared()) / a).sqrt();
-                [middle - half, middle + half].map(|t| (t, (o + d * t).normalize_or_zero()))
-            }
-            Self::Cylinder => {
-                let (o2, d2) = (o.with_z(0.0), d.with_z(0.0));
-                let a = d2.length_squared();
-                let middle = -o2.dot(d2) / a;
-                let half = ((1.0 - (o2 + d2 * middle).length_squared()) / a).sqrt();
-                [middle - half, middle + half].map(|t| {
-                    let p = o + d * t;
-                    if (0.0..=1.0).contains(&p.z) {
-                        (t, p.with_z(0.0).normalize_or_zero().with_z(p.z))
-                    } else {
-                        NONE
-                    }
-                })
-            }
+/// Up to two distances, ascending, each with its point on the form. NaN: none.
+fn roots(form: Form, o: DVec3, d: DVec3) -> [(f64, DVec3); 2] {
+    const NONE: (f64, DVec3) = (f64::NAN, DVec3::ZERO);
+    let flat = |inside: fn(DVec3) -> bool| {
+        let t = -o.z / d.z;
+        let p = (o + d * t).with_z(0.0);
+        [if inside(p) { (t, p) } else { NONE }, NONE]
+    };
+    match form {
+        Form::Rectangle => flat(|p| p.x.abs() <= 1.0 && p.y.abs() <= 1.0),
+        Form::Disc => flat(|p| p.x * p.x + p.y * p.y <= 1.0),
+        Form::Sphere => {
+            let a = d.length_squared();
+            let middle = -o.dot(d) / a;
+            // Distance from the centre squared, taken at the nearest point: no cancellation from afar.
+            let half = ((1.0 - (o + d * middle).length_squared()) / a).sqrt();
+            [middle - half, middle + half].map(|t| (t, (o + d * t).normalize_or_zero()))
         }
-    }
-
-    pub(super) fn normal(self, p: DVec3) -> DVec3 {
-        match self {
-            Self::Sphere => p,
-            Self::Rectangle | Self::Disc => DVec3::Z,
-            Self::Cylinder => p.with_z(0.0),
-        }
-    }
-
-    /// Mitsuba's parameters; azimuths, which cost more than all the rest, only where they are wanted.
-    pub(super) fn uv(self, p: DVec3) -> DVec2 {
-        match self {
-            Self::Sphere => DVec2::new(azimuth(p) / TAU, p.x.hypot(p.y).atan2(p.z) / PI),
-            Self::Rectangle => DVec2::new(0.5 * (p.x + 1.0), 0.5 * (p.y + 1.0)),
-            Self::Disc => DVec2::new(p.x.hypot(p.y), azimuth(p) / TAU),
-            Self::Cylinder => DVec2::new(azimuth(p) / TAU, p.z),
-        }
-    }
-
-    /// Derivatives of the point by the parameters.
-    pub(super) fn tangents(self, p: DVec3) -> [DVec3; 2] {
-        let r = (p.x * p.x + p.y * p.y).sqrt();
-        // On the axis any azimuth is right.
-        let (sin, cos) = if r > 0.0 { (p.y / r, p.x / r) } else { (0.0, 1.0) };
-        match self {
-            Self::Sphere => [DVec3::new(-p.y, p.x, 0.0) * TAU, DVec3::new(p.z * cos, p.z * sin, -r) * PI],
-            Self::Rectangle => [DVec3::X * 2.0, DVec3::Y * 2.0],
-            Self::Disc => [DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0) * (TAU * r)],
-            Self::Cylinder => [DVec3::new(-p.y, p.x, 0.0) * TAU, DVec3::Z],
+        Form::Cylinder => {
+            let (o2, d2) = (o.with_z(0.0), d.with_z(0.0));
+            let a = d2.length_squared();
+            let middle = -o2.dot(d2) / a;
+            let half = ((1.0 - (o2 + d2 * middle).length_squared()) / a).sqrt();
+            [middle - half, middle + half].map(|t| {
+                let p = o + d * t;
+                if (0.0..=1.0).contains(&p.z) {
+                    (t, p.with_z(0.0).normalize_or_zero().with_z(p.z))
+                } else {
+                    NONE
+                }
+            })
         }
     }
 }
@@ -102,7 +55,7 @@ impl Analytic {
         let d = self.to_object.transform_vector3(ray.dir.as_dvec3());
         let near =
             |&(t, _): &(f64, DVec3)| (t as f32) > t_min && (t as f32) <= t_max && (t as f32) < f32::INFINITY;
-        self.form.roots(o, d).into_iter().find(near).map(|(t, p)| (t as f32, p))
+        roots(self.form, o, d).into_iter().find(near).map(|(t, p)| (t as f32, p))
     }
 
     /// The point of the form that the ray meets near distance `t`.
@@ -110,7 +63,7 @@ impl Analytic {
         let o = self.to_object.transform_point3(ray.origin.as_dvec3());
         let d = self.to_object.transform_vector3(ray.dir.as_dvec3());
         let t = f64::from(t);
-        let [a, b] = self.form.roots(o, d);
+        let [a, b] = roots(self.form, o, d);
         if (b.0 - t).abs() < (a.0 - t).abs() || a.0.is_nan() { b.1 } else { a.1 }
     }
 

@@ -4,13 +4,13 @@
 //! their solid angle (Ureña, Fajardo and King 2013, "An Area-Preserving Parametrization for Spherical
 //! Rectangles"); everything else evenly by area.
 
-use super::analytic::{Analytic, Form};
+use super::analytic::Analytic;
 use super::{ERROR, Surface, invertible};
 use glam::{DMat3, DVec2, DVec3, Mat3, Vec2, Vec3, Vec4};
 use std::f32::consts;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use yugen_optics::{Frame, distribution, warp};
-use yugen_scene::prepared::{GeometryError, PlacedMesh, double_area_normal};
+use yugen_scene::prepared::{Form, GeometryError, PlacedMesh, double_area_normal};
 use yugen_scene::{Mesh, Shape};
 
 /// A point on an emitting shape.
@@ -488,36 +488,6 @@ impl Cone {
 
     fn pdf(&self) -> f64 {
         1.0 / (TAU * self.one_minus_cos)
-    }
-}
-
-impl Form {
-    /// Evenly over the form in its own coordinates.
-    fn uniform(self, u: Vec2) -> DVec3 {
-        match self {
-            Self::Sphere => {
-                let z = 1.0 - 2.0 * f64::from(u.x);
-                let (sin, cos) = (TAU * f64::from(u.y)).sin_cos();
-                let r = (1.0 - z * z).max(0.0).sqrt();
-                DVec3::new(r * cos, r * sin, z)
-            }
-            Self::Rectangle => (2.0 * u.as_dvec2() - 1.0).extend(0.0),
-            Self::Disc => warp::concentric_disc(u).as_dvec2().extend(0.0),
-            Self::Cylinder => {
-                let (sin, cos) = (TAU * f64::from(u.x)).sin_cos();
-                DVec3::new(cos, sin, f64::from(u.y))
-            }
-        }
-    }
-
-    /// Area in its own coordinates.
-    fn own_area(self) -> f64 {
-        match self {
-            Self::Sphere => 4.0 * PI,
-            Self::Rectangle => 4.0,
-            Self::Disc => PI,
-            Self::Cylinder => TAU,
-        }
     }
 }
 
