@@ -114,7 +114,7 @@ impl Stage {
         if self.seen.as_ref() != Some(&view) {
             (self.index, self.weight) = (0, 0.0);
         }
-        let sample = self.reconstruction.sample(self.index);
+        let sample = self.reconstruction.sample(self.index, view.has_lens());
         self.queue.write_buffer(
             &self.view,
             0,

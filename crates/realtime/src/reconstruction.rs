@@ -102,17 +102,19 @@ impl Reconstruction {
         (x, if value(self.filter, x) < 0.0 { -1.0 } else { 1.0 })
     }
 
-    /// Where frame `index` looks.
-    pub fn sample(&self, index: u32) -> FrameSample {
-        // Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences", in four dimensions: powers of the
-        // root of x⁵ = x + 1.
-        let u = [
+    /// Where frame `index` looks; `lens`: whether the place on the lens matters.
+    pub fn sample(&self, index: u32, lens: bool) -> FrameSample {
+        // Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": powers of the roots of x³ = x + 1 and,
+        // in four dimensions, x⁵ = x + 1.
+        const TWO: [f64; 4] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2, 0.0, 0.0];
+        const FOUR: [f64; 4] = [
             0.856_674_883_854_502_9,
             0.733_891_856_627_126,
             0.628_706_721_037_808_7,
-            0.538_597_257_223_610_1f64,
-        ]
-        .map(|step| (0.5 + f64::from(index) * step).fract() as f32);
+            0.538_597_257_223_610_1,
+        ];
+        let steps = if lens { FOUR } else { TWO };
+        let u = steps.map(|step| (0.5 + f64::from(index) * step).fract() as f32);
         let (x, wx) = self.along(u[0]);
         let (y, wy) = self.along(u[1]);
         FrameSample { offset: Vec2::new(x, y), lens: Vec2::new(u[2], u[3]), weight: wx * wy }
@@ -135,7 +137,7 @@ mod tests {
     #[test]
     fn the_first_frame_looks_at_the_centre() {
         for filter in FILTERS {
-            let s = Reconstruction::new(filter).sample(0);
+            let s = Reconstruction::new(filter).sample(0, false);
             assert!(s.offset.length() < 1e-3 && s.weight == 1.0, "{filter:?} {s:?}");
         }
     }
@@ -146,11 +148,13 @@ mod tests {
         for filter in FILTERS {
             let r = Reconstruction::new(filter);
             let n = 1 << 14;
-            for frequency in [Vec2::ZERO, Vec2::new(0.25, 0.0), Vec2::new(0.4, 0.3)] {
+            for (lens, frequency) in
+                [(false, Vec2::ZERO), (true, Vec2::new(0.25, 0.0)), (false, Vec2::new(0.4, 0.3))]
+            {
                 let wave = |p: Vec2| (std::f32::consts::TAU * p.dot(frequency)).cos();
                 let (mut sum, mut weight) = (0.0, 0.0);
                 for i in 0..n {
-                    let s = r.sample(i);
+                    let s = r.sample(i, lens);
                     sum += f64::from(s.weight * wave(s.offset));
                     weight += f64::from(s.weight);
                 }

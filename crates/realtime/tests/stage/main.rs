@@ -1,4 +1,5 @@
 //! The stage on the software GPU, with the default limits of WebGPU and not one more.
 
 mod device;
+mod frames;
 mod rays;

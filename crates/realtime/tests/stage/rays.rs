@@ -30,21 +30,21 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     results[2u * i + 1u] = vec4<f32>(f32(i32(hit.draw)), f32(i32(hit.triangle)), 0.0, 0.0);
 }";
 
-struct Ray {
-    origin: Vec3,
-    dir: Vec3,
-    t_min: f32,
-    t_max: f32,
+pub struct Ray {
+    pub origin: Vec3,
+    pub dir: Vec3,
+    pub t_min: f32,
+    pub t_max: f32,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Found {
-    t: f64,
-    draw: i32,
-    triangle: i32,
-    b: [f64; 3],
+pub struct Found {
+    pub t: f64,
+    pub draw: i32,
+    pub triangle: i32,
+    pub b: [f64; 3],
     /// Sine of the angle between the ray and the triangle's plane.
-    slope: f64,
+    pub slope: f64,
 }
 
 fn random_vec(rng: &mut Pcg32) -> Vec3 {
@@ -63,7 +63,7 @@ fn trace(rows: &Rows, rays: &[Ray]) -> Option<(Vec<[f32; 4]>, SceneBuffers)> {
 }
 
 /// All that the line of a ray crosses, `slack` beyond the edges included (in weights).
-fn all_hits(rows: &Rows, ray: &Ray, slack: f64) -> Vec<Found> {
+pub fn all_hits(rows: &Rows, ray: &Ray, slack: f64) -> Vec<Found> {
     let mut found = Vec::new();
     let (o, d) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
     for (i, draw) in rows.draws.iter().enumerate() {
