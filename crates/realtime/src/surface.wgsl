@@ -52,7 +52,7 @@ fn triangle_normal(e1: vec3<f32>, e2: vec3<f32>) -> vec3<f32> {
     var b = e2 * scale;
     if (l.x >= l.y && l.x >= l.z) {
         a = b;
-        b = -e3 * scale;
+        b = e3 * scale;
     } else if (l.y >= l.z) {
         b = e3 * scale;
     }
