@@ -4,7 +4,7 @@
 // what rounding cannot tell from it: compilers may contract a - b to a fused operation on one side of an edge only.
 // At equal distance the smaller (draw, triangle) is met, so the order of the tree does not show.
 
-const STACK: u32 = 64u;
+const STACK: u32 = 40u;
 const IS_LEAF: u32 = 0x80000000u;
 const MISS: u32 = 0xffffffffu;
 
@@ -145,20 +145,14 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
             let second = min(inner.x, inner.y);
             let third = max(inner.x, inner.y);
             if (nearest != MISS) {
-                let children = hierarchy[row + 1u];
-                if (farthest != MISS) {
-                    stack[size] = children[farthest & 3u];
-                    size += 1u;
-                }
-                if (third != MISS) {
-                    stack[size] = children[third & 3u];
-                    size += 1u;
-                }
                 if (second != MISS) {
-                    stack[size] = children[second & 3u];
+                    // One entry for all others: the node, how many, and in which order.
+                    let count = 1u + u32(third != MISS) + u32(farthest != MISS);
+                    let order = (second & 3u) | ((third & 3u) << 2u) | ((farthest & 3u) << 4u);
+                    stack[size] = (at << 8u) | (count << 6u) | order;
                     size += 1u;
                 }
-                at = children[nearest & 3u];
+                at = hierarchy[row + 1u][nearest & 3u];
                 continue;
             }
         } else if (draw == NONE) {
@@ -207,8 +201,14 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
         if (size == 0u) {
             break;
         }
-        size -= 1u;
-        at = stack[size];
+        let entry = stack[size - 1u];
+        let count = (entry >> 6u) & 3u;
+        if (count == 1u) {
+            size -= 1u;
+        } else {
+            stack[size - 1u] = (entry & 0xffffff00u) | ((count - 1u) << 6u) | ((entry & 63u) >> 2u);
+        }
+        at = hierarchy[4u * (entry >> 8u) + 1u][entry & 3u];
     }
     if (any_hit) {
         best.t = through;

@@ -1,0 +1,272 @@
+//! The real-time renderer's geometry against the reference renderer's: what a ray meets and all that is known there.
+
+use glam::{Mat4, Vec2, Vec3, Vec4};
+use std::sync::Arc;
+use yugen_optics::random::Pcg32;
+use yugen_proof::gpu::Gpu;
+use yugen_realtime::hierarchy::{HIERARCHY_WGSL, Hierarchy};
+use yugen_realtime::scene::SCENE_WGSL;
+use yugen_realtime::surface::{OPAQUE_WGSL, SURFACE_WGSL};
+use yugen_scene::prepared::Rows;
+use yugen_scene::{Geometry as Form, Mesh, Scene, Shape, primitives};
+use yugen_transport::accel::{NO_INSTANCE, Ray};
+use yugen_transport::geometry::{Geometry, Surface};
+
+/// Rows of four floats that a ray comes back as.
+const ROWS: usize = 10;
+
+const MAIN: &str = "
+@group(0) @binding(5) var<storage, read> rays: array<vec4<f32>>;
+@group(0) @binding(6) var<storage, read_write> results: array<vec4<f32>>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (2u * i >= arrayLength(&rays) || arrayLength(&words) == 0u) {
+        return;
+    }
+    let o = rays[2u * i].xyz;
+    let d = rays[2u * i + 1u].xyz;
+    let hit = trace_closest(o, d, 0.0, 1e30);
+    let at = 10u * i;
+    if (hit.draw == NONE) {
+        results[at] = vec4<f32>(-1.0);
+        return;
+    }
+    let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+    // How often rays that leave to either side meet their own triangle.
+    var again = 0.0;
+    for (var k = 0u; k < 16u; k++) {
+        let phi = f32(k) * 0.7;
+        let z = pow(0.3, f32(k % 8u)) * select(1.0, -1.0, k >= 8u);
+        let t = s.frame_s * cos(phi) + s.frame_t * sin(phi);
+        let away = normalize(t - s.geometric_normal * dot(t, s.geometric_normal)) + s.geometric_normal * z;
+        let from_here = offset_origin(s.position, s.error, s.geometric_normal, away);
+        let next = trace_closest(from_here, away, 0.0, 1e30);
+        again += select(0.0, 1.0, next.draw == hit.draw && next.triangle == hit.triangle);
+    }
+    results[at] = vec4<f32>(f32(draws[hit.draw].shape), f32(hit.triangle - draws[hit.draw].first_triangle), hit.t, again);
+    results[at + 1u] = vec4<f32>(s.position, s.error);
+    results[at + 2u] = vec4<f32>(s.geometric_normal, s.handedness);
+    results[at + 3u] = vec4<f32>(s.frame_s, s.barycentric.x);
+    results[at + 4u] = vec4<f32>(s.frame_t, s.barycentric.y);
+    results[at + 5u] = vec4<f32>(s.frame_n, f32(s.material));
+    results[at + 6u] = vec4<f32>(s.dp_du, s.uv.x);
+    results[at + 7u] = vec4<f32>(s.dp_dv, s.uv.y);
+    results[at + 8u] = vec4<f32>(vec3<f32>(0.0), f32(hit.draw));
+}";
+
+fn random_vec(rng: &mut Pcg32) -> Vec3 {
+    Vec3::from_array(std::array::from_fn(|_| 2.0 * rng.next_f32() - 1.0))
+}
+
+/// A crumpled sheet with everything a mesh may have, or less.
+fn sheet(rng: &mut Pcg32, has: [bool; 3]) -> Mesh {
+    let mut mesh = primitives::grid(2.0, 2.0, [6, 6]);
+    for p in &mut mesh.positions {
+        *p += 0.15 * random_vec(rng);
+    }
+    let n = mesh.positions.len();
+    let [normals, uvs, tangents] = has;
+    mesh.normals = (0..n).map(|_| (Vec3::Z + 0.5 * random_vec(rng)).normalize()).collect();
+    mesh.uvs = (0..n).map(|_| Vec2::new(rng.next_f32(), rng.next_f32()) * 3.0).collect();
+    let side = if rng.next_f32() < 0.5 { 1.0 } else { -1.0 };
+    mesh.tangents = (0..n).map(|_| random_vec(rng).extend(side)).collect();
+    if !normals {
+        mesh.normals.clear();
+    }
+    if uvs {
+        // One triangle without any extent there.
+        let [a, b, c] = mesh.triangles[0];
+        let there = mesh.uvs[a as usize];
+        mesh.uvs[b as usize] = there;
+        mesh.uvs[c as usize] = there;
+    } else {
+        mesh.uvs.clear();
+    }
+    if !tangents {
+        mesh.tangents.clear();
+    }
+    mesh
+}
+
+fn place(rng: &mut Pcg32, i: usize) -> Mat4 {
+    let mut m = Mat4::from_translation(1.5 * random_vec(rng))
+        * Mat4::from_axis_angle(random_vec(rng).normalize_or(Vec3::X), 3.0 * rng.next_f32());
+    if i % 2 == 1 {
+        m *= Mat4::from_scale(Vec3::new(0.6, -0.9, 1.4));
+    }
+    if i % 3 == 1 {
+        // A shear.
+        m *= Mat4::from_cols(Vec4::X, Vec4::new(0.7, 1.0, 0.0, 0.0), Vec4::new(-0.3, 0.5, 1.0, 0.0), Vec4::W);
+    }
+    m
+}
+
+/// Sheets in the world and in groups placed twice; `far`: from the origin.
+fn scene(rng: &mut Pcg32, far: f32) -> Scene {
+    let mut scene = Scene::default();
+    let mut nth = 0;
+    let mut shape = |rng: &mut Pcg32, material| {
+        nth += 1;
+        let mesh = Arc::new(sheet(rng, [nth % 2 == 0, nth % 3 != 0, nth % 4 == 0]));
+        let mut shape = Shape::new("sheet", Form::Mesh(mesh), place(rng, nth), material);
+        shape.flip_normals = nth % 5 == 1;
+        shape.face_normals = nth % 6 == 4;
+        shape
+    };
+    for group in 0..2 {
+        let shapes = (0..3).map(|i| shape(rng, 10 * group + i)).collect();
+        scene.groups.push(shapes);
+    }
+    for i in 0..12 {
+        let mut s = shape(rng, 100 + i);
+        s.to_world = Mat4::from_translation(Vec3::splat(far)) * s.to_world;
+        scene.shapes.push(s);
+    }
+    for i in 0..4 {
+        let m = Mat4::from_translation(Vec3::splat(far)) * place(rng, i);
+        scene.shapes.push(Shape::new("group", Form::Instance(i % 2), m, 0));
+    }
+    scene
+}
+
+struct Compared {
+    met: usize,
+    other: usize,
+    again: f32,
+    worst: Vec<(&'static str, f32)>,
+}
+
+/// Rays through the scene, by both renderers.
+fn compare(gpu: &Gpu, surface_wgsl: &str, scene: &Scene, rays: &[Ray]) -> Compared {
+    let mut rows = Rows::default();
+    rows.add_shapes(scene, &|_| false, &|_| None).expect("the scene is sound");
+    let hierarchy = Hierarchy::build(&rows, 2).expect("it can be traced");
+    let geometry = Geometry::build(scene).expect("the scene is sound");
+    let bits = |words: &[u8]| bytemuck::pod_collect_to_vec::<u8, f32>(words);
+    let input: Vec<f32> = rays
+        .iter()
+        .flat_map(|r| [r.origin.extend(0.0), r.dir.extend(0.0)])
+        .flat_map(|v| v.to_array())
+        .collect();
+    let inputs = [
+        bits(bytemuck::cast_slice(&rows.vertices)),
+        bits(bytemuck::cast_slice(&rows.triangles)),
+        bits(bytemuck::cast_slice(&rows.draws)),
+        bits(bytemuck::cast_slice(hierarchy.rows())),
+        vec![0.0; 4],
+        input,
+    ];
+    let inputs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
+    let output = vec![f32::NAN; 4 * ROWS * rays.len()];
+    let wgsl = [SCENE_WGSL, HIERARCHY_WGSL, OPAQUE_WGSL, surface_wgsl, MAIN].join("\n");
+    let results = gpu
+        .compute(&wgsl, &inputs, &output, (rays.len() as u32).div_ceil(64))
+        .unwrap_or_else(|e| panic!("{e}"));
+
+    let names =
+        ["t", "position", "error", "normal", "s", "t of frame", "n", "dp_du", "dp_dv", "uv", "handedness"];
+    let mut compared =
+        Compared { met: 0, other: 0, again: 0.0, worst: names.iter().map(|n| (*n, 0.0)).collect() };
+    for (ray, got) in rays.iter().zip(results.chunks_exact(4 * ROWS)) {
+        let row = |i: usize| Vec4::from_slice(&got[4 * i..]);
+        let hit = geometry.intersect(ray);
+        let seen = hit.as_ref().map(|h| {
+            let outer = if h.instance == NO_INSTANCE { h.shape } else { h.instance };
+            (outer as f32 + 1.0, h.primitive as f32)
+        });
+        let head = row(0);
+        assert!(head.is_finite(), "a ray was not traced");
+        let same = match seen {
+            None => head.x < 0.0,
+            Some((shape, primitive)) => (head.x, head.y) == (shape, primitive),
+        };
+        if !same {
+            compared.other += 1;
+            continue;
+        }
+        let Some(hit) = hit else { continue };
+        let want: Surface = geometry.surface(ray, &hit);
+        compared.met += 1;
+        compared.again += head.w;
+        assert_eq!(row(5).w, want.material as f32);
+        let slope = ray.dir.dot(want.geometric_normal).abs() / ray.dir.length();
+        let size = want.position.abs().max_element() + 1.0;
+        // Where a ray only grazes, the place along it is known as badly.
+        let graze = slope.max(1e-2);
+        let relative = |a: Vec3, b: Vec3| (a - b).length() / b.length().max(1e-3);
+        let uv = Vec2::new(row(6).w, row(7).w);
+        let errors = [
+            (head.z - hit.t).abs() * ray.dir.length() / size * graze,
+            (row(1).truncate() - want.position).length() / size * graze,
+            // Smaller is worse; larger by a few is what the way through the matrix takes.
+            (want.error / row(1).w - 1.0).max(row(1).w / want.error / 8.0 - 1.0).max(0.0),
+            (row(2).truncate() - want.geometric_normal).length(),
+            (row(3).truncate() - want.frame.s).length() * graze,
+            (row(4).truncate() - want.frame.t).length() * graze,
+            (row(5).truncate() - want.frame.n).length() * graze,
+            relative(row(6).truncate(), want.dp_du),
+            relative(row(7).truncate(), want.dp_dv),
+            (uv - want.uv).length() * graze,
+            (row(2).w - want.handedness).abs(),
+        ];
+        for (worst, e) in compared.worst.iter_mut().zip(errors) {
+            worst.1 = if e.is_nan() { f32::INFINITY } else { worst.1.max(e) };
+        }
+    }
+    compared
+}
+
+fn rays(rng: &mut Pcg32, n: usize, far: f32) -> Vec<Ray> {
+    (0..n)
+        .map(|_| {
+            let origin = Vec3::splat(far) + 3.0 * random_vec(rng);
+            Ray::new(origin, Vec3::splat(far) + 2.0 * random_vec(rng) - origin)
+        })
+        .collect()
+}
+
+#[test]
+fn surfaces_are_those_of_the_reference() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut rng = Pcg32::new(42, 11);
+    for far in [0.0, 100.0] {
+        let scene = scene(&mut rng, far);
+        let rays = rays(&mut rng, 6000, far);
+        let found = compare(gpu, SURFACE_WGSL, &scene, &rays);
+        println!(
+            "at {far}: {} met, {} others, {} again: {:?}",
+            found.met, found.other, found.again, found.worst
+        );
+        assert!(found.met > 3000, "{}", found.met);
+        // Rays within rounding of an edge.
+        assert!(found.other <= 6, "{} meet something else", found.other);
+        assert_eq!(found.again, 0.0, "rays meet where they start");
+        for (what, worst) in found.worst {
+            // Worst seen: 6e-4, of the tangent; the error's is a factor, for ours goes through the mesh's coordinates.
+            let bound = if what == "error" { 4.0 } else { 2.4e-3 };
+            assert!(worst < bound, "{what} is off by {worst}");
+        }
+    }
+}
+
+#[test]
+fn a_wrong_surface_is_caught() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut rng = Pcg32::new(42, 11);
+    let scene = scene(&mut rng, 0.0);
+    let rays = rays(&mut rng, 1500, 0.0);
+    for (from, to, what) in [
+        ("select(normal, -normal, mirrored)", "normal", "normal"),
+        ("select(v, -v, mirrored)", "v", "n"),
+        ("(dp2 * d1.x - dp1 * d2.x) / det", "(dp2 * d1.x + dp1 * d2.x) / det", "dp_dv"),
+        ("handedness = a.tangent.w", "handedness = 1.0", "handedness"),
+        ("b = e3 * scale;\n    } else", "b = -e3 * scale;\n    } else", "normal"),
+    ] {
+        let wrong = SURFACE_WGSL.replace(from, to);
+        assert_ne!(wrong, SURFACE_WGSL, "nothing to spoil: {from}");
+        let found = compare(gpu, &wrong, &scene, &rays);
+        let worst = found.worst.iter().find(|w| w.0 == what).expect("it is compared").1;
+        assert!(worst > 0.1, "{from} -> {to}: {worst}");
+    }
+}
