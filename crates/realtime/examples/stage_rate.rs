@@ -78,7 +78,7 @@ fn picture(
     let mut stage = Stage::new(device, queue, &rows, &options)?;
     println!("{} triangles, ready after {:.2} s", rows.triangles.len(), start.elapsed().as_secs_f64());
     for _ in 0..frames {
-        stage.frame(&camera)?;
+        stage.frame(&camera, None)?;
     }
     let written = stage.image()?;
     for time in stage.timings() {
@@ -129,7 +129,7 @@ fn growth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
             // The least of some: the first ones compile.
             let mut least = vec![f64::INFINITY; 2];
             for _ in 0..8 {
-                stage.frame(&camera)?;
+                stage.frame(&camera, None)?;
                 device.poll(wgpu::PollType::Wait { submission_index: None, timeout: None })?;
                 for (least, time) in least.iter_mut().zip(stage.timings()) {
                     *least = least.min(time.milliseconds);

@@ -49,6 +49,11 @@ impl Film {
         &self.group
     }
 
+    /// Pixels across and down.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
     /// The sums.
     pub fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer

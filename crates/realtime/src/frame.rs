@@ -2,6 +2,7 @@
 
 use crate::StageError;
 use crate::aov::{AovPass, channels};
+use crate::display::{DisplayPass, DisplaySettings};
 use crate::film::{Film, film_bytes};
 use crate::reconstruction::Reconstruction;
 use crate::scene::SceneBuffers;
@@ -27,6 +28,16 @@ pub struct Options {
     pub trace_camera: bool,
     /// Threads that build the hierarchy.
     pub threads: usize,
+}
+
+/// Where a frame is shown.
+pub struct Target<'a> {
+    /// Made for the format of `view` and a film of the stage.
+    pub pass: &'a DisplayPass,
+    /// A texture or a window.
+    pub view: &'a wgpu::TextureView,
+    /// How.
+    pub settings: DisplaySettings,
 }
 
 /// A scene on a device, ready to be seen.
@@ -103,8 +114,8 @@ impl Stage {
     }
 
     /// Adds a frame to the picture that `camera` sees; begins a new picture where the camera or the scene has changed.
-    /// Returns how many frames the picture then has.
-    pub fn frame(&mut self, camera: &Camera) -> Result<u32, StageError> {
+    /// Shows it on `target`. Returns how many frames the picture then has.
+    pub fn frame(&mut self, camera: &Camera, target: Option<&Target>) -> Result<u32, StageError> {
         self.check_alive()?;
         let view = View::new(camera)?;
         let [_, _, w, h] = view.window();
@@ -115,6 +126,7 @@ impl Stage {
             (self.index, self.weight) = (0, 0.0);
         }
         let sample = self.reconstruction.sample(self.index, view.has_lens());
+        let weight = self.weight + f64::from(sample.weight);
         self.queue.write_buffer(
             &self.view,
             0,
@@ -131,6 +143,9 @@ impl Stage {
         for aov in &self.aovs {
             aov.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, self.size);
         }
+        if let Some(Target { pass, view, settings }) = target {
+            pass.record(&self.queue, &mut encoder, &self.timestamps, view, settings, weight);
+        }
         let timed = self.timestamps.end(&mut encoder);
         self.queue.submit([encoder.finish()]);
         if timed {
@@ -139,7 +154,7 @@ impl Stage {
 
         self.seen = Some(view);
         self.index = self.index.saturating_add(1);
-        self.weight += f64::from(sample.weight);
+        self.weight = weight;
         Ok(self.index)
     }
 
@@ -166,6 +181,11 @@ impl Stage {
             (self.size, self.seen) = (size, None);
             Ok(())
         })
+    }
+
+    /// The sums of an AOV that the stage was made with.
+    pub fn film(&self, aov: Aov) -> Option<&Film> {
+        self.aovs.iter().find(|a| a.aov() == aov).map(AovPass::film)
     }
 
     /// Milliseconds of the passes of a recent frame; none where the device has no timestamps.

@@ -12,6 +12,7 @@
 //! `primary.wgsl`), 2 what the pass writes (`film.wgsl`).
 
 pub mod aov;
+pub mod display;
 mod error;
 pub mod film;
 mod frame;
@@ -25,4 +26,4 @@ pub mod view;
 pub mod visibility;
 
 pub use error::StageError;
-pub use frame::{Options, Stage};
+pub use frame::{Options, Stage, Target};

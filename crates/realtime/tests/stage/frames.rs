@@ -142,7 +142,7 @@ fn every_camera_sees_what_its_rays_meet() {
         for trace_camera in [false, true] {
             let options = Options { trace_camera, ..options(&camera) };
             let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("the scene fits");
-            stage.frame(&camera).expect("the camera sees");
+            stage.frame(&camera, None).expect("the camera sees");
             let image = stage.image().expect("it can be read");
             let (mut open, mut seen) = (0, 0);
             for y in 0..image.height {
@@ -204,7 +204,7 @@ fn means_of_frames_are_what_covers_a_pixel() {
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options(&camera)).expect("it fits");
         let frames = 512;
         for i in 0..frames {
-            assert_eq!(stage.frame(&camera).expect("it is seen"), i + 1);
+            assert_eq!(stage.frame(&camera, None).expect("it is seen"), i + 1);
         }
         let image = stage.image().expect("it can be read");
         // Pixels with their distance from the edge, in pixels: the mean is a function of it alone, from 1 to 0, and one
@@ -244,7 +244,7 @@ fn pictures_begin_anew_and_are_the_same_bits() {
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options(plain)).expect("it fits");
     let take = |stage: &mut Stage, camera: &Camera, frames: u32| {
         for _ in 0..frames {
-            stage.frame(camera).expect("it is seen");
+            stage.frame(camera, None).expect("it is seen");
         }
         stage.image().expect("it can be read").data
     };
@@ -274,7 +274,7 @@ fn a_lens_is_sharp_where_it_is_focused() {
     let mut lens = cameras()[0].clone();
     let take = |camera: &Camera| {
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options(camera)).expect("it fits");
-        (0..64).for_each(|_| assert!(stage.frame(camera).is_ok()));
+        (0..64).for_each(|_| assert!(stage.frame(camera, None).is_ok()));
         stage.image().expect("it can be read")
     };
     let sharp = take(&lens);
@@ -328,13 +328,13 @@ fn what_cannot_be_shown_is_said_in_a_sentence() {
         spoilt(&|c| c.film.crop = Some([u32::MAX, 0, 64, 48])),
         spoilt(&|c| c.film.width = 0),
     ] {
-        let error = stage.frame(&bad).expect_err("a camera that is none");
+        let error = stage.frame(&bad, None).expect_err("a camera that is none");
         assert!(matches!(error, StageError::Camera { .. }), "{error}");
     }
-    let error = stage.frame(&cameras()[2]).expect_err("another size");
+    let error = stage.frame(&cameras()[2], None).expect_err("another size");
     assert!(matches!(error, StageError::OtherSize { found: [40, 33], stage: [64, 48] }), "{error}");
     // And it still works.
-    assert_eq!(stage.frame(&camera).expect("it is seen"), 1);
+    assert_eq!(stage.frame(&camera, None).expect("it is seen"), 1);
 
     let mut large = Rows::default();
     let vertex = VertexRow { position: [0.0; 3], u: 0.0, normal: [0.0; 3], v: 0.0, tangent: [0.0; 4] };
@@ -347,7 +347,7 @@ fn what_cannot_be_shown_is_said_in_a_sentence() {
     );
     // Nothing at all is a picture of nothing.
     let mut empty = Stage::new(&gpu.device, &gpu.queue, &Rows::default(), &good).expect("nothing fits");
-    empty.frame(&camera).expect("it is seen");
+    empty.frame(&camera, None).expect("it is seen");
     assert!(empty.image().expect("it can be read").data.iter().all(|v| *v == 0.0));
 }
 
@@ -359,10 +359,10 @@ fn a_lost_device_is_said_and_no_panic() {
     let gpu = open(wgpu::Features::empty()).expect("there was one before");
     let camera = cameras()[0].clone();
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows(&scene()), &options(&camera)).expect("it fits");
-    stage.frame(&camera).expect("it is seen");
+    stage.frame(&camera, None).expect("it is seen");
     gpu.device.destroy();
     let _ = gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: None });
-    let error = stage.frame(&camera).expect_err("it is gone");
+    let error = stage.frame(&camera, None).expect_err("it is gone");
     assert!(matches!(error, StageError::Lost(_)), "{error}");
     assert!(stage.image().is_err());
     assert!(stage.resize([8, 8]).is_err());
@@ -378,7 +378,7 @@ fn passes_are_timed_where_the_device_can() {
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows(&scene()), &options(&camera)).expect("it fits");
     assert!(stage.timings().is_empty());
     for _ in 0..3 {
-        stage.frame(&camera).expect("it is seen");
+        stage.frame(&camera, None).expect("it is seen");
         gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: None }).expect("it lives");
     }
     let names: Vec<_> = stage.timings().iter().map(|t| t.pass).collect();
