@@ -7,10 +7,16 @@ use yugen_proof::gpu::Gpu;
 use yugen_realtime::hierarchy::{HIERARCHY_WGSL, Hierarchy};
 use yugen_realtime::scene::SCENE_WGSL;
 use yugen_realtime::surface::{OPAQUE_WGSL, SURFACE_WGSL};
+use yugen_realtime::{Options, Stage};
+use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
-use yugen_scene::{Geometry as Form, Mesh, Scene, Shape, primitives};
+use yugen_scene::{
+    Aov, Camera, Film, Filter, FovAxis, Geometry as Form, Mesh, ModelBuilder, Projection, Scene, Shape,
+    look_along, primitives,
+};
 use yugen_transport::accel::{NO_INSTANCE, Ray};
 use yugen_transport::geometry::{Geometry, Surface};
+use yugen_transport::render::{self, Action, Budget, Job};
 
 /// Rows of four floats that a ray comes back as.
 const ROWS: usize = 10;
@@ -268,5 +274,77 @@ fn a_wrong_surface_is_caught() {
         let found = compare(gpu, &wrong, &scene, &rays);
         let worst = found.worst.iter().find(|w| w.0 == what).expect("it is compared").1;
         assert!(worst > 0.1, "{from} -> {to}: {worst}");
+    }
+}
+
+/// Channels of AOVs by both renderers through the same camera and filter.
+#[test]
+fn aovs_are_those_of_the_reference() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut rng = Pcg32::new(5, 11);
+    let mut scene = scene(&mut rng, 0.0);
+    scene.materials = vec![ModelBuilder::new(Kind::Lambert).build().expect("it has defaults")];
+    for shape in scene.shapes.iter_mut().chain(scene.groups.iter_mut().flatten()) {
+        shape.material = 0;
+    }
+    scene.cameras = vec![Camera {
+        name: "front".into(),
+        to_world: look_along(Vec3::new(1.0, 2.0, 6.0), Vec3::new(-1.0, -2.0, -6.0), Vec3::Y),
+        projection: Projection::Perspective {
+            fov_x: 0.9,
+            fov_axis: FovAxis::X,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            principal_point: Vec2::new(0.05, -0.02),
+        },
+        near_far: [0.5, 100.0],
+        film: Film {
+            width: 72,
+            height: 54,
+            crop: Some([4, 3, 60, 40]),
+            filter: Filter::Gaussian { stddev: 0.5 },
+        },
+        samples_per_pixel: 256,
+    }];
+    let aovs = vec![Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Position, Aov::Uv, Aov::Id];
+    let options =
+        render::Options { aovs: aovs.clone(), budget: Some(Budget::Samples(256)), ..Default::default() };
+    let job = Job::new(&scene, &options).expect("the reference takes it");
+    assert!(job.run(|_, _| Action::Continue));
+    let want = job.image();
+
+    let mut rows = Rows::default();
+    rows.add_shapes(&scene, &|_| false, &|_| None).expect("the scene is sound");
+    let film = &scene.cameras[0].film;
+    let options = Options { size: [60, 40], filter: film.filter, aovs, trace_camera: false, threads: 2 };
+    let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");
+    for _ in 0..256 {
+        stage.frame(&scene.cameras[0], None).expect("it is seen");
+    }
+    let got = stage.image().expect("it can be read");
+    assert_eq!((got.width, got.height), (want.width, want.height));
+    assert_eq!(got.channels.len(), 13);
+    for (c, name) in got.channels.iter().enumerate() {
+        let k = want.channel(name).unwrap_or_else(|| panic!("the reference has no {name}"));
+        let (mut sum, mut worst, mut size, mut count, mut exact) = (0.0, 0.0f32, 0.0f32, 0, 0);
+        for y in 2..got.height - 2 {
+            for x in 2..got.width - 2 {
+                let (a, b) = (got.pixel(x, y)[c], want.pixel(x, y)[k]);
+                sum += f64::from((a - b).abs());
+                worst = worst.max((a - b).abs());
+                size = size.max(b.abs());
+                exact += usize::from((a - b).abs() <= 1e-3 * b.abs().max(1.0));
+                count += 1;
+            }
+        }
+        let mean = sum / f64::from(count) / f64::from(size);
+        println!("{name}: mean {mean:e}, worst {worst} of {size}, {exact} of {count} alike");
+        if name == "id.Y" {
+            // What the raster rounds at outlines.
+            assert!(exact as f64 > 0.99 * f64::from(count), "{name}: {exact} of {count}");
+        } else {
+            // Noise of 256 samples at outlines.
+            assert!(mean < 0.01, "{name}: {mean}");
+        }
     }
 }

@@ -31,21 +31,12 @@ fn main() -> Result<()> {
     }
 }
 
-/// The software GPU where there is one, with the default limits, and timestamps.
+/// The fastest device, with the default limits of WebGPU and larger buffers where it has them.
 fn open() -> Result<(wgpu::Device, wgpu::Queue)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends: wgpu::Backends::VULKAN,
-        ..wgpu::InstanceDescriptor::new_without_display_handle()
-    });
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
-    let adapter = adapters.into_iter().next().ok_or("no GPU adapter was found")?;
-    println!("on {}", adapter.get_info().name);
-    let features = wgpu::Features::TIMESTAMP_QUERY & adapter.features();
-    Ok(pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-        required_limits: wgpu::Limits::default(),
-        required_features: features,
-        ..Default::default()
-    }))?)
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let opened = pollster::block_on(yugen_realtime::device::open(&instance, None))?;
+    println!("on {}", opened.name);
+    Ok((opened.device, opened.queue))
 }
 
 const AOVS: [Aov; 6] = [Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Position, Aov::Uv, Aov::Id];

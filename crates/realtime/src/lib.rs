@@ -12,6 +12,7 @@
 //! `primary.wgsl`), 2 what the pass writes (`film.wgsl`).
 
 pub mod aov;
+pub mod device;
 pub mod display;
 mod error;
 pub mod film;

@@ -390,3 +390,30 @@ fn passes_are_timed_where_the_device_can() {
         assert!(names.is_empty());
     }
 }
+
+#[test]
+fn programs_that_bring_no_device_get_one_or_a_sentence() {
+    let instance = |backends| {
+        wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        })
+    };
+    let nothing = instance(wgpu::Backends::empty());
+    let error =
+        pollster::block_on(yugen_realtime::device::open(&nothing, None)).err().expect("there is none");
+    assert_eq!(error, StageError::NoAdapter);
+    assert!(error.to_string().contains("mesa-vulkan-drivers"), "{error}");
+    if gpu().is_none() {
+        return;
+    }
+    let opened = pollster::block_on(yugen_realtime::device::open(&instance(wgpu::Backends::VULKAN), None))
+        .expect("there was one before");
+    assert!(!opened.name.is_empty());
+    assert!(opened.device.limits().max_buffer_size >= wgpu::Limits::default().max_buffer_size);
+    assert_eq!(opened.device.limits().max_storage_buffers_per_shader_stage, 8);
+    let camera = cameras()[0].clone();
+    let mut stage =
+        Stage::new(&opened.device, &opened.queue, &rows(&scene()), &options(&camera)).expect("it fits");
+    assert_eq!(stage.frame(&camera, None).expect("it is seen"), 1);
+}
