@@ -58,6 +58,14 @@ pub enum StageError {
         /// What is wrong with it.
         reason: &'static str,
     },
+    /// Draws can be moved, not added or taken away.
+    #[error("{found} placed meshes instead of {stage}, or other meshes: make the stage anew")]
+    OtherDraws {
+        /// How many were given.
+        found: usize,
+        /// How many the stage has.
+        stage: usize,
+    },
     /// The scene cannot be traced.
     #[error(transparent)]
     Hierarchy(#[from] HierarchyError),

@@ -158,8 +158,9 @@ impl Stage {
         Ok(self.index)
     }
 
-    /// Moves the draws, of which there must be as many as before.
+    /// Moves the draws, which must be of the same meshes as before. The picture then begins anew.
     pub fn place(&mut self, draws: &[DrawRow]) -> Result<(), StageError> {
+        self.check_alive()?;
         self.seen = None;
         self.scene.place(&self.queue, draws)
     }

@@ -105,7 +105,8 @@ pub struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// Builds the trees on at most `threads` threads; the result is the same for any number.
+    /// Builds the trees on at most `threads` threads; the result is the same for any number. Indices in `rows` must be
+    /// what they say, as [`Rows::add_shapes`] makes them.
     pub fn build(rows: &Rows, threads: usize) -> Result<Self, HierarchyError> {
         let start = now();
         let top_rows = 8 * rows.draws.len().max(1);
@@ -139,7 +140,8 @@ impl Hierarchy {
         self.stats
     }
 
-    /// Builds the top level anew over `draws`, of which there may be no more than it was built with.
+    /// Builds the top level anew over `draws`, of which there may be no more than it was built with. Those that their
+    /// matrix flattens, or that are not finite, are left out and counted.
     pub fn place(&mut self, draws: &[DrawRow]) -> Result<(), HierarchyError> {
         let room = self.top_rows / 8;
         let draws = &draws[..draws.len().min(room)];

@@ -63,8 +63,12 @@ impl SceneBuffers {
         Ok(Self { layout, group, draws, hierarchy_rows, hierarchy, meshes, placed: rows.draws.clone() })
     }
 
-    /// Moves the draws, of which there must be as many as before.
+    /// Moves the draws, which must be of the same meshes as before. What its matrix flattens, or what is not finite, can
+    /// no longer be met by rays.
     pub fn place(&mut self, queue: &Queue, draws: &[DrawRow]) -> Result<(), StageError> {
+        if !draws.iter().map(|d| d.mesh).eq(self.placed.iter().map(|d| d.mesh)) {
+            return Err(StageError::OtherDraws { found: draws.len(), stage: self.placed.len() });
+        }
         self.hierarchy.place(draws)?;
         self.placed.copy_from_slice(draws);
         queue.write_buffer(&self.draws, 0, bytemuck::cast_slice(draws));

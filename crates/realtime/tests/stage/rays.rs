@@ -138,7 +138,7 @@ fn compare(rows: &Rows, rays: &[Ray], scale: f64) -> (usize, usize, f64) {
         if all_sure {
             let between: Vec<_> = maybe.iter().filter(surely).collect();
             let want =
-                if between.iter().any(|f| opaque(f)) { 0.0 } else { 0.5f32.powi(between.len() as i32) };
+                if between.iter().any(&opaque) { 0.0 } else { 0.5f32.powi(between.len() as i32) };
             assert_eq!(through, want, "ray {i}: {between:?}");
         } else {
             open += 1;
