@@ -3,7 +3,7 @@
 use crate::StageError;
 use crate::aov::{AovPass, channels};
 use crate::display::{DisplayPass, DisplaySettings};
-use crate::film::{Film, film_bytes};
+use crate::film::{Film, film_bytes, map};
 use crate::reconstruction::Reconstruction;
 use crate::scene::SceneBuffers;
 use crate::timing::{PassTime, Timestamps};
@@ -30,6 +30,17 @@ pub struct Options {
     pub threads: usize,
 }
 
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Picked {
+    /// Index of the draw.
+    pub draw: u32,
+    /// Its triangle, counted from the first of all meshes.
+    pub triangle: u32,
+    /// The shape or the instance, counted from one.
+    pub shape: u32,
+}
+
 /// Where a frame is shown.
 pub struct Target<'a> {
     /// Made for the format of `view` and a film of the stage.
@@ -51,6 +62,7 @@ pub struct Stage {
     primary: wgpu::BindGroup,
     film_layout: wgpu::BindGroupLayout,
     aovs: Vec<AovPass>,
+    picked: wgpu::Buffer,
     timestamps: Timestamps,
     reconstruction: Reconstruction,
     trace_camera: bool,
@@ -101,6 +113,12 @@ impl Stage {
                 primary,
                 film_layout,
                 aovs,
+                picked: device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("picked"),
+                    size: 8,
+                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                    mapped_at_creation: false,
+                }),
                 timestamps: Timestamps::new(device, queue),
                 reconstruction: Reconstruction::new(options.filter),
                 trace_camera: options.trace_camera,
@@ -187,6 +205,22 @@ impl Stage {
     /// The sums of an AOV that the stage was made with.
     pub fn film(&self, aov: Aov) -> Option<&Film> {
         self.aovs.iter().find(|a| a.aov() == aov).map(AovPass::film)
+    }
+
+    /// Waits for the device and says what the last frame shows at a pixel of the window; `None`: nothing, or no pixel.
+    pub fn pick(&self, pixel: [u32; 2]) -> Result<Option<Picked>, StageError> {
+        self.check_alive()?;
+        if self.seen.is_none() || pixel[0] >= self.size[0] || pixel[1] >= self.size[1] {
+            return Ok(None);
+        }
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        self.visibility.copy_pixel(&mut encoder, pixel, &self.picked);
+        self.queue.submit([encoder.finish()]);
+        let bytes = map(&self.device, &self.picked)?;
+        let ids: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
+        let [seen, triangle] = [ids[0], ids[1]];
+        let draw = seen.checked_sub(1).and_then(|draw| Some((draw, self.scene.draws().get(draw as usize)?)));
+        Ok(draw.map(|(draw, row)| Picked { draw, triangle, shape: row.shape }))
     }
 
     /// Milliseconds of the passes of a recent frame; none where the device has no timestamps.

@@ -680,8 +680,7 @@ mod tests {
             }))
         };
         let (mut count, mut below) = (0, 0);
-        for slot in 0..4 {
-            let child = children[slot];
+        for (slot, &child) in children.iter().enumerate() {
             if child == NOTHING {
                 continue;
             }

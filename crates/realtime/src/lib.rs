@@ -27,4 +27,4 @@ pub mod view;
 pub mod visibility;
 
 pub use error::StageError;
-pub use frame::{Options, Stage, Target};
+pub use frame::{Options, Picked, Stage, Target};

@@ -27,6 +27,7 @@ pub struct Visibility {
 
 struct Targets {
     size: [u32; 2],
+    texture: wgpu::Texture,
     ids: wgpu::TextureView,
     depth: wgpu::TextureView,
     ids_group: wgpu::BindGroup,
@@ -78,6 +79,15 @@ impl Visibility {
         &self.targets.ids
     }
 
+    /// Copies the ids of a pixel within the picture to the first eight bytes of `to`.
+    pub fn copy_pixel(&self, encoder: &mut wgpu::CommandEncoder, [x, y]: [u32; 2], to: &wgpu::Buffer) {
+        let mut from = self.targets.texture.as_image_copy();
+        from.origin = wgpu::Origin3d { x, y, z: 0 };
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None };
+        let size = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
+        encoder.copy_texture_to_buffer(from, wgpu::TexelCopyBufferInfo { buffer: to, layout }, size);
+    }
+
     /// By the rasteriser.
     pub fn raster(&self, encoder: &mut wgpu::CommandEncoder, timestamps: &Timestamps) {
         let targets = &self.targets;
@@ -123,7 +133,7 @@ impl Visibility {
 impl Targets {
     fn new(device: &Device, ids_layout: &wgpu::BindGroupLayout, size: [u32; 2]) -> Self {
         let texture = |label, format, usage| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
+            device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
                 mip_level_count: 1,
@@ -132,11 +142,12 @@ impl Targets {
                 format,
                 usage: usage | TextureUsages::RENDER_ATTACHMENT,
                 view_formats: &[],
-            });
-            texture.create_view(&Default::default())
+            })
         };
-        let ids = texture("ids", IDS, TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING);
-        let depth = texture("depth", DEPTH, TextureUsages::empty());
+        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        let ids_texture = texture("ids", IDS, usage);
+        let ids = ids_texture.create_view(&Default::default());
+        let depth = texture("depth", DEPTH, TextureUsages::empty()).create_view(&Default::default());
         let ids_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("ids to write"),
             layout: ids_layout,
@@ -145,7 +156,7 @@ impl Targets {
                 resource: wgpu::BindingResource::TextureView(&ids),
             }],
         });
-        Self { size, ids, depth, ids_group }
+        Self { size, texture: ids_texture, ids, depth, ids_group }
     }
 }
 

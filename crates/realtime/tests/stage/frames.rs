@@ -480,3 +480,31 @@ fn frames_ask_for_no_memory() {
     assert_eq!(reserved.len(), 60, "Vulkan tells what it has reserved");
     assert!(reserved.iter().all(|r| *r == reserved[0] && *r > 0), "{reserved:?}");
 }
+
+#[test]
+fn pixels_can_be_picked() {
+    let Some(gpu) = gpu() else { return };
+    let rows = rows(&scene());
+    for camera in [&cameras()[0], &cameras()[2]] {
+        let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options(camera)).expect("it fits");
+        assert_eq!(stage.pick([0, 0]).expect("it can be read"), None);
+        stage.frame(camera, None).expect("it is seen");
+        let image = stage.image().expect("it can be read");
+        let mut seen = Vec::new();
+        for (x, y) in
+            (0..image.height).step_by(7).flat_map(|y| (0..image.width).step_by(9).map(move |x| (x, y)))
+        {
+            let picked = stage.pick([x as u32, y as u32]).expect("it can be read");
+            assert_eq!(picked.map_or(0, |p| p.shape) as f32, pixel(&image, x, y, "id.Y"));
+            if let Some(p) = picked {
+                let draw = rows.draws[p.draw as usize];
+                assert!(draw.shape == p.shape && p.triangle - draw.first_triangle < draw.triangles);
+                seen.push(p.shape);
+            }
+        }
+        seen.sort_unstable();
+        seen.dedup();
+        assert!(seen.len() > 2, "{seen:?}");
+        assert_eq!(stage.pick([u32::MAX, 0]).expect("it can be read"), None);
+    }
+}

@@ -137,8 +137,7 @@ fn compare(rows: &Rows, rays: &[Ray], scale: f64) -> (usize, usize, f64) {
         let all_sure = maybe.iter().all(|f| surely(&f) || !within(f, -1.0));
         if all_sure {
             let between: Vec<_> = maybe.iter().filter(surely).collect();
-            let want =
-                if between.iter().any(&opaque) { 0.0 } else { 0.5f32.powi(between.len() as i32) };
+            let want = if between.iter().any(&opaque) { 0.0 } else { 0.5f32.powi(between.len() as i32) };
             assert_eq!(through, want, "ray {i}: {between:?}");
         } else {
             open += 1;
