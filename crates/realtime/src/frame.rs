@@ -12,7 +12,7 @@ use crate::visibility::{Visibility, primary_group, primary_layout};
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{Device, Queue};
 use yugen_optics::Image;
-use yugen_scene::prepared::{DrawRow, Rows};
+use yugen_scene::prepared::{DrawRow, Rows, VertexRow};
 use yugen_scene::{Aov, Camera, Filter};
 
 /// What a stage is made for.
@@ -181,6 +181,13 @@ impl Stage {
         self.check_alive()?;
         self.seen = None;
         self.scene.place(&self.queue, draws)
+    }
+
+    /// Deforms a mesh: all of its vertices. The picture then begins anew.
+    pub fn deform(&mut self, mesh: u32, vertices: &[VertexRow]) -> Result<(), StageError> {
+        self.check_alive()?;
+        self.seen = None;
+        self.scene.deform(&self.queue, mesh, vertices)
     }
 
     /// Makes room for another number of pixels.

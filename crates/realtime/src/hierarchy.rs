@@ -5,7 +5,8 @@
 //!   to a binary tree, whose nodes are then opened, the largest first, until they have four children.
 //! * Nodes: four boxes of eight bits a plane in 64 bytes (after Ylitie, Karras and Laine 2017, "Efficient Incoherent Ray
 //!   Traversal on GPUs Through Compressed Wide BVHs"). Rounding is outwards.
-//! * A moved draw needs the top level only: [`Hierarchy::place`].
+//! * A moved draw needs the top level only: [`Hierarchy::place`]. A deformed mesh keeps its tree and gets new boxes:
+//!   [`Hierarchy::deform`].
 //!
 //! Everything lies in one buffer of rows of four words (`hierarchy.wgsl` reads it):
 //!
@@ -22,7 +23,8 @@
 //! ```
 
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4, Vec4Swizzles};
-use yugen_scene::prepared::{DrawRow, MeshRow, Rows, double_area_normal};
+use std::ops::Range;
+use yugen_scene::prepared::{DrawRow, MeshRow, Rows, VertexRow, double_area_normal};
 
 /// The traversal in WGSL. The shader that includes it supplies
 /// `fn passes(draw: u32, triangle: u32, b: vec2<f32>, dir: vec3<f32>) -> f32`.
@@ -63,6 +65,24 @@ pub enum HierarchyError {
         /// Largest coordinate.
         farthest: f32,
     },
+    /// A vertex of a deformed mesh that is no place.
+    #[error("vertex {vertex} of mesh {mesh} is not finite once deformed: look at the pose")]
+    Vertex {
+        /// Index of the mesh.
+        mesh: usize,
+        /// Which of its vertices.
+        vertex: usize,
+    },
+    /// A deformed mesh with too many or too few vertices, or one that is not there.
+    #[error("mesh {mesh} has {count} vertices, but {found} were given")]
+    Count {
+        /// Index of the mesh.
+        mesh: usize,
+        /// How many it has.
+        count: usize,
+        /// How many were given.
+        found: usize,
+    },
     /// More rows than leaves can point to.
     #[error(
         "{rows} rows of nodes and triangles; at most {MOST_ROWS} can be addressed: leave out or simplify meshes"
@@ -86,11 +106,15 @@ pub struct HierarchyStats {
     pub build_seconds: f64,
 }
 
-/// The tree of a mesh: where its root is and how far it reaches.
-#[derive(Clone, Copy, Debug)]
+/// The tree of a mesh: where it is and how far it reaches.
+#[derive(Clone, Debug)]
 struct MeshTree {
     /// [`NOTHING`]: the mesh has no triangle with an area.
     root: u32,
+    /// The rows of its nodes.
+    nodes: Range<usize>,
+    first_vertex: u32,
+    vertices: u32,
     lo: Vec3,
     hi: Vec3,
 }
@@ -148,7 +172,7 @@ impl Hierarchy {
         self.stats.flat_draws = 0;
         let mut items = Vec::with_capacity(draws.len());
         for (i, draw) in draws.iter().enumerate() {
-            let tree = self.meshes[draw.mesh as usize];
+            let tree = &self.meshes[draw.mesh as usize];
             if tree.root == NOTHING {
                 continue;
             }
@@ -182,6 +206,48 @@ impl Hierarchy {
         Ok(())
     }
 
+    /// Fits the boxes of a mesh to its `vertices` where they are now; the tree stays as it is, and so it grows less fit
+    /// the farther they move. Returns the rows that changed. [`Hierarchy::place`] must follow. Triangles that had no
+    /// area when the tree was built stay out.
+    pub fn deform(&mut self, mesh: usize, vertices: &[VertexRow]) -> Result<Range<usize>, HierarchyError> {
+        let count = self.meshes.get(mesh).map_or(0, |m| m.vertices as usize);
+        if vertices.len() != count || count == 0 {
+            return Err(HierarchyError::Count { mesh, count, found: vertices.len() });
+        }
+        let bad = |v: &VertexRow| !v.position.iter().all(|x| x.abs() <= FARTHEST);
+        if let Some(vertex) = vertices.iter().position(bad) {
+            return Err(HierarchyError::Vertex { mesh, vertex });
+        }
+        let tree = &self.meshes[mesh];
+        let (nodes, first) = (tree.nodes.clone(), tree.first_vertex);
+        if !nodes.is_empty() {
+            let (lo, hi) = self.refit(nodes.start, &|i| Vec3::from(vertices[(i - first) as usize].position));
+            (self.meshes[mesh].lo, self.meshes[mesh].hi) = (lo, hi);
+        }
+        Ok(nodes)
+    }
+
+    /// Fits the node at `row` and all below it to vertices `at` an index.
+    fn refit(&mut self, row: usize, at: &dyn Fn(u32) -> Vec3) -> (Vec3, Vec3) {
+        let children = self.rows[row + 1];
+        let mut boxes = Vec::with_capacity(4);
+        for child in children.into_iter().filter(|c| *c != NOTHING) {
+            let (lo, hi) = if child & IS_LEAF == 0 {
+                self.refit(4 * child as usize, at)
+            } else {
+                let first = (child & 0x1fff_ffff) as usize;
+                let leaf = &self.rows[first..=first + (child >> 29 & 3) as usize];
+                let corners = leaf.iter().flat_map(|[a, b, c, _]| [*a, *b, *c]).map(at);
+                corners.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
+            };
+            boxes.push((lo, hi, child));
+        }
+        self.rows[row..row + 4].copy_from_slice(&node_rows(&boxes));
+        boxes
+            .iter()
+            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), (lo, hi, _)| (l.min(*lo), h.max(*hi)))
+    }
+
     /// Appends the tree of a mesh.
     fn mesh(&mut self, rows: &Rows, mesh: &MeshRow, threads: usize) -> Result<MeshTree, HierarchyError> {
         let first = mesh.first_triangle as usize;
@@ -195,8 +261,16 @@ impl Hierarchy {
                 items.push(Item::new(a.min(b).min(c), a.max(b).max(c), i as u32));
             }
         }
+        let empty = MeshTree {
+            root: NOTHING,
+            nodes: 0..0,
+            first_vertex: mesh.first_vertex,
+            vertices: mesh.vertices,
+            lo: Vec3::ZERO,
+            hi: Vec3::ZERO,
+        };
         if items.is_empty() {
-            return Ok(MeshTree { root: NOTHING, lo: Vec3::ZERO, hi: Vec3::ZERO });
+            return Ok(empty);
         }
         let extent = Extent::of(&items);
         let (lo, hi) = (extent.lo.xyz(), extent.hi.xyz());
@@ -226,7 +300,8 @@ impl Hierarchy {
         self.rows.extend_from_slice(nodes.as_flattened());
         self.stats.triangles += count;
         self.stats.nodes += nodes.len();
-        Ok(MeshTree { root: (nodes_at / 4) as u32, lo, hi })
+        let nodes = nodes_at..nodes_at + 4 * nodes.len();
+        Ok(MeshTree { root: (nodes_at / 4) as u32, nodes, lo, hi, ..empty })
     }
 }
 
@@ -622,7 +697,6 @@ fn node_rows(children: &[(Vec3, Vec3, u32)]) -> [[u32; 4]; 4] {
 mod tests {
     use super::*;
     use yugen_optics::random::Pcg32;
-    use yugen_scene::prepared::VertexRow;
 
     /// Rows of one mesh of these triangles, drawn once.
     fn rows_of(corners: &[[Vec3; 3]]) -> Rows {
@@ -728,7 +802,7 @@ mod tests {
                 Hierarchy::build(&scene, 7).unwrap().rows(),
                 "scene {s}: threads show"
             );
-            let tree = hierarchy.meshes[0];
+            let tree = &hierarchy.meshes[0];
             let mut found = Vec::new();
             let needed =
                 check(hierarchy.rows(), &scene, 4 * tree.root as usize, tree.lo, tree.hi, &mut found);
@@ -738,6 +812,19 @@ mod tests {
             let want: Vec<_> = (0..corners.len() as u32).filter(|i| area(&corners[*i as usize])).collect();
             assert!(found == want, "scene {s}: {} of {}", found.len(), want.len());
             assert!(needed <= MESH_STACK, "scene {s} needs {needed}");
+
+            // And once deformed, in new boxes.
+            let (mut deformed, mut moved) = (hierarchy.clone(), scene.clone());
+            for v in &mut moved.vertices {
+                v.position = (Vec3::from(v.position) * 0.5 + random_vec(&mut rng)).into();
+            }
+            let range = deformed.deform(0, &moved.vertices).unwrap();
+            assert_eq!(range, tree.nodes);
+            let (lo, hi) = (deformed.meshes[0].lo, deformed.meshes[0].hi);
+            let mut again = Vec::new();
+            check(deformed.rows(), &moved, range.start, lo, hi, &mut again);
+            again.sort_unstable();
+            assert!(again == want, "scene {s}");
         }
     }
 
@@ -785,6 +872,17 @@ mod tests {
         let mut flat = rows_of(&[[Vec3::X, Vec3::Y, Vec3::Z]]);
         flat.draws[0].to_world[1] = [0.0; 4];
         assert_eq!(Hierarchy::build(&flat, 1).unwrap().stats().flat_draws, 1);
+        let mut one = Hierarchy::build(&rows_of(&[[Vec3::X, Vec3::Y, Vec3::Z]]), 1).unwrap();
+        let mut vertices = rows_of(&[[Vec3::X, Vec3::Y, Vec3::Z]]).vertices;
+        assert!(matches!(
+            one.deform(0, &vertices[1..]),
+            Err(HierarchyError::Count { count: 3, found: 2, .. })
+        ));
+        assert!(matches!(one.deform(7, &vertices), Err(HierarchyError::Count { mesh: 7, .. })));
+        for bad in [f32::NAN, f32::INFINITY, 1e16] {
+            vertices[2].position[1] = bad;
+            assert_eq!(one.deform(0, &vertices), Err(HierarchyError::Vertex { mesh: 0, vertex: 2 }));
+        }
         let nothing = Hierarchy::build(&Rows::default(), 1).unwrap();
         assert_eq!(nothing.rows()[1], [NOTHING; 4]);
     }

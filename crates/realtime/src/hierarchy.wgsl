@@ -7,6 +7,8 @@
 const STACK: u32 = 40u;
 const IS_LEAF: u32 = 0x80000000u;
 const MISS: u32 = 0xffffffffu;
+// Go back to the last node with children yet to visit.
+const UP: u32 = 0xfffffffeu;
 
 // Where a ray meets a surface: distance in lengths of its direction, weights of the second and third corner.
 // `draw` is NONE where it meets nothing.
@@ -69,9 +71,8 @@ fn bytes_of(word: u32) -> vec4<f32> {
 
 // For each child of the node at `row` MISS, or a key that grows with the distance at which the ray enters its box and
 // whose last two bits are the child.
-fn child_keys(row: u32, r: LocalRay, t_min: f32, t_max: f32) -> vec4<u32> {
+fn child_keys(row: u32, children: vec4<u32>, r: LocalRay, t_min: f32, t_max: f32) -> vec4<u32> {
     let head = hierarchy[row];
-    let children = hierarchy[row + 1u];
     let low = hierarchy[row + 2u];
     let high = hierarchy[row + 3u];
     let step = bitcast<vec3<f32>>(((vec3<u32>(head.w) >> vec3<u32>(0u, 8u, 16u)) & vec3<u32>(255u)) << vec3<u32>(23u));
@@ -133,9 +134,31 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
     var outside = 0u;
     var at = 0u;
     loop {
-        if ((at & IS_LEAF) == 0u) {
+        // Down to the next leaf.
+        loop {
+            if (at == UP) {
+                if (draw != NONE && size == outside) {
+                    draw = NONE;
+                    ray = world;
+                }
+                if (size == 0u) {
+                    break;
+                }
+                let entry = stack[size - 1u];
+                let count = (entry >> 6u) & 3u;
+                if (count == 1u) {
+                    size -= 1u;
+                } else {
+                    stack[size - 1u] = (entry & 0xffffff00u) | ((count - 1u) << 6u) | ((entry & 63u) >> 2u);
+                }
+                at = hierarchy[4u * (entry >> 8u) + 1u][entry & 3u];
+            }
+            if ((at & IS_LEAF) != 0u) {
+                break;
+            }
             let row = 4u * at;
-            let keys = child_keys(row, ray, t_min, best.t);
+            let children = hierarchy[row + 1u];
+            let keys = child_keys(row, children, ray, t_min, best.t);
             // Sorted, the nearest first.
             let a = vec2<u32>(min(keys.x, keys.y), min(keys.z, keys.w));
             let b = vec2<u32>(max(keys.x, keys.y), max(keys.z, keys.w));
@@ -144,18 +167,21 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
             let inner = vec2<u32>(max(a.x, a.y), min(b.x, b.y));
             let second = min(inner.x, inner.y);
             let third = max(inner.x, inner.y);
-            if (nearest != MISS) {
-                if (second != MISS) {
-                    // One entry for all others: the node, how many, and in which order.
-                    let count = 1u + u32(third != MISS) + u32(farthest != MISS);
-                    let order = (second & 3u) | ((third & 3u) << 2u) | ((farthest & 3u) << 4u);
-                    stack[size] = (at << 8u) | (count << 6u) | order;
-                    size += 1u;
-                }
-                at = hierarchy[row + 1u][nearest & 3u];
-                continue;
+            if (second != MISS) {
+                // One entry for all others: the node, how many, and in which order.
+                let count = 1u + u32(third != MISS) + u32(farthest != MISS);
+                let order = (second & 3u) | ((third & 3u) << 2u) | ((farthest & 3u) << 4u);
+                stack[size] = (at << 8u) | (count << 6u) | order;
+                size += 1u;
             }
-        } else if (draw == NONE) {
+            let xy = select(children.x, children.y, (nearest & 1u) != 0u);
+            let zw = select(children.z, children.w, (nearest & 1u) != 0u);
+            at = select(UP, select(xy, zw, (nearest & 2u) != 0u), nearest != MISS);
+        }
+        if (at == UP) {
+            break;
+        }
+        if (draw == NONE) {
             let row = at & 0x1fffffffu;
             let head = hierarchy[row + 3u];
             draw = head.y;
@@ -164,51 +190,36 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
             ray = ray_in_instance(row, origin, dir);
             at = head.x;
             continue;
-        } else {
-            let first = at & 0x1fffffffu;
-            let last = first + ((at >> 29u) & 3u);
-            for (var i = first; i <= last; i++) {
-                let row = hierarchy[i];
-                let e = edges(row.xyz, ray);
-                let sum = e.weights.x + e.weights.y + e.weights.z;
-                if (!e.inside || sum == 0.0) {
-                    continue;
+        }
+        let first = at & 0x1fffffffu;
+        let last = first + ((at >> 29u) & 3u);
+        for (var i = first; i <= last; i++) {
+            let row = hierarchy[i];
+            let e = edges(row.xyz, ray);
+            let sum = e.weights.x + e.weights.y + e.weights.z;
+            if (!e.inside || sum == 0.0) {
+                continue;
+            }
+            let b = e.weights / sum;
+            let t = dot(b, e.z);
+            if (!(t > t_min && t <= best.t)) {
+                continue;
+            }
+            if (any_hit) {
+                if ((flags & SEE_THROUGH) == 0u) {
+                    best.t = 0.0;
+                    return best;
                 }
-                let b = e.weights / sum;
-                let t = dot(b, e.z);
-                if (!(t > t_min && t <= best.t)) {
-                    continue;
+                through *= passes(draw, row.w, b.yz, dir);
+                if (through <= 0.0) {
+                    best.t = 0.0;
+                    return best;
                 }
-                if (any_hit) {
-                    if ((flags & SEE_THROUGH) == 0u) {
-                        best.t = 0.0;
-                        return best;
-                    }
-                    through *= passes(draw, row.w, b.yz, dir);
-                    if (through <= 0.0) {
-                        best.t = 0.0;
-                        return best;
-                    }
-                } else if (t < best.t || draw < best.draw || (draw == best.draw && row.w < best.triangle)) {
-                    best = Hit(t, b.y, b.z, row.w, draw);
-                }
+            } else if (t < best.t || draw < best.draw || (draw == best.draw && row.w < best.triangle)) {
+                best = Hit(t, b.y, b.z, row.w, draw);
             }
         }
-        if (draw != NONE && size == outside) {
-            draw = NONE;
-            ray = world;
-        }
-        if (size == 0u) {
-            break;
-        }
-        let entry = stack[size - 1u];
-        let count = (entry >> 6u) & 3u;
-        if (count == 1u) {
-            size -= 1u;
-        } else {
-            stack[size - 1u] = (entry & 0xffffff00u) | ((count - 1u) << 6u) | ((entry & 63u) >> 2u);
-        }
-        at = hierarchy[4u * (entry >> 8u) + 1u][entry & 3u];
+        at = UP;
     }
     if (any_hit) {
         best.t = through;

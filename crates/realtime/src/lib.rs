@@ -8,8 +8,32 @@
 //! A [`Stage`] takes device and queue from outside, allocates and compiles nothing after it was made, and needs no more
 //! than the default limits of WebGPU: shaders have at most eight storage buffers, five of them those of the scene.
 //!
-//! Groups of every shader: 0 the scene (`scene.wgsl`), 1 the view and the visibility buffer (`view.wgsl`,
-//! `primary.wgsl`), 2 what the pass writes (`film.wgsl`).
+//! # Shaders
+//!
+//! Shaders are pieces of WGSL, joined as text; each piece is a file beside the Rust that knows its layout.
+//!
+//! | piece | group | what is in it |
+//! | --- | --- | --- |
+//! | `scene.wgsl` | 0 | the rows: vertices, triangles, draws, hierarchy, words (five storage buffers, read only) |
+//! | `hierarchy.wgsl` | | `trace_closest`, `trace_any`, `intersect_triangle`; needs a `passes` |
+//! | `opaque.wgsl` | | a `passes` for shaders without materials |
+//! | `surface.wgsl` | | `surface_at`: position, normals, frame, texture coordinates; `offset_origin` |
+//! | `view.wgsl` | 1, binding 0 | the camera: `pixel_ray` |
+//! | `primary.wgsl` | 1, binding 1 | the visibility buffer: `primary_hit` |
+//! | `film.wgsl` | 2 | the sums that a pass adds to: `film_add` |
+//! | `display.wgsl` | | exposure, gamut and curve |
+//!
+//! # How to add a pass
+//!
+//! `x.rs` beside `x.wgsl`: a struct that is made once, with its pipeline and its film, and a `record` that dispatches it
+//! (`aov.rs` is a short one); then a field of [`Stage`] and a line in [`Stage::frame`]. Group 3 and three storage buffers
+//! are free for it.
+//!
+//! # What is approximated so far
+//!
+//! Spheres, discs and cylinders are meshes (off by 3e-4 of the radius). The rasteriser rounds vertices to 1/256 of a
+//! pixel, which decides single pixels at outlines; [`Options::trace_camera`] does not. Meshes that their matrix flattens
+//! are seen, but rays do not meet them. A crop's outermost pixels are filtered with what lies beyond it.
 
 pub mod aov;
 pub mod device;

@@ -17,6 +17,7 @@ pub const SCENE_BUFFERS: u32 = 5;
 pub struct SceneBuffers {
     layout: wgpu::BindGroupLayout,
     group: wgpu::BindGroup,
+    vertices: wgpu::Buffer,
     draws: wgpu::Buffer,
     hierarchy_rows: wgpu::Buffer,
     hierarchy: Hierarchy,
@@ -60,7 +61,16 @@ impl SceneBuffers {
             entries: &entries,
         });
         let meshes = rows.meshes.clone();
-        Ok(Self { layout, group, draws, hierarchy_rows, hierarchy, meshes, placed: rows.draws.clone() })
+        Ok(Self {
+            layout,
+            group,
+            vertices,
+            draws,
+            hierarchy_rows,
+            hierarchy,
+            meshes,
+            placed: rows.draws.clone(),
+        })
     }
 
     /// Moves the draws, which must be of the same meshes as before. What its matrix flattens, or what is not finite, can
@@ -72,9 +82,30 @@ impl SceneBuffers {
         self.hierarchy.place(draws)?;
         self.placed.copy_from_slice(draws);
         queue.write_buffer(&self.draws, 0, bytemuck::cast_slice(draws));
+        self.write_top(queue);
+        Ok(())
+    }
+
+    /// Deforms a mesh: all of its vertices, positions, normals and tangents alike. Its tree stays as it is and gets new
+    /// boxes, so that rays slow down the farther vertices move.
+    pub fn deform(&mut self, queue: &Queue, mesh: u32, vertices: &[VertexRow]) -> Result<(), StageError> {
+        let range = self.hierarchy.deform(mesh as usize, vertices)?;
+        self.hierarchy.place(&self.placed)?;
+        let first = self.meshes[mesh as usize].first_vertex;
+        queue.write_buffer(
+            &self.vertices,
+            u64::from(first) * size_of::<VertexRow>() as u64,
+            bytemuck::cast_slice(vertices),
+        );
+        let rows = &self.hierarchy.rows()[range.clone()];
+        queue.write_buffer(&self.hierarchy_rows, 16 * range.start as u64, bytemuck::cast_slice(rows));
+        self.write_top(queue);
+        Ok(())
+    }
+
+    fn write_top(&self, queue: &Queue) {
         let top = &self.hierarchy.rows()[..self.hierarchy.top_rows()];
         queue.write_buffer(&self.hierarchy_rows, 0, bytemuck::cast_slice(top));
-        Ok(())
     }
 
     /// Of group 0.

@@ -316,6 +316,33 @@ fn moved_draws_are_met_in_their_new_place() {
     assert_ne!(trace(&before, &rays).expect("there is a GPU").0, want);
 }
 
+/// Deformed meshes are met as if they had been built so.
+#[test]
+fn deformed_meshes_are_met_in_their_new_shape() {
+    let Some(gpu) = gpu() else { return };
+    let mut rng = Pcg32::new(6, 3);
+    let before = instances(&mut rng);
+    let mut after = before.clone();
+    let mut scene = SceneBuffers::new(&gpu.device, &before, 1).expect("the scene fits");
+    for mesh in [0, 2] {
+        let row = before.meshes[mesh as usize];
+        let vertices = &mut after.vertices[row.first_vertex as usize..][..row.vertices as usize];
+        for v in vertices.iter_mut() {
+            v.position = (Vec3::from(v.position) + 0.5 * random_vec(&mut rng)).into();
+        }
+        scene.deform(&gpu.queue, mesh, vertices).expect("it can be deformed");
+    }
+    let rays = random_rays(500, 3.0, &mut rng);
+    let (want, _) = trace(&after, &rays).expect("there is a GPU");
+    let input: Vec<[f32; 4]> = rays
+        .iter()
+        .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
+        .collect();
+    let got = gpu.run(&scene, &[SCENE_WGSL, HIERARCHY_WGSL, PASSES, MAIN], &input, input.len());
+    assert_eq!(got, want);
+    assert_ne!(trace(&before, &rays).expect("there is a GPU").0, want);
+}
+
 /// The comparison sees a wrong traversal.
 #[test]
 fn a_wrong_traversal_is_caught() {
