@@ -1,14 +1,20 @@
 //! Milliseconds per pass of the stage, and the pictures that it makes.
 //!
 //! `stage_rate` prints how the time grows with triangles, from a thousand to two millions.
+//! `stage_rate rays SCENE…` prints how many random rays a second shaders trace: nearest hit, and any hit.
 //! `stage_rate SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]` shows a scene and writes its AOVs.
 
 use glam::{Mat4, Vec2, Vec3};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
+use wgpu::util::DeviceExt;
 use yugen_archive::formats::{image, load_scene};
 use yugen_optics::ColourSpace;
+use yugen_optics::random::Pcg32;
+use yugen_realtime::hierarchy::HIERARCHY_WGSL;
+use yugen_realtime::scene::{SCENE_WGSL, SceneBuffers};
+use yugen_realtime::surface::OPAQUE_WGSL;
 use yugen_realtime::{Options, Stage};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
@@ -23,11 +29,14 @@ fn main() -> Result<()> {
     let number = |i: usize, default: u32| arguments.get(i).map_or(Ok(default), |s| s.parse());
     match &arguments[..] {
         [] => growth(&device, &queue),
+        [verb, scenes @ ..] if verb == "rays" => {
+            scenes.iter().try_for_each(|s| rays(&device, &queue, Path::new(s)))
+        }
         [scene, out, ..] => {
             let size = [number(2, 640)?, number(3, 480)?];
             picture(&device, &queue, Path::new(scene), Path::new(out), size, number(4, 16)?)
         }
-        _ => Err("usage: stage_rate [SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]]".into()),
+        _ => Err("usage: stage_rate [rays SCENE... | SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]]".into()),
     }
 }
 
@@ -137,4 +146,123 @@ fn growth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
         );
     }
     Ok(())
+}
+
+const RAYS: &str = "
+@group(1) @binding(0) var<storage, read> rays: array<vec4<f32>>;
+@group(1) @binding(1) var<storage, read_write> results: array<f32>;
+@compute @workgroup_size(64)
+fn closest(@builtin(global_invocation_id) id: vec3<u32>) {
+    results[id.x] = trace_closest(rays[2u * id.x].xyz, rays[2u * id.x + 1u].xyz, 0.0, 1e30).t;
+}
+@compute @workgroup_size(64)
+fn any_hit(@builtin(global_invocation_id) id: vec3<u32>) {
+    results[id.x] = trace_any(rays[2u * id.x].xyz, rays[2u * id.x + 1u].xyz, 0.0, 1e30);
+}";
+
+/// Rays between random points of the scene's box. On a software GPU the time of the cores says more than the clock.
+fn rays(device: &wgpu::Device, queue: &wgpu::Queue, path: &Path) -> Result<()> {
+    let scene = load_scene(path, &Default::default())?;
+    let rows = rows_of(&scene)?;
+    let [lo, hi] = scene.bounds().ok_or("there is nothing in it")?;
+    let count = 1u32 << 18;
+    let mut rng = Pcg32::new(1, 1);
+    let mut point = || lo + (hi - lo) * Vec3::from_array(std::array::from_fn(|_| rng.next_f32()));
+    let rays: Vec<[f32; 4]> = (0..count)
+        .flat_map(|_| {
+            let (from, to) = (point(), point());
+            [from.extend(0.0).to_array(), (to - from).extend(0.0).to_array()]
+        })
+        .collect();
+    let buffers = SceneBuffers::new(device, &rows, 2)?;
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl([SCENE_WGSL, HIERARCHY_WGSL, OPAQUE_WGSL, RAYS].join("\n").into()),
+    });
+    let entry = |binding, read_only| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        },
+        count: None,
+    };
+    let lists = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[entry(0, true), entry(1, false)],
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &[Some(buffers.layout()), Some(&lists)],
+        immediate_size: 0,
+    });
+    let input = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: None,
+        contents: bytemuck::cast_slice(&rays),
+        usage: wgpu::BufferUsages::STORAGE,
+    });
+    let output = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: 4 * u64::from(count),
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &lists,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
+        ],
+    });
+    for name in ["closest", "any_hit"] {
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: None,
+            layout: Some(&layout),
+            module: &module,
+            entry_point: Some(name),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        let run = || -> Result<()> {
+            let mut encoder = device.create_command_encoder(&Default::default());
+            {
+                let mut pass = encoder.begin_compute_pass(&Default::default());
+                pass.set_pipeline(&pipeline);
+                pass.set_bind_group(0, buffers.group(), &[]);
+                pass.set_bind_group(1, &group, &[]);
+                pass.dispatch_workgroups(count / 64, 1, 1);
+            }
+            queue.submit([encoder.finish()]);
+            device.poll(wgpu::PollType::Wait { submission_index: None, timeout: None })?;
+            Ok(())
+        };
+        run()?;
+        let times = 4;
+        let (start, cpu) = (Instant::now(), cpu_seconds());
+        for _ in 0..times {
+            run()?;
+        }
+        let million = f64::from(times * count) * 1e-6;
+        let clock = million / start.elapsed().as_secs_f64();
+        let cpu = cpu.zip(cpu_seconds()).map_or(String::new(), |(from, to)| {
+            format!(", {:.2} a second of CPU", million / (to - from).max(1e-3))
+        });
+        println!(
+            "{:20} {name:8} {clock:.2} M rays a second{cpu}",
+            path.file_name().unwrap_or_default().display()
+        );
+    }
+    Ok(())
+}
+
+/// That this process has used, where the system tells.
+fn cpu_seconds() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
+    let mut fields = stat.rsplit(')').next()?.split_whitespace().skip(11);
+    let ticks: [f64; 2] = [fields.next()?.parse().ok()?, fields.next()?.parse().ok()?];
+    // Linux counts in hundredths.
+    Some((ticks[0] + ticks[1]) * 0.01)
 }

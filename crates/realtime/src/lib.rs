@@ -26,8 +26,8 @@
 //! # How to add a pass
 //!
 //! `x.rs` beside `x.wgsl`: a struct that is made once, with its pipeline and its film, and a `record` that dispatches it
-//! (`aov.rs` is a short one); then a field of [`Stage`] and a line in [`Stage::frame`]. Group 3 and three storage buffers
-//! are free for it.
+//! (`aov.rs` is a short one); then a field of [`Stage`] and a line in [`Stage::frame`]. Group 3 is free for it, and beside a
+//! film two storage buffers.
 //!
 //! # What is approximated so far
 //!
