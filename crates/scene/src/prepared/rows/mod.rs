@@ -1,0 +1,153 @@
+//! A scene as rows of plain numbers that shaders read as they are, and the WGSL that reads them.
+//!
+//! | rows | what is in them |
+//! | --- | --- |
+//! | `vertices`, `triangles`, `meshes`, `draws` | shapes |
+//! | `words` | what is looked up by the word: the header, then materials, programs of textures, lights, attributes, tables of environments |
+//! | `numbers` | parameters and tables of reflectance models, sums of areas |
+//! | `texels` | pictures with their pyramids, the moments of cloths, environments |
+
+mod environment;
+mod geometry;
+mod light;
+mod material;
+mod texture;
+
+pub use geometry::{DrawRow, MeshRow, NONE, VertexRow};
+
+use super::{BadEnvironment, GeometryError, MaterialError, Materials, Textures};
+use crate::{MissingAttribute, Scene, Texture};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use yugen_reflectance::{Kind, MAX_SLOTS, wgsl_library};
+
+/// A scene as rows.
+#[derive(Clone, Debug, Default)]
+pub struct Rows {
+    /// Vertices of all meshes.
+    pub vertices: Vec<VertexRow>,
+    /// Triangles of all meshes: indices into `vertices`, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// The meshes.
+    pub meshes: Vec<MeshRow>,
+    /// Where they are.
+    pub draws: Vec<DrawRow>,
+    /// What is looked up by the word, from the header of [`HEADER`] words on.
+    pub words: Vec<u32>,
+    /// Parameters and tables of reflectance models; sums of areas.
+    pub numbers: Vec<f32>,
+    /// Four channels each.
+    pub texels: Vec<[f32; 4]>,
+    /// Reflectance models that occur.
+    pub kinds: Vec<Kind>,
+    /// Most lobes that a material resolves to at one point.
+    pub lobes: u32,
+    /// Most maps of normals or heights over one another.
+    pub turns: u32,
+    /// Emitters, of which the header knows where they begin.
+    pub emitters: u32,
+    /// Attributes of meshes that textures ask for.
+    pub attribute_names: Vec<String>,
+}
+
+/// Words of the header: weights of luminance (3 floats); where the table of materials begins; where that of emitters
+/// begins, and how many there are; where their chances begin in `numbers`; where the list of environments begins (how
+/// many, then the emitter of each); the radiance of the background (3 floats); unused.
+pub const HEADER: usize = 12;
+
+/// A scene that cannot be made into rows.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum RowsError {
+    /// Shapes.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// Materials.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+    /// Environments.
+    #[error(transparent)]
+    Environment(#[from] BadEnvironment),
+    /// Attributes of meshes.
+    #[error(transparent)]
+    Attribute(#[from] MissingAttribute),
+    /// Emission on shapes inside a group.
+    #[error("shape '{0}' inside a group emits light; instances cannot: place it in the scene itself")]
+    EmitterInGroup(String),
+    /// Textures made of textures made of textures.
+    #[error("texture {texture} is made of others more than {limit} deep")]
+    Deep {
+        /// Index in the scene.
+        texture: usize,
+        /// How deep it may be.
+        limit: usize,
+    },
+}
+
+impl Rows {
+    /// The rows of `scene`.
+    pub fn new(scene: &Scene) -> Result<Self, RowsError> {
+        scene.check_attributes()?;
+        let textures = Textures::new(scene);
+        let materials = Materials::new(scene)?;
+        let names: BTreeSet<&str> = scene
+            .textures
+            .iter()
+            .filter_map(|t| match t {
+                Texture::MeshAttribute { name } | Texture::At { attribute: name, .. } => Some(name.as_str()),
+                _ => None,
+            })
+            .collect();
+        let mut rows = Self {
+            attribute_names: names.into_iter().map(String::from).collect(),
+            words: vec![0; HEADER],
+            ..Self::default()
+        };
+        let luminance = scene.working_space.luminance_weights();
+        rows.words[..3].copy_from_slice(&luminance.to_array().map(f32::to_bits));
+        let mut programs = texture::Programs::new(&textures);
+        material::write(&materials, &mut programs, &mut rows)?;
+        let of_shape = light::number(scene)?;
+        rows.add_shapes(scene, &|m| materials.see_through(m), &|shape| of_shape[shape])?;
+        light::write(scene, &textures, &mut programs, &of_shape, &mut rows)?;
+        Ok(rows)
+    }
+
+    /// Appends floats to the words.
+    fn push_floats(&mut self, values: &[f32]) {
+        self.words.extend(values.iter().map(|v| v.to_bits()));
+    }
+}
+
+/// Everything a shader needs to know what a surface of these rows reflects and which light comes to it: the library of
+/// reflectance models, lookup of textures, materials, lights and environments. The shader that includes it supplies
+/// ```wgsl
+/// fn word_at(i: u32) -> u32
+/// fn number_at(i: u32) -> f32
+/// fn texel_at(i: u32) -> vec4<f32>
+/// // Corners of a triangle as indices of vertices.
+/// fn triangle_at(i: u32) -> vec3<u32>
+/// // A third of a vertex: position and u, normal and v, tangent.
+/// fn vertex_at(i: u32, third: u32) -> vec4<f32>
+/// // A word of the draws.
+/// fn draw_at(i: u32) -> u32
+/// ```
+pub fn wgsl(rows: &Rows) -> String {
+    let mut out = wgsl_library(&rows.kinds);
+    let _ = writeln!(
+        out,
+        "const LOBES: u32 = {}u;\nconst TURNS: u32 = {}u;\nconst SLOTS: u32 = {MAX_SLOTS}u;",
+        rows.lobes.max(1),
+        rows.turns.max(1)
+    );
+    let _ = writeln!(out, "const KIND_NOH: u32 = {}u;", Kind::Noh as u32);
+    let delta: Vec<String> =
+        rows.kinds.iter().filter(|k| k.laws().delta).map(|k| format!("kind == {}u", *k as u32)).collect();
+    let delta = if delta.is_empty() { "false".into() } else { delta.join(" || ") };
+    let _ = writeln!(out, "fn bsdf_is_delta(kind: u32) -> bool {{ return {delta}; }}");
+    out.push_str(include_str!("rows.wgsl"));
+    out.push_str(include_str!("texture.wgsl"));
+    out.push_str(include_str!("material.wgsl"));
+    out.push_str(include_str!("environment.wgsl"));
+    out.push_str(include_str!("light.wgsl"));
+    out
+}

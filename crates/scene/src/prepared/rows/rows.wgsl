@@ -1,0 +1,129 @@
+// What the rows of a scene are read by, and the frames that everything else is said in. See rows/mod.rs.
+
+const NONE: u32 = 0xffffffffu;
+
+fn float_at(i: u32) -> f32 {
+    return bitcast<f32>(word_at(i));
+}
+
+fn vec3_at(i: u32) -> vec3<f32> {
+    return vec3<f32>(float_at(i), float_at(i + 1u), float_at(i + 2u));
+}
+
+fn luminance(c: vec3<f32>) -> f32 {
+    return dot(vec3_at(0u), c);
+}
+
+// Parameters that textures overwrite live beside the rows: addresses from here on are in `scratch`.
+const SCRATCH: u32 = 0x80000000u;
+var<private> scratch: array<f32, LOBES * SLOTS>;
+
+fn param_at(i: u32) -> f32 {
+    if (i >= SCRATCH) {
+        return scratch[i - SCRATCH];
+    }
+    return number_at(i);
+}
+
+fn table_at(i: u32) -> f32 {
+    return number_at(i);
+}
+
+// Tangent, bitangent, normal. Twin of optics::Frame.
+struct Frame {
+    s: vec3<f32>,
+    t: vec3<f32>,
+    n: vec3<f32>,
+}
+
+fn frame_from_normal(n: vec3<f32>) -> Frame {
+    let sign = select(-1.0, 1.0, n.z >= 0.0);
+    let a = -1.0 / (sign + n.z);
+    let b = n.x * n.y * a;
+    return Frame(
+        vec3<f32>(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+        vec3<f32>(b, sign + n.y * n.y * a, -n.y),
+        n,
+    );
+}
+
+fn frame_from_normal_tangent(n: vec3<f32>, tangent: vec3<f32>) -> Frame {
+    let s = tangent - n * dot(n, tangent);
+    let len = length(s);
+    if (len > 1e-6 * length(tangent) && len < 3.0e38 && len > 0.0) {
+        let unit = s / len;
+        return Frame(unit, cross(n, unit), n);
+    }
+    return frame_from_normal(n);
+}
+
+fn to_local(f: Frame, v: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(dot(v, f.s), dot(v, f.t), dot(v, f.n));
+}
+
+fn to_world(f: Frame, v: vec3<f32>) -> vec3<f32> {
+    return f.s * v.x + f.t * v.y + f.n * v.z;
+}
+
+fn normalize_or(v: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
+    let len = length(v);
+    if (len > 0.0 && len < 3.0e38) {
+        return v / len;
+    }
+    return other;
+}
+
+// What the surface is like where it is shaded. Twin of prepared::ShadingPoint.
+struct ShadingPoint {
+    frame: Frame,
+    // 1, or -1 where a normal map's y runs against the frame's bitangent.
+    handedness: f32,
+    // Geometric normal.
+    normal: vec3<f32>,
+    dp_du: vec3<f32>,
+    dp_dv: vec3<f32>,
+    uv: vec2<f32>,
+    // Width of the ray's footprint in units of uv.
+    footprint: f32,
+    // Table of the draw's attributes, or NONE.
+    attributes: u32,
+    triangle: u32,
+    // Weights of the second and third corner.
+    barycentric: vec2<f32>,
+}
+
+// The entry of a list of `count` accumulated chances in the numbers that `u` falls into; u stretched back to [0, 1) in
+// it; and its probability. Twin of optics::distribution::choose.
+struct Choice {
+    entry: u32,
+    u: f32,
+    probability: f32,
+}
+
+fn choose(at: u32, count: u32, u: f32) -> Choice {
+    var low = 0u;
+    var high = count;
+    while (low < high) {
+        let middle = (low + high) / 2u;
+        if (number_at(at + middle) <= u) {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    let i = min(low, count - 1u);
+    var below = 0.0;
+    if (i > 0u) {
+        below = number_at(at + i - 1u);
+    }
+    let p = number_at(at + i) - below;
+    return Choice(i, clamp((u - below) / max(p, 1.17549435e-38), 0.0, 0.99999994), p);
+}
+
+fn choice_probability(at: u32, i: u32) -> f32 {
+    var below = 0.0;
+    if (i > 0u) {
+        below = number_at(at + i - 1u);
+    }
+    return number_at(at + i) - below;
+}
