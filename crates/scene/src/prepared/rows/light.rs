@@ -9,7 +9,7 @@ use std::f32::consts::PI;
 use yugen_optics::distribution;
 
 /// Words of an emitter. `light.wgsl` knows it, and what they mean.
-const STRIDE: usize = 24;
+const STRIDE: usize = 28;
 
 /// Kinds of emitters, the first word of each.
 #[derive(Clone, Copy)]
@@ -92,10 +92,10 @@ pub(super) fn write(
                 floats(&mut words, &intensity.to_array());
                 floats(&mut words, &Mat3::from_mat4(*to_world).inverse().to_cols_array());
                 floats(&mut words, &[*beam, *cutoff]);
-                words.push(match texture {
-                    Some(id) => programs.value(&Value::Texture(*id), rows)?[1],
-                    None => NONE,
-                });
+                match texture {
+                    Some(id) => words.extend(programs.value(&Value::Texture(*id), rows)?),
+                    None => words.push(NONE),
+                }
                 power.push(2.0 * PI * (1.0 - cutoff.cos()) * luminance.dot(*intensity));
             }
             Light::Directional { direction, irradiance } => {
@@ -125,7 +125,7 @@ pub(super) fn write(
                 floats(&mut words, &to_world.w_axis.truncate().to_array());
                 let axis = to_world.transform_vector3(Vec3::Z).normalize_or(Vec3::Z);
                 floats(&mut words, &axis.to_array());
-                words.push(programs.value(&Value::Texture(*texture), rows)?[1]);
+                words.extend(programs.value(&Value::Texture(*texture), rows)?);
                 floats(&mut words, &[*scale, half, half / aspect]);
                 power.push(PI * scale * 4.0 * half * half / aspect);
             }

@@ -1,6 +1,6 @@
 // Emitters. Words as in rows/light.rs.
 
-const EMITTER_WORDS: u32 = 24u;
+const EMITTER_WORDS: u32 = 28u;
 const EMITTER_AREA: u32 = 0u;
 const EMITTER_POINT: u32 = 1u;
 const EMITTER_SPOT: u32 = 2u;
@@ -84,8 +84,14 @@ fn nowhere(uv: vec2<f32>) -> ShadingPoint {
     return ShadingPoint(frame, 1.0, z, frame.s, frame.t, uv, 0.0, NONE, 0u, vec2<f32>(0.0));
 }
 
+// What an emitter's radiance is to be multiplied by is looked up by the caller, who does so for surfaces, too: `value`
+// is where its four words are (NONE: nothing is), `at` where it is looked up.
+var<private> light_value: u32;
+var<private> light_at: ShadingPoint;
+
 // A direction from `position` to an emitter; `facing`: the side that light has to come to, zero for both.
 fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f32>) -> LightSample {
+    light_value = NONE;
     let e = emitter_at(emitter);
     let kind = word_at(e);
     if (kind == EMITTER_AREA) {
@@ -119,8 +125,8 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
             intensity *= (cutoff - angle) / (cutoff - beam);
         }
         if (word_at(e + 18u) != NONE) {
-            let uv = 0.5 + 0.5 * local.xy / (local.z * tan(cutoff));
-            intensity *= texture_program(nowhere(uv), vec2<f32>(0.0), word_at(e + 18u)).xyz;
+            light_value = e + 18u;
+            light_at = nowhere(0.5 + 0.5 * local.xy / (local.z * tan(cutoff)));
         }
     } else if (kind > EMITTER_ENVIRONMENT) {
         let p = vec4<f32>(position, 1.0);
@@ -128,15 +134,16 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         for (var i = 0u; i < 3u; i += 1u) {
             local[i] = dot(vec4<f32>(vec3_at(e + 1u + 4u * i), float_at(e + 4u + 4u * i)), p);
         }
-        let half = vec2<f32>(float_at(e + 21u), float_at(e + 22u));
+        let half = vec2<f32>(float_at(e + 24u), float_at(e + 25u));
         let uv = 0.5 - 0.5 * local.xy / (local.z * half);
         if (local.z <= 0.0 || any(uv < vec2<f32>(0.0)) || any(uv > vec2<f32>(1.0))) {
             return no_light();
         }
         // Falls with 1/cos^3 so that a wall is lit evenly.
         let c = -dot(vec3_at(e + 16u), wi);
-        let picture = texture_program(nowhere(uv), vec2<f32>(0.0), word_at(e + 19u)).xyz;
-        intensity = picture * (PI * float_at(e + 20u) / (c * c * c));
+        intensity = vec3<f32>(PI * float_at(e + 23u) / (c * c * c));
+        light_value = e + 19u;
+        light_at = nowhere(uv);
     }
     return LightSample(wi, distance, intensity / d2, 1.0, true);
 }
@@ -178,7 +185,9 @@ fn area_sample(e: u32, position: vec3<f32>, u: vec2<f32>) -> LightSample {
     at.triangle = triangle;
     at.barycentric = w;
     let pdf = d2 / (abs(facing) * float_at(e + 9u));
-    return LightSample(wi, distance, value_rgb(at, e + 3u), pdf, false);
+    light_value = e + 3u;
+    light_at = at;
+    return LightSample(wi, distance, vec3<f32>(1.0), pdf, false);
 }
 
 // Density per solid angle with which area_sample finds a point of emitter `emitter` at this distance, whose geometric
@@ -187,13 +196,11 @@ fn area_pdf(emitter: u32, distance: f32, c: f32) -> f32 {
     return distance * distance / max(abs(c) * float_at(emitter_at(emitter) + 9u), 1e-30);
 }
 
-// Radiance that a surface of emitter `emitter` sends towards `wo`; `normal`: its shading normal.
-fn emitted(emitter: u32, point: ShadingPoint, wo: vec3<f32>) -> vec3<f32> {
+// Where the value of the radiance is that a surface of emitter `emitter` with this shading normal sends towards `wo`;
+// NONE where it sends nothing there.
+fn emitted(emitter: u32, normal: vec3<f32>, wo: vec3<f32>) -> u32 {
     let e = emitter_at(emitter);
-    if (word_at(e + 2u) == 0u && dot(point.frame.n, wo) <= 0.0) {
-        return vec3<f32>(0.0);
-    }
-    return value_rgb(point, e + 3u);
+    return select(e + 3u, NONE, word_at(e + 2u) == 0u && dot(normal, wo) <= 0.0);
 }
 
 fn environment_count() -> u32 {

@@ -144,6 +144,7 @@ impl Writer<'_, '_> {
                     self.rows.kinds.push(yugen_reflectance::Kind::Noh);
                 }
                 self.rows.turns = self.rows.turns.max(turns + 1);
+                self.rows.has_cloth = true;
                 let mut end = then(&[Op::Cloth as u32, form.0.to_bits()]);
                 end.extend(self.programs.cloth(*texture, self.rows));
                 out.push(end);

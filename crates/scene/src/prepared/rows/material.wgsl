@@ -15,6 +15,8 @@ const END_MODEL: u32 = 10u;
 const END_CLOTH: u32 = 11u;
 
 const KIND_NOH_SLOTS: u32 = 10u;
+// The tangent turns with a normal that is mirrored.
+const TANGENT_TURNS: u32 = 4u;
 
 // One frame turned into another by a map. Twin of prepared::Turn.
 struct Turn {
@@ -54,16 +56,16 @@ struct Seen {
     turns: u32,
 }
 
-// Seen in the frame around the unit normal `given`, which is in the frame of now. `mirrors`: the tangent turns with a
-// normal that is mirrored. Twin of Seen::turn.
-fn turn_frame(seen: Seen, given: vec3<f32>, tangent: vec3<f32>, mirrors: bool, turned: u32, lobe: u32) -> Seen {
+// Seen in the frame around the unit normal `given`, which is in the frame of now. `turned`: as the words of
+// a map have it, and TANGENT_TURNS. Twin of Seen::turn.
+fn turn_frame(seen: Seen, given: vec3<f32>, tangent: vec3<f32>, turned: u32, lobe: u32) -> Seen {
     let old = seen.frame;
     let mirrored = (turned & 1u) != 0u && seen.wo.z * dot(given, seen.wo) <= 0.0;
     var n = given;
     var t = tangent;
     if (mirrored) {
         n = vec3<f32>(-given.x, -given.y, given.z);
-        if (mirrors) {
+        if ((turned & TANGENT_TURNS) != 0u) {
             t = vec3<f32>(-tangent.x, -tangent.y, tangent.z);
         }
     }
@@ -127,9 +129,46 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
         var of_body = false;
         var absorption = vec3<f32>(0.0);
         var left = false;
+        var at_end = false;
+        // Which lookup of a step that takes several.
+        var i = 0u;
+        var heights = vec4<f32>(0.0);
         let lobe = lobe_count;
-        while (!left && word_at(pc) < END_MODEL) {
-            switch word_at(pc) {
+        let own = min(lobe, LOBES - 1u) * SLOTS;
+        var kind = 0u;
+        var table = 0u;
+        while (!left && !at_end) {
+            let op = word_at(pc);
+            // The value that this step looks up.
+            var value = NONE;
+            var offset = vec2<f32>(0.0);
+            var patch_: Patch;
+            var step = vec2<f32>(1.0);
+            switch op {
+                case STEP_FIRST, STEP_SECOND: { value = pc + 1u; }
+                case STEP_NORMAL_MAP: { value = pc + 3u; }
+                case STEP_BUMP_MAP: {
+                    value = pc + 3u;
+                    step = vec2<f32>(float_at(pc + 7u), float_at(pc + 8u));
+                    patch_ = patch_of(point, value);
+                    offset = patch_offset(patch_, i, step);
+                }
+                case END_MODEL: {
+                    if (i < word_at(pc + 5u)) {
+                        value = pc + 10u + 8u * i;
+                    }
+                }
+                default: {}
+            }
+            var c = vec4<f32>(0.0);
+            if (value != NONE) {
+                c = value_at(point, offset, value);
+            }
+            // The normal of a map and its tangent.
+            var given = vec3<f32>(0.0);
+            var tangent = vec3<f32>(1.0, 0.0, 0.0);
+            var turned = 0u;
+            switch op {
                 case STEP_ABOVE: {
                     left = seen.wo.z < 0.0;
                     pc += 1u;
@@ -142,8 +181,8 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
                     pc += 1u;
                 }
                 case STEP_FIRST, STEP_SECOND: {
-                    let t = clamp(value_number(point, pc + 1u), 0.0, 1.0);
-                    let share = select(t, 1.0 - t, word_at(pc) == STEP_FIRST);
+                    let t = clamp(as_number(c), 0.0, 1.0);
+                    let share = select(t, 1.0 - t, op == STEP_FIRST);
                     weight *= share;
                     probability *= share;
                     left = share <= 0.0;
@@ -155,34 +194,94 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
                 }
                 case STEP_NORMAL_MAP: {
                     let scale = float_at(pc + 1u);
-                    let c = value_rgb(point, pc + 3u) * 2.0 - 1.0;
-                    let n = normalize_or(vec3<f32>(c.x * scale, c.y * scale * point.handedness, c.z), vec3<f32>(0.0, 0.0, 1.0));
-                    seen = turn_frame(seen, n, vec3<f32>(1.0, 0.0, 0.0), false, word_at(pc + 2u), lobe);
+                    let n = c.xyz * 2.0 - 1.0;
+                    given = normalize_or(vec3<f32>(n.x * scale, n.y * scale * point.handedness, n.z), vec3<f32>(0.0, 0.0, 1.0));
+                    turned = word_at(pc + 2u);
                     pc += 7u;
                 }
                 case STEP_BUMP_MAP: {
-                    let step = vec2<f32>(float_at(pc + 7u), float_at(pc + 8u));
-                    let slope = value_gradient(point, pc + 3u, step) * float_at(pc + 1u);
-                    // Of the surface as it lies, whichever side it is seen from.
-                    var old = seen.frame;
-                    if (seen.turned_over) {
-                        old.n = -old.n;
+                    heights[i] = as_number(c);
+                    i += 1u;
+                    if (i == 4u) {
+                        i = 0u;
+                        let slope = patch_slope(patch_, heights, step) * float_at(pc + 1u);
+                        // Of the surface as it lies, whichever side it is seen from.
+                        var old = seen.frame;
+                        if (seen.turned_over) {
+                            old.n = -old.n;
+                        }
+                        given = to_local(old, bumped(point, old.n, slope));
+                        tangent = to_local(old, point.dp_du);
+                        turned = word_at(pc + 2u);
+                        pc += 9u;
                     }
-                    let n = to_local(old, bumped(point, old.n, slope));
-                    seen = turn_frame(seen, n, to_local(old, point.dp_du), false, word_at(pc + 2u), lobe);
-                    pc += 9u;
                 }
                 case STEP_BODY: {
                     of_body = true;
                     absorption = vec3_at(pc + 1u);
                     pc += 4u;
                 }
-                default: {
+                case STEP_FRONT, STEP_BACK: {
                     // By the geometric normal: shading normals would open smooth outlines.
                     let front = dot(point.normal, to_world(seen.frame, seen.wo)) >= 0.0;
-                    left = front != (word_at(pc) == STEP_FRONT);
+                    left = front != (op == STEP_FRONT);
                     pc += 1u;
                 }
+                case END_MODEL: {
+                    if (i == 0u) {
+                        kind = word_at(pc + 1u);
+                        table = word_at(pc + 3u);
+                        let slots = word_at(pc + 2u);
+                        for (var j = 0u; j < word_at(pc + 4u); j += 1u) {
+                            scratch[own + j] = number_at(slots + j);
+                        }
+                    }
+                    if (value != NONE) {
+                        let slot = own + word_at(value - 4u);
+                        let least = float_at(value - 2u);
+                        let most = float_at(value - 1u);
+                        if (word_at(value - 3u) == 1u) {
+                            scratch[slot] = clamp(c.x, least, most);
+                            scratch[slot + 1u] = clamp(c.y, least, most);
+                            scratch[slot + 2u] = clamp(c.z, least, most);
+                        } else {
+                            scratch[slot] = clamp(as_number(c), least, most);
+                        }
+                        i += 1u;
+                    }
+                    at_end = i == word_at(pc + 5u);
+                }
+                case END_CLOTH: {
+                    at_end = true;
+                    if (HAS_CLOTH) {
+                        let t = cloth_texel(point, pc + 2u);
+                        // The frame of the maps is +x along u and +y up, against v; mirrored where the picture is.
+                        let up = select(1.0, -1.0, dot(point.dp_dv, seen.frame.t) > 0.0);
+                        given = t.normal * vec3<f32>(1.0, up, 1.0);
+                        tangent = t.tangent * vec3<f32>(1.0, up, 1.0);
+                        // What was fitted to photographs has the shadows of its threads in it already. The third bit:
+                        // a mirrored normal takes the tangent with it.
+                        turned = 1u | TANGENT_TURNS;
+                        let form = float_at(pc + 1u);
+                        var rho_s = t.specular;
+                        if (form == 1.0) {
+                            rho_s /= 4.0 * PI * t.sigma.x * t.sigma.y;
+                        }
+                        let slots = array<f32, KIND_NOH_SLOTS>(
+                            t.diffuse.x, t.diffuse.y, t.diffuse.z, rho_s.x, rho_s.y, rho_s.z, t.sigma.x, t.sigma.y, 0.0, form,
+                        );
+                        for (var j = 0u; j < KIND_NOH_SLOTS; j += 1u) {
+                            scratch[own + j] = slots[j];
+                        }
+                        kind = KIND_NOH;
+                    }
+                }
+                default: {
+                    at_end = true;
+                }
+            }
+            if (HAS_TURNS && any(given != vec3<f32>(0.0))) {
+                seen = turn_frame(seen, given, tangent, turned, lobe);
             }
         }
         if (left) {
@@ -192,8 +291,7 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
             has_body = true;
             body = absorption;
         }
-        let op = word_at(pc);
-        if (op > END_CLOTH) {
+        if (word_at(pc) > END_CLOTH) {
             through += weight;
             through_probability += probability;
             continue;
@@ -201,55 +299,7 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
         if (lobe >= LOBES) {
             continue;
         }
-        var kind = word_at(pc + 1u);
-        var params = word_at(pc + 2u);
-        var table = word_at(pc + 3u);
-        let own = lobe * SLOTS;
-        if (op == END_MODEL) {
-            let textured = word_at(pc + 5u);
-            if (textured > 0u) {
-                for (var i = 0u; i < word_at(pc + 4u); i += 1u) {
-                    scratch[own + i] = number_at(params + i);
-                }
-                params = SCRATCH + own;
-                for (var i = 0u; i < textured; i += 1u) {
-                    let at = pc + 6u + 8u * i;
-                    let slot = own + word_at(at);
-                    let least = float_at(at + 2u);
-                    let most = float_at(at + 3u);
-                    let c = value_moved(point, vec2<f32>(0.0), at + 4u);
-                    if (word_at(at + 1u) == 1u) {
-                        scratch[slot] = clamp(c.x, least, most);
-                        scratch[slot + 1u] = clamp(c.y, least, most);
-                        scratch[slot + 2u] = clamp(c.z, least, most);
-                    } else {
-                        scratch[slot] = clamp(as_number(c), least, most);
-                    }
-                }
-            }
-        } else {
-            let t = cloth_texel(point, vec2<f32>(0.0), pc + 2u);
-            // The frame of the maps is +x along u and +y up, against v; mirrored where the picture is.
-            let up = select(1.0, -1.0, dot(point.dp_dv, seen.frame.t) > 0.0);
-            let flip = vec3<f32>(1.0, up, 1.0);
-            // What was fitted to photographs has the shadows of its threads in it already.
-            seen = turn_frame(seen, t.normal * flip, t.tangent * flip, true, 1u, lobe);
-            let form = float_at(pc + 1u);
-            var rho_s = t.specular;
-            if (form == 1.0) {
-                rho_s /= 4.0 * PI * t.sigma.x * t.sigma.y;
-            }
-            let slots = array<f32, KIND_NOH_SLOTS>(
-                t.diffuse.x, t.diffuse.y, t.diffuse.z, rho_s.x, rho_s.y, rho_s.z, t.sigma.x, t.sigma.y, 0.0, form,
-            );
-            for (var i = 0u; i < KIND_NOH_SLOTS; i += 1u) {
-                scratch[own + i] = slots[i];
-            }
-            kind = KIND_NOH;
-            params = SCRATCH + own;
-            table = 0u;
-        }
-        lobes[lobe] = Lobe(seen.frame, seen.wo, kind, params, table, weight, probability, seen.turns);
+        lobes[min(lobe, LOBES - 1u)] = Lobe(seen.frame, seen.wo, kind, own, table, weight, probability, seen.turns);
         lobe_count += 1u;
     }
 }
@@ -259,7 +309,7 @@ fn shading_eval_pdf(wi: vec3<f32>) -> vec4<f32> {
     var f = vec3<f32>(0.0);
     var pdf = 0.0;
     for (var i = 0u; i < lobe_count; i += 1u) {
-        let lobe = lobes[i];
+        let lobe = lobes[min(i, LOBES - 1u)];
         let w = to_local(lobe.frame, wi);
         let shadow = lobe_shadow(i, wi);
         if (shadow > 0.0) {
@@ -310,7 +360,7 @@ fn shading_sample(u: vec4<f32>, wo: vec3<f32>) -> ShadingSample {
         choice -= lobes[i].probability;
         i += 1u;
     }
-    let lobe = lobes[i];
+    let lobe = lobes[min(i, LOBES - 1u)];
     let v = vec3<f32>(u.xy, clamp(choice / lobe.probability, 0.0, 0.99999994));
     let s = bsdf_sample(lobe.kind, lobe.params, lobe.table, lobe.wo, v);
     if (s.pdf <= 0.0) {

@@ -44,6 +44,10 @@ pub struct Rows {
     pub lobes: u32,
     /// Most maps of normals or heights over one another.
     pub turns: u32,
+    /// Whether a material is a cloth.
+    pub has_cloth: bool,
+    /// Whether anything varies over a surface.
+    pub has_programs: bool,
     /// Emitters, of which the header knows where they begin.
     pub emitters: u32,
     /// Attributes of meshes that textures ask for.
@@ -138,6 +142,14 @@ pub fn wgsl(rows: &Rows) -> String {
         "const LOBES: u32 = {}u;\nconst TURNS: u32 = {}u;\nconst SLOTS: u32 = {MAX_SLOTS}u;",
         rows.lobes.max(1),
         rows.turns.max(1)
+    );
+    // What a scene has not is left out of the shader when it is compiled.
+    let _ = writeln!(
+        out,
+        "const HAS_CLOTH: bool = {};\nconst HAS_TURNS: bool = {};\nconst HAS_PROGRAMS: bool = {};",
+        rows.has_cloth,
+        rows.turns > 0,
+        rows.has_programs
     );
     let _ = writeln!(out, "const KIND_NOH: u32 = {}u;", Kind::Noh as u32);
     let delta: Vec<String> =

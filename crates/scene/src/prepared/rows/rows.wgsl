@@ -14,15 +14,11 @@ fn luminance(c: vec3<f32>) -> f32 {
     return dot(vec3_at(0u), c);
 }
 
-// Parameters that textures overwrite live beside the rows: addresses from here on are in `scratch`.
-const SCRATCH: u32 = 0x80000000u;
+// Parameters of the lobes of the point that is shaded: those of the rows, and what textures say.
 var<private> scratch: array<f32, LOBES * SLOTS>;
 
 fn param_at(i: u32) -> f32 {
-    if (i >= SCRATCH) {
-        return scratch[i - SCRATCH];
-    }
-    return number_at(i);
+    return scratch[i];
 }
 
 fn table_at(i: u32) -> f32 {

@@ -57,6 +57,7 @@ impl<'a> Programs<'a> {
         if let Some(known) = self.of_texture.get(&id) {
             return Ok(*known);
         }
+        rows.has_programs = true;
         let mut code = Vec::new();
         self.compile(id, NONE, 1, id, rows, &mut code)?;
         code.push(Op::End as u32);

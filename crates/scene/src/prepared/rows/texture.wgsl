@@ -1,4 +1,7 @@
 // Textures: programs of operands before what is made of them. Twin of prepared/texture.rs; words as in rows/texture.rs.
+//
+// Drivers put every function in place of its call, so what is large is called from one place: `value_at` from the loop
+// of `shade`, texels are read in one loop over the taps of a lookup.
 
 const OP_CONSTANT: u32 = 1u;
 const OP_IMAGE: u32 = 2u;
@@ -32,20 +35,10 @@ fn texture_level(levels: u32, i: u32) -> Level {
     return Level(word_at(at), vec2<i32>(i32(word_at(at + 1u)), i32(word_at(at + 2u))));
 }
 
-fn level_texel(level: Level, wrap: vec2<u32>, p: vec2<i32>) -> vec4<f32> {
+fn level_texel(level: Level, wrap: vec2<u32>, p: vec2<i32>) -> u32 {
     let x = wrap_index(p.x, level.size.x, wrap.x);
     let y = wrap_index(p.y, level.size.y, wrap.y);
-    return texel_at(level.at + u32(y * level.size.x + x));
-}
-
-fn level_bilinear(level: Level, wrap: vec2<u32>, uv: vec2<f32>) -> vec4<f32> {
-    let p = uv * vec2<f32>(level.size) - 0.5;
-    let corner = floor(p);
-    let t = p - corner;
-    let c = vec2<i32>(corner);
-    let top = mix(level_texel(level, wrap, c), level_texel(level, wrap, c + vec2<i32>(1, 0)), t.x);
-    let bottom = mix(level_texel(level, wrap, c + vec2<i32>(0, 1)), level_texel(level, wrap, c + vec2<i32>(1, 1)), t.x);
-    return mix(top, bottom, t.y);
+    return u32(y * level.size.x + x);
 }
 
 // The finer of the two levels that a footprint lies between, and how far it is to the other.
@@ -100,32 +93,56 @@ fn texture_uv(point: ShadingPoint, offset: vec2<f32>, held: u32) -> vec2<f32> {
     return point.uv + offset;
 }
 
-fn image_lookup(point: ShadingPoint, offset: vec2<f32>, at: u32) -> vec4<f32> {
+// The finer of two levels to look at, how far it is to the other, and how many texels to mix.
+struct Taps {
+    uv: vec2<f32>,
+    wrap: vec2<u32>,
+    levels: u32,
+    count: u32,
+    level: vec2<f32>,
+    taps: u32,
+    nearest: bool,
+}
+
+// Texel number `i` of a lookup, as an index from where the texels of its level begin, and its weight.
+struct Tap {
+    level: u32,
+    texel: u32,
+    weight: f32,
+}
+
+fn tap_at(t: Taps, i: u32) -> Tap {
+    let level = texture_level(t.levels, min(u32(t.level.x) + i / 4u, t.count - 1u));
+    if (t.nearest) {
+        return Tap(level.at, level_texel(level, t.wrap, vec2<i32>(floor(t.uv * vec2<f32>(level.size)))), 1.0);
+    }
+    let p = t.uv * vec2<f32>(level.size) - 0.5;
+    let f = p - floor(p);
+    let corner = vec2<u32>(i % 2u, (i / 2u) % 2u);
+    let part = select(1.0 - f.x, f.x, corner.x == 1u) * select(1.0 - f.y, f.y, corner.y == 1u);
+    let of_level = select(t.level.y, 1.0 - t.level.y, i < 4u);
+    return Tap(level.at, level_texel(level, t.wrap, vec2<i32>(floor(p)) + vec2<i32>(corner)), part * of_level);
+}
+
+// How to look up an image or, where `of_cloth`, the moments of a cloth: `at` is where its matrix begins.
+fn taps_of(point: ShadingPoint, offset: vec2<f32>, at: u32, of_cloth: bool) -> Taps {
+    if (of_cloth) {
+        let uv = affine2(at, point.uv + offset);
+        let count = word_at(at + 8u);
+        let l = footprint_level(word_at(at + 7u), count, at, point.footprint);
+        return Taps(uv, vec2<u32>(word_at(at + 6u)), word_at(at + 7u), count, l, 8u, false);
+    }
     let uv = affine2(at, texture_uv(point, offset, word_at(at + 6u)));
     let filtering = word_at(at + 7u);
-    let wrap = vec2<u32>(word_at(at + 8u), word_at(at + 9u));
-    let channel = word_at(at + 10u);
     let levels = word_at(at + 12u);
     let count = word_at(at + 13u);
-    let finest = texture_level(levels, 0u);
-    var c: vec4<f32>;
-    if (filtering == 0u) {
-        c = level_texel(finest, wrap, vec2<i32>(floor(uv * vec2<f32>(finest.size))));
-    } else {
-        var l = vec2<f32>(0.0);
-        if (filtering == 2u) {
-            l = footprint_level(levels, count, at, point.footprint);
-        }
-        c = level_bilinear(texture_level(levels, u32(l.x)), wrap, uv);
-        if (l.y > 0.0 && u32(l.x) + 1u < count) {
-            c = mix(c, level_bilinear(texture_level(levels, u32(l.x) + 1u), wrap, uv), l.y);
-        }
+    var l = vec2<f32>(0.0);
+    if (filtering == 2u) {
+        l = footprint_level(levels, count, at, point.footprint);
     }
-    if (channel > 0u) {
-        return vec4<f32>(vec3<f32>(c[channel - 1u]), 1.0);
-    }
-    // The fourth component: a plain number in every channel.
-    return vec4<f32>(c.xyz, f32(word_at(at + 11u)));
+    var taps = select(4u, 8u, l.y > 0.0);
+    taps = select(taps, 1u, filtering == 0u);
+    return Taps(uv, vec2<u32>(word_at(at + 8u), word_at(at + 9u)), levels, count, l, taps, filtering == 0u);
 }
 
 fn texture_program(point: ShadingPoint, offset: vec2<f32>, program: u32) -> vec4<f32> {
@@ -140,15 +157,29 @@ fn texture_program(point: ShadingPoint, offset: vec2<f32>, program: u32) -> vec4
                 n += 1u;
                 pc += 5u;
             }
-            case OP_IMAGE: {
-                stack[n] = image_lookup(point, offset, pc + 1u);
+            case OP_IMAGE, OP_CLOTH: {
+                let taps = taps_of(point, offset, pc + 1u, op == OP_CLOTH);
+                let width = select(1u, 3u, op == OP_CLOTH);
+                var c = vec4<f32>(0.0);
+                for (var i = 0u; i < taps.taps; i += 1u) {
+                    let tap = tap_at(taps, i);
+                    c += tap.weight * texel_at(tap.level + width * tap.texel);
+                }
+                // The fourth component: a plain number in every channel.
+                if (op == OP_CLOTH) {
+                    c.w = 0.0;
+                    pc += 10u;
+                } else {
+                    let channel = word_at(pc + 11u);
+                    if (channel > 0u) {
+                        c = vec4<f32>(vec3<f32>(c[channel - 1u]), 1.0);
+                    } else {
+                        c.w = f32(word_at(pc + 12u));
+                    }
+                    pc += OP_IMAGE_WORDS;
+                }
+                stack[n] = c;
                 n += 1u;
-                pc += OP_IMAGE_WORDS;
-            }
-            case OP_CLOTH: {
-                stack[n] = vec4<f32>(cloth_texel(point, offset, pc + 1u).diffuse, 0.0);
-                n += 1u;
-                pc += 10u;
             }
             case OP_CHECKERBOARD: {
                 let uv = affine2(pc + 1u, texture_uv(point, offset, word_at(pc + 7u)));
@@ -189,67 +220,67 @@ fn texture_program(point: ShadingPoint, offset: vec2<f32>, program: u32) -> vec4
 }
 
 // A value of four words as a colour; the fourth component is 1 where it is a plain number.
-fn value_moved(point: ShadingPoint, offset: vec2<f32>, at: u32) -> vec4<f32> {
+fn value_at(point: ShadingPoint, offset: vec2<f32>, at: u32) -> vec4<f32> {
     let tag = word_at(at);
-    if (tag == 2u) {
+    if (HAS_PROGRAMS && tag == 2u) {
         return texture_program(point, offset, word_at(at + 1u));
     }
     return vec4<f32>(vec3_at(at + 1u), select(0.0, 1.0, tag == 0u));
-}
-
-fn value_rgb(point: ShadingPoint, at: u32) -> vec3<f32> {
-    return value_moved(point, vec2<f32>(0.0), at).xyz;
 }
 
 fn as_number(c: vec4<f32>) -> f32 {
     return select(luminance(c.xyz), c.x, c.w > 0.0);
 }
 
-fn value_number(point: ShadingPoint, at: u32) -> f32 {
-    return as_number(value_moved(point, vec2<f32>(0.0), at));
+// Where a value is looked up four times for its slope: at the corners of the bilinear patch between texels of a plain
+// image, or else on both sides of the point.
+struct Patch {
+    is_patch: bool,
+    // Within the patch.
+    t: vec2<f32>,
+    corner: vec2<f32>,
+    size: vec2<f32>,
+    inverse: mat2x2<f32>,
+    matrix: mat2x2<f32>,
 }
 
-// d/du and d/dv of a value as a number: of the bilinear patch between texels, or by central differences over `step`.
-fn value_gradient(point: ShadingPoint, at: u32, step: vec2<f32>) -> vec2<f32> {
+fn patch_of(point: ShadingPoint, at: u32) -> Patch {
+    let zero = mat2x2<f32>(1.0, 0.0, 0.0, 1.0);
+    let none = Patch(false, vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(1.0), zero, zero);
     if (word_at(at) != 2u) {
-        return vec2<f32>(0.0);
+        return none;
     }
     let program = word_at(at + 1u);
     let image = program + 1u;
-    let plain = word_at(program) == OP_IMAGE && word_at(program + OP_IMAGE_WORDS) == 0u && word_at(image + 6u) == NONE;
-    if (plain && word_at(image + 7u) == 1u) {
-        let wrap = vec2<u32>(word_at(image + 8u), word_at(image + 9u));
-        let channel = word_at(image + 10u);
-        let level = texture_level(word_at(image + 12u), 0u);
-        let size = vec2<f32>(level.size);
-        let p = affine2(image, point.uv) * size - 0.5;
-        let corner = vec2<i32>(floor(p));
-        let t = p - floor(p);
-        var height: array<f32, 4>;
-        for (var i = 0; i < 4; i += 1) {
-            let c = level_texel(level, wrap, corner + vec2<i32>(i % 2, i / 2));
-            if (channel > 0u) {
-                height[i] = c[channel - 1u];
-            } else {
-                height[i] = select(luminance(c.xyz), c.x, word_at(image + 11u) == 1u);
-            }
-        }
-        let slope = vec2<f32>(
-            (height[1] - height[0]) * (1.0 - t.y) + (height[3] - height[2]) * t.y,
-            (height[2] - height[0]) * (1.0 - t.x) + (height[3] - height[1]) * t.x,
-        ) * size;
-        return vec2<f32>(
-            float_at(image) * slope.x + float_at(image + 1u) * slope.y,
-            float_at(image + 2u) * slope.x + float_at(image + 3u) * slope.y,
-        );
+    if (word_at(program) != OP_IMAGE || word_at(program + OP_IMAGE_WORDS) != 0u || word_at(image + 6u) != NONE
+        || word_at(image + 7u) != 1u) {
+        return none;
     }
-    var sum = vec2<f32>(0.0);
-    for (var i = 0u; i < 4u; i += 1u) {
-        let sign = select(1.0, -1.0, i % 2u == 1u);
-        let axis = select(vec2<f32>(0.0, 1.0), vec2<f32>(1.0, 0.0), i < 2u);
-        sum += axis * (sign * as_number(value_moved(point, sign * axis * step, at)));
+    let size = vec2<f32>(texture_level(word_at(image + 12u), 0u).size);
+    let m = mat2x2<f32>(float_at(image), float_at(image + 1u), float_at(image + 2u), float_at(image + 3u));
+    let det = m[0].x * m[1].y - m[1].x * m[0].y;
+    let inverse = mat2x2<f32>(m[1].y, -m[0].y, -m[1].x, m[0].x) * (1.0 / det);
+    let p = affine2(image, point.uv) * size - 0.5;
+    return Patch(det != 0.0, p - floor(p), floor(p), size, inverse, m);
+}
+
+// Offset of lookup `i` of four.
+fn patch_offset(patch_: Patch, i: u32, step: vec2<f32>) -> vec2<f32> {
+    if (patch_.is_patch) {
+        let d = vec2<f32>(f32(i % 2u), f32(i / 2u)) - patch_.t;
+        return patch_.inverse * (d / patch_.size);
     }
-    return sum / (2.0 * step);
+    let sign = select(1.0, -1.0, i % 2u == 1u);
+    return select(vec2<f32>(0.0, sign), vec2<f32>(sign, 0.0), i < 2u) * step;
+}
+
+// d/du and d/dv from what the four lookups found.
+fn patch_slope(patch_: Patch, h: vec4<f32>, step: vec2<f32>) -> vec2<f32> {
+    if (patch_.is_patch) {
+        let slope = vec2<f32>(mix(h.y - h.x, h.w - h.z, patch_.t.y), mix(h.z - h.x, h.w - h.y, patch_.t.x)) * patch_.size;
+        return vec2<f32>(dot(patch_.matrix[0], slope), dot(patch_.matrix[1], slope));
+    }
+    return vec2<f32>(h.x - h.y, h.z - h.w) / (2.0 * step);
 }
 
 // What a cloth's maps say. Twin of reflectance::btf::Texel.
@@ -262,33 +293,18 @@ struct ClothTexel {
 }
 
 // `at`: matrix, wrap, levels, count. Averaged over the footprint in moments, which is what may be averaged.
-fn cloth_texel(point: ShadingPoint, offset: vec2<f32>, at: u32) -> ClothTexel {
-    let wrap = vec2<u32>(word_at(at + 6u));
-    let levels = word_at(at + 7u);
-    let count = word_at(at + 8u);
+fn cloth_texel(point: ShadingPoint, at: u32) -> ClothTexel {
     var a = vec4<f32>(0.0);
     var b = vec4<f32>(0.0);
     var c = vec4<f32>(0.0);
-    if (count > 0u) {
-        let uv = affine2(at, point.uv + offset);
-        let l = footprint_level(levels, count, at, point.footprint);
+    if (word_at(at + 8u) > 0u) {
+        let taps = taps_of(point, vec2<f32>(0.0), at, true);
         for (var i = 0u; i < 8u; i += 1u) {
-            let which = min(u32(l.x) + i / 4u, count - 1u);
-            let of_level = select(l.y, 1.0 - l.y, i < 4u);
-            let level = texture_level(levels, which);
-            let p = uv * vec2<f32>(level.size) - 0.5;
-            let corner = vec2<u32>(i % 2u, (i / 2u) % 2u);
-            let t = p - floor(p);
-            let part = select(1.0 - t.x, t.x, corner.x == 1u) * select(1.0 - t.y, t.y, corner.y == 1u) * of_level;
-            if (part > 0.0) {
-                let q = vec2<i32>(floor(p)) + vec2<i32>(corner);
-                let x = wrap_index(q.x, level.size.x, wrap.x);
-                let y = wrap_index(q.y, level.size.y, wrap.y);
-                let texel = level.at + 3u * u32(y * level.size.x + x);
-                a += part * texel_at(texel);
-                b += part * texel_at(texel + 1u);
-                c += part * texel_at(texel + 2u);
-            }
+            let tap = tap_at(taps, i);
+            let texel = tap.level + 3u * tap.texel;
+            a += tap.weight * texel_at(texel);
+            b += tap.weight * texel_at(texel + 1u);
+            c += tap.weight * texel_at(texel + 2u);
         }
     }
     return moments_texel(a, b, c);
