@@ -10,7 +10,7 @@ use yugen_proof::gpu::Gpu;
 use yugen_reflectance::Choice;
 use yugen_reflectance::btf::{Btf, Texel};
 use yugen_scene::prepared::{
-    Environment, Lookup, Materials, OnTriangle, Rows, ShadingPoint, Textures, scratch, wgsl,
+    Environment, GEOMETRY_WGSL, Lookup, Materials, OnTriangle, Rows, ShadingPoint, Textures, scratch, wgsl,
 };
 use yugen_scene::{
     Geometry, Light, Material, Mesh, ModelBuilder, Scene, Shape, Texture, TextureFilter, TurnedNormals,
@@ -25,16 +25,10 @@ const HARNESS: &str = "
 @group(0) @binding(1) var<storage, read> numbers: array<f32>;
 @group(0) @binding(2) var<storage, read> texels: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> triangles: array<u32>;
-@group(0) @binding(4) var<storage, read> vertices: array<vec4<f32>>;
-@group(0) @binding(5) var<storage, read> draws: array<u32>;
+@group(0) @binding(4) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(5) var<storage, read> draws: array<Draw>;
 @group(0) @binding(6) var<storage, read> cases: array<f32>;
 @group(0) @binding(7) var<storage, read_write> results: array<f32>;
-fn word_at(i: u32) -> u32 { return words[i]; }
-fn number_at(i: u32) -> f32 { return numbers[i]; }
-fn texel_at(i: u32) -> vec4<f32> { return texels[i]; }
-fn triangle_at(i: u32) -> vec3<u32> { return vec3<u32>(triangles[3u * i], triangles[3u * i + 1u], triangles[3u * i + 2u]); }
-fn vertex_at(i: u32, third: u32) -> vec4<f32> { return vertices[3u * i + third]; }
-fn draw_at(i: u32) -> u32 { return draws[i]; }
 fn case3(i: u32) -> vec3<f32> { return vec3<f32>(cases[i], cases[i + 1u], cases[i + 2u]); }
 fn put3(i: u32, v: vec3<f32>) { results[i] = v.x; results[i + 1u] = v.y; results[i + 2u] = v.z; }
 ";
@@ -43,7 +37,7 @@ const MATERIALS_MAIN: &str = "
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x * 48u;
-    if (i >= arrayLength(&cases) || arrayLength(&vertices) + arrayLength(&draws) == 0u) { return; }
+    if (i >= arrayLength(&cases) || arrayLength(&vertices) + arrayLength(&draws) + arrayLength(&triangles) == 0u) { return; }
     let frame = Frame(case3(i), case3(i + 3u), case3(i + 6u));
     let point = ShadingPoint(frame, cases[i + 9u], case3(i + 10u), case3(i + 13u), case3(i + 16u),
         vec2<f32>(cases[i + 19u], cases[i + 20u]), cases[i + 21u], bitcast<u32>(cases[i + 22u]),
@@ -55,7 +49,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     put3(i, f.xyz);
     results[i + 3u] = f.w;
     results[i + 4u] = through;
-    results[i + 5u] = through_probability;
+    results[i + 5u] = shade_through(bitcast<u32>(cases[i + 36u]), point, wo);
     put3(i + 6u, shading_normal_towards(wo));
     put3(i + 9u, body);
     results[i + 12u] = f32(lobe_count);
@@ -239,7 +233,7 @@ fn run(gpu: &Gpu, rows: &Rows, library: &str, main: &str, cases: &[f32]) -> Vec<
         bytemuck::cast_slice(&rows.draws),
         cases,
     ];
-    let source = format!("{HARNESS}{library}{main}");
+    let source = format!("{GEOMETRY_WGSL}{HARNESS}{library}{main}");
     let groups = (cases.len() / STRIDE).div_ceil(64) as u32;
     gpu.compute(&source, &inputs, &vec![0.0; cases.len()], groups).expect("the shader runs")
 }
@@ -305,9 +299,7 @@ fn differing(gpu: &Gpu, library: impl Fn(String) -> String) -> Vec<(usize, f32, 
         let (f, pdf) = shading.eval_pdf(wi);
         let body = shading.body.unwrap_or(Vec3::ZERO);
         expected.extend(f.to_array());
-        expected.extend([pdf, shading.through]);
-        // Its probability is private: what is drawn tells.
-        expected.push(f32::NAN);
+        expected.extend([pdf, shading.through, shading.through]);
         expected.extend(shading.normal_towards(wo).to_array());
         expected.extend(body.to_array());
         expected.extend([f32::NAN, f32::from(u8::from(shading.smooth()))]);

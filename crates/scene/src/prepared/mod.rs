@@ -14,5 +14,5 @@ pub use environment::{BadEnvironment, Environment};
 pub use form::Form;
 pub use material::{MaterialError, Materials, Scratch, Shading, ShadingPoint, ShadingSample, scratch};
 pub use mesh::{GeometryError, PlacedMesh, attribute, double_area_normal, for_normals, mesh_bytes};
-pub use rows::{DrawRow, MeshRow, NONE, Rows, RowsError, VertexRow, wgsl};
+pub use rows::{DrawRow, GEOMETRY_WGSL, MeshRow, NONE, Rows, RowsError, VertexRow, wgsl};
 pub use texture::{Attributes, Lookup, OnTriangle, Textures};

@@ -69,7 +69,7 @@ struct EnvironmentCell {
 }
 
 fn environment_texel(e: u32, cell: vec2<u32>) -> vec4<f32> {
-    return texel_at(word_at(e + 24u) + cell.y * (word_at(e + 18u) + 1u) + cell.x);
+    return texels[word_at(e + 24u) + cell.y * (word_at(e + 18u) + 1u) + cell.x];
 }
 
 fn environment_radiance_at(e: u32, place: vec2<f32>) -> vec3<f32> {

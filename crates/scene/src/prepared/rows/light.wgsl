@@ -7,39 +7,9 @@ const EMITTER_SPOT: u32 = 2u;
 const EMITTER_DIRECTIONAL: u32 = 3u;
 const EMITTER_ENVIRONMENT: u32 = 4u;
 
-const DRAW_WORDS: u32 = 20u;
-const HAS_NORMALS: u32 = 1u;
-const HAS_UVS: u32 = 2u;
-const HAS_TANGENTS: u32 = 4u;
-const MIRRORED: u32 = 8u;
-const FLIPPED: u32 = 16u;
-const SEE_THROUGH: u32 = 32u;
-// Words of a draw behind its matrix.
-const DRAW_FIRST_TRIANGLE: u32 = 13u;
-const DRAW_FLAGS: u32 = 15u;
-const DRAW_MATERIAL: u32 = 16u;
-const DRAW_SHAPE: u32 = 17u;
-const DRAW_EMITTER: u32 = 18u;
-const DRAW_ATTRIBUTES: u32 = 19u;
-
-fn draw_row(draw: u32, row: u32) -> vec4<f32> {
-    let at = DRAW_WORDS * draw + 4u * row;
-    return bitcast<vec4<f32>>(vec4<u32>(draw_at(at), draw_at(at + 1u), draw_at(at + 2u), draw_at(at + 3u)));
-}
-
-fn draw_point(draw: u32, p: vec3<f32>) -> vec3<f32> {
-    let v = vec4<f32>(p, 1.0);
-    return vec3<f32>(dot(draw_row(draw, 0u), v), dot(draw_row(draw, 1u), v), dot(draw_row(draw, 2u), v));
-}
-
-fn draw_flags(draw: u32) -> u32 {
-    return draw_at(DRAW_WORDS * draw + DRAW_FLAGS);
-}
-
 // The unit normal on the side that the winding and the vertex normals say, of a triangle of a draw with these edges.
-fn draw_normal(draw: u32, e1: vec3<f32>, e2: vec3<f32>) -> vec3<f32> {
+fn draw_normal(flags: u32, e1: vec3<f32>, e2: vec3<f32>) -> vec3<f32> {
     let n = normalize_or(cross(e1, e2), vec3<f32>(0.0, 0.0, 1.0));
-    let flags = draw_flags(draw);
     let turned = (flags & (HAS_NORMALS | MIRRORED)) == (HAS_NORMALS | MIRRORED);
     return select(n, -n, turned != ((flags & FLIPPED) != 0u));
 }
@@ -156,32 +126,31 @@ fn area_sample(e: u32, position: vec3<f32>, u: vec2<f32>) -> LightSample {
         return no_light();
     }
     let which = choose(word_at(e + 7u), count, u.x);
-    let triangle = draw_at(DRAW_WORDS * draw + DRAW_FIRST_TRIANGLE) + which.entry;
-    let corners = triangle_at(triangle);
-    let a = vertex_at(corners.x, 0u);
-    let b = vertex_at(corners.y, 0u);
-    let c = vertex_at(corners.z, 0u);
+    let m = draws[draw].to_world;
+    let flags = draws[draw].flags;
+    let triangle = draws[draw].first_triangle + which.entry;
+    let corners = corners_of(triangle);
     let root = sqrt(which.u);
     let w = vec2<f32>(root * (1.0 - u.y), root * u.y);
-    let pa = draw_point(draw, a.xyz);
-    let e1 = draw_point(draw, b.xyz) - pa;
-    let e2 = draw_point(draw, c.xyz) - pa;
+    let pa = point_to_world(m, vertices[corners.x].position);
+    let e1 = point_to_world(m, vertices[corners.y].position) - pa;
+    let e2 = point_to_world(m, vertices[corners.z].position) - pa;
     let to = pa + e1 * w.x + e2 * w.y - position;
     let d2 = dot(to, to);
     let distance = sqrt(d2);
     let wi = to / distance;
-    let facing = -dot(wi, draw_normal(draw, e1, e2));
+    let facing = -dot(wi, draw_normal(flags, e1, e2));
     if (!(d2 > 0.0) || facing == 0.0 || (facing < 0.0 && word_at(e + 2u) == 0u)) {
         return no_light();
     }
     var at = nowhere(w);
-    if ((draw_flags(draw) & HAS_UVS) != 0u) {
-        let va = vertex_at(corners.x, 1u).w;
-        let uva = vec2<f32>(a.w, va);
-        at.uv = uva + w.x * (vec2<f32>(b.w, vertex_at(corners.y, 1u).w) - uva)
-            + w.y * (vec2<f32>(c.w, vertex_at(corners.z, 1u).w) - uva);
+    if ((flags & HAS_UVS) != 0u) {
+        let uva = vec2<f32>(vertices[corners.x].u, vertices[corners.x].v);
+        let uvb = vec2<f32>(vertices[corners.y].u, vertices[corners.y].v);
+        let uvc = vec2<f32>(vertices[corners.z].u, vertices[corners.z].v);
+        at.uv = uva + w.x * (uvb - uva) + w.y * (uvc - uva);
     }
-    at.attributes = draw_at(DRAW_WORDS * draw + DRAW_ATTRIBUTES);
+    at.attributes = draws[draw].attributes;
     at.triangle = triangle;
     at.barycentric = w;
     let pdf = d2 / (abs(facing) * float_at(e + 9u));

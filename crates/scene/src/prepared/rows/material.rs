@@ -51,8 +51,9 @@ pub(super) fn write(
         let at = rows.words.len() as u32;
         rows.words[table + 2 * id..][..2].copy_from_slice(&[at, ends.len() as u32]);
         for end in ends {
-            // So that one that is left can be skipped.
-            rows.words.push(end.len() as u32 + 1);
+            // So that one that is left can be skipped; the highest bit says that light goes straight through.
+            let open = end.last() == Some(&(Op::Through as u32));
+            rows.words.push(end.len() as u32 + 1 | u32::from(open) << 31);
             rows.words.extend(end);
         }
     }

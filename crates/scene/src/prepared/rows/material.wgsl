@@ -122,7 +122,7 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
     let ends = word_at(row + 1u);
     for (var end = 0u; end < ends; end += 1u) {
         var pc = next + 1u;
-        next += word_at(next);
+        next += word_at(next) & 0x7fffffffu;
         var seen = Seen(point.frame, to_local(point.frame, wo), false, 0u);
         var weight = 1.0;
         var probability = 1.0;
@@ -302,6 +302,64 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
         lobes[min(lobe, LOBES - 1u)] = Lobe(seen.frame, seen.wo, kind, own, table, weight, probability, seen.turns);
         lobe_count += 1u;
     }
+}
+
+// Part of the light along -wo that goes straight through: what `shade` says of it, but for maps of normals on the way to
+// an end, which no step before it is looked at through.
+fn shade_through(material: u32, point: ShadingPoint, wo: vec3<f32>) -> f32 {
+    var sum = 0.0;
+    let row = word_at(3u) + 2u * material;
+    var next = word_at(row);
+    let ends = word_at(row + 1u);
+    for (var end = 0u; end < ends; end += 1u) {
+        var pc = next + 1u;
+        let open = word_at(next) >= 0x80000000u;
+        next += word_at(next) & 0x7fffffffu;
+        var weight = 1.0;
+        var side = dot(point.frame.n, wo);
+        while (open && weight > 0.0 && word_at(pc) < END_MODEL) {
+            switch word_at(pc) {
+                case STEP_ABOVE: {
+                    weight = select(weight, 0.0, side < 0.0);
+                    pc += 1u;
+                }
+                case STEP_BELOW: {
+                    weight = select(weight, 0.0, side >= 0.0);
+                    side = -side;
+                    pc += 1u;
+                }
+                case STEP_FIRST, STEP_SECOND: {
+                    let t = clamp(as_number(value_at(point, vec2<f32>(0.0), pc + 1u)), 0.0, 1.0);
+                    weight *= select(t, 1.0 - t, word_at(pc) == STEP_FIRST);
+                    pc += 5u;
+                }
+                case STEP_SUM: { pc += 2u; }
+                case STEP_NORMAL_MAP: { pc += 7u; }
+                case STEP_BUMP_MAP: { pc += 9u; }
+                case STEP_BODY: { pc += 4u; }
+                default: {
+                    let front = dot(point.normal, wo) >= 0.0;
+                    weight = select(0.0, weight, front == (word_at(pc) == STEP_FRONT));
+                    pc += 1u;
+                }
+            }
+        }
+        sum += select(0.0, weight, open);
+    }
+    return sum;
+}
+
+// The side that light has to come to for some lobe to reflect it to `wo`; zero: it may come from all around.
+fn shading_facing(normal: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    var facing = select(normal, -normal, dot(normal, wo) < 0.0);
+    for (var i = 0u; i < lobe_count; i += 1u) {
+        let lobe = lobes[min(i, LOBES - 1u)];
+        let crossed = HAS_TURNS && dot(lobe.frame.n, wo) * dot(normal, wo) <= 0.0;
+        if (!bsdf_is_delta(lobe.kind) && (bsdf_transmits(lobe.kind) || crossed)) {
+            facing = vec3<f32>(0.0);
+        }
+    }
+    return facing;
 }
 
 // f |cos| and the density of `shading_sample` for the world direction `wi`, without Dirac peaks.

@@ -54,6 +54,9 @@ pub struct Rows {
     pub attribute_names: Vec<String>,
 }
 
+/// The structs of shapes.
+pub const GEOMETRY_WGSL: &str = include_str!("geometry.wgsl");
+
 /// Words of the header: weights of luminance (3 floats); where the table of materials begins; where that of emitters
 /// begins, and how many there are; where their chances begin in `numbers`; where the list of environments begins (how
 /// many, then the emitter of each); the radiance of the background (3 floats); unused.
@@ -123,18 +126,9 @@ impl Rows {
 }
 
 /// Everything a shader needs to know what a surface of these rows reflects and which light comes to it: the library of
-/// reflectance models, lookup of textures, materials, lights and environments. The shader that includes it supplies
-/// ```wgsl
-/// fn word_at(i: u32) -> u32
-/// fn number_at(i: u32) -> f32
-/// fn texel_at(i: u32) -> vec4<f32>
-/// // Corners of a triangle as indices of vertices.
-/// fn triangle_at(i: u32) -> vec3<u32>
-/// // A third of a vertex: position and u, normal and v, tangent.
-/// fn vertex_at(i: u32, third: u32) -> vec4<f32>
-/// // A word of the draws.
-/// fn draw_at(i: u32) -> u32
-/// ```
+/// reflectance models, lookup of textures, materials, lights and environments. The shader that includes it declares
+/// `vertices: array<Vertex>`, `triangles: array<u32>` and `draws: array<Draw>` of [`GEOMETRY_WGSL`], `words: array<u32>`,
+/// `numbers: array<f32>` and `texels: array<vec4<f32>>`.
 pub fn wgsl(rows: &Rows) -> String {
     let mut out = wgsl_library(&rows.kinds);
     let _ = writeln!(
@@ -152,10 +146,13 @@ pub fn wgsl(rows: &Rows) -> String {
         rows.has_programs
     );
     let _ = writeln!(out, "const KIND_NOH: u32 = {}u;", Kind::Noh as u32);
-    let delta: Vec<String> =
-        rows.kinds.iter().filter(|k| k.laws().delta).map(|k| format!("kind == {}u", *k as u32)).collect();
-    let delta = if delta.is_empty() { "false".into() } else { delta.join(" || ") };
-    let _ = writeln!(out, "fn bsdf_is_delta(kind: u32) -> bool {{ return {delta}; }}");
+    let laws: [(&str, fn(&Kind) -> bool); 2] =
+        [("is_delta", |k| k.laws().delta), ("transmits", |k| k.laws().transmits)];
+    for (law, holds) in laws {
+        let kinds = rows.kinds.iter().filter(|k| holds(k)).map(|k| format!(" || kind == {}u", *k as u32));
+        let any: String = kinds.collect();
+        let _ = writeln!(out, "fn bsdf_{law}(kind: u32) -> bool {{ return false{any}; }}");
+    }
     out.push_str(include_str!("rows.wgsl"));
     out.push_str(include_str!("texture.wgsl"));
     out.push_str(include_str!("material.wgsl"));

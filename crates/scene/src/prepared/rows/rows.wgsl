@@ -1,9 +1,15 @@
 // What the rows of a scene are read by, and the frames that everything else is said in. See rows/mod.rs.
 
-const NONE: u32 = 0xffffffffu;
+fn word_at(i: u32) -> u32 {
+    return words[i];
+}
+
+fn number_at(i: u32) -> f32 {
+    return numbers[i];
+}
 
 fn float_at(i: u32) -> f32 {
-    return bitcast<f32>(word_at(i));
+    return bitcast<f32>(words[i]);
 }
 
 fn vec3_at(i: u32) -> vec3<f32> {

@@ -72,7 +72,7 @@ fn attribute_of(point: ShadingPoint, i: u32) -> vec4<f32> {
     let first = word_at(row + 3u);
     var index = vec3<u32>(point.triangle);
     if (word_at(row + 2u) == 0u) {
-        index = triangle_at(point.triangle);
+        index = corners_of(point.triangle);
     }
     let at = begin + (index - first) * width;
     let w = vec3<f32>(1.0 - point.barycentric.x - point.barycentric.y, point.barycentric);
@@ -163,7 +163,7 @@ fn texture_program(point: ShadingPoint, offset: vec2<f32>, program: u32) -> vec4
                 var c = vec4<f32>(0.0);
                 for (var i = 0u; i < taps.taps; i += 1u) {
                     let tap = tap_at(taps, i);
-                    c += tap.weight * texel_at(tap.level + width * tap.texel);
+                    c += tap.weight * texels[tap.level + width * tap.texel];
                 }
                 // The fourth component: a plain number in every channel.
                 if (op == OP_CLOTH) {
@@ -302,9 +302,9 @@ fn cloth_texel(point: ShadingPoint, at: u32) -> ClothTexel {
         for (var i = 0u; i < 8u; i += 1u) {
             let tap = tap_at(taps, i);
             let texel = tap.level + 3u * tap.texel;
-            a += tap.weight * texel_at(texel);
-            b += tap.weight * texel_at(texel + 1u);
-            c += tap.weight * texel_at(texel + 2u);
+            a += tap.weight * texels[texel];
+            b += tap.weight * texels[texel + 1u];
+            c += tap.weight * texels[texel + 2u];
         }
     }
     return moments_texel(a, b, c);
