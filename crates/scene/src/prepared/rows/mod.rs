@@ -140,10 +140,11 @@ pub fn wgsl(rows: &Rows) -> String {
     // What a scene has not is left out of the shader when it is compiled.
     let _ = writeln!(
         out,
-        "const HAS_CLOTH: bool = {};\nconst HAS_TURNS: bool = {};\nconst HAS_PROGRAMS: bool = {};",
+        "const HAS_CLOTH: bool = {};\nconst HAS_TURNS: bool = {};\nconst HAS_PROGRAMS: bool = {};\nconst SEES_THROUGH: bool = {};",
         rows.has_cloth,
         rows.turns > 0,
-        rows.has_programs
+        rows.has_programs,
+        rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0)
     );
     let _ = writeln!(out, "const KIND_NOH: u32 = {}u;", Kind::Noh as u32);
     let laws: [(&str, fn(&Kind) -> bool); 2] =
