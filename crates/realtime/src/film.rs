@@ -1,0 +1,100 @@
+//! A picture while frames add to it: sums of weighted samples, four floats a pixel.
+//!
+//! Where each frame looks is drawn from the film's reconstruction filter, the same for every pixel
+//! ([`crate::reconstruction`]), so the sum over the sum of weights tends to the filtered picture. At the edges of a crop
+//! samples from beyond it count too; the reference renderer has none there.
+
+use crate::StageError;
+use wgpu::{BufferUsages, Device, Queue, ShaderStages};
+
+/// `film_add` and `film_set` in WGSL, on group 2.
+pub const FILM_WGSL: &str = include_str!("film.wgsl");
+
+/// The sums of one picture.
+pub struct Film {
+    buffer: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    size: [u32; 2],
+}
+
+/// Bytes of the sums of a picture.
+pub fn film_bytes(size: [u32; 2]) -> u64 {
+    16 * u64::from(size[0]) * u64::from(size[1])
+}
+
+impl Film {
+    /// Group 2.
+    pub fn layout(device: &Device) -> wgpu::BindGroupLayout {
+        crate::scene::storage_layout(device, "film", ShaderStages::COMPUTE, &[false])
+    }
+
+    /// For `size` pixels, of which there is at least one.
+    pub fn new(device: &Device, layout: &wgpu::BindGroupLayout, size: [u32; 2]) -> Self {
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("film"),
+            size: film_bytes(size),
+            usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("film"),
+            layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
+        });
+        Self { buffer, group, size }
+    }
+
+    /// Group 2.
+    pub fn group(&self) -> &wgpu::BindGroup {
+        &self.group
+    }
+
+    /// The sums.
+    pub fn buffer(&self) -> &wgpu::Buffer {
+        &self.buffer
+    }
+
+    /// Waits for the device and fetches the sums, row after row.
+    pub fn read(&self, device: &Device, queue: &Queue) -> Result<Vec<[f32; 4]>, StageError> {
+        let bytes = read_buffer(device, queue, &self.buffer, film_bytes(self.size))?;
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+}
+
+/// Waits for the device and fetches the first `size` bytes of a buffer.
+pub(crate) fn read_buffer(
+    device: &Device,
+    queue: &Queue,
+    buffer: &wgpu::Buffer,
+    size: u64,
+) -> Result<Vec<u8>, StageError> {
+    let copy = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("to read"),
+        size,
+        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, size);
+    queue.submit([encoder.finish()]);
+    map(device, &copy)
+}
+
+/// Waits for the device and fetches a buffer that can be mapped.
+pub(crate) fn map(device: &Device, buffer: &wgpu::Buffer) -> Result<Vec<u8>, StageError> {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    buffer.map_async(wgpu::MapMode::Read, .., move |r| {
+        // Whoever waits below may have given up.
+        let _ = sender.send(r);
+    });
+    let lost = |e: String| StageError::Lost(e);
+    device
+        .poll(wgpu::PollType::Wait { submission_index: None, timeout: None })
+        .map_err(|e| lost(e.to_string()))?;
+    receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
+    let view = buffer.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
+    let bytes = view.to_vec();
+    drop(view);
+    buffer.unmap();
+    Ok(bytes)
+}

@@ -1,0 +1,78 @@
+// The camera of a frame. It looks along +z of its frame with +x to the left; pixels count from the top left corner of the
+// whole picture, of which `window` is shown.
+
+struct View {
+    // The three rows of the camera's matrix.
+    to_world: array<vec4<f32>, 3>,
+    // World to the raster, this frame's offset included.
+    to_clip: mat4x4<f32>,
+    // x, y, width, height in pixels.
+    window: vec4<u32>,
+    // (x, y) of a ray at distance one, or of its origin where rays are parallel: pixel * scale + shift.
+    scale: vec2<f32>,
+    shift: vec2<f32>,
+    // Where in a pixel this frame looks, relative to its centre.
+    offset: vec2<f32>,
+    // This frame's point on the lens.
+    lens: vec2<f32>,
+    near: f32,
+    far: f32,
+    // 0: a pinhole.
+    aperture_radius: f32,
+    focus_distance: f32,
+    // 1: parallel rays.
+    orthographic: u32,
+    // Frames since the picture last changed, and the seed of this one.
+    index: u32,
+    seed: u32,
+    // What this frame's samples count in the sums.
+    weight: f32,
+}
+
+@group(1) @binding(0) var<uniform> view: View;
+
+struct CameraRay {
+    origin: vec3<f32>,
+    t_max: f32,
+    // Unit.
+    dir: vec3<f32>,
+}
+
+// The unit square to the unit disc. Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
+fn lens_disc(u: vec2<f32>) -> vec2<f32> {
+    let p = 2.0 * u - 1.0;
+    if (p.x == 0.0 && p.y == 0.0) {
+        return vec2<f32>(0.0);
+    }
+    var r = p.x;
+    var phi = 0.7853981633974483 * (p.y / p.x);
+    if (abs(p.x) <= abs(p.y)) {
+        r = p.y;
+        phi = 1.5707963267948966 - 0.7853981633974483 * (p.x / p.y);
+    }
+    return r * vec2<f32>(cos(phi), sin(phi));
+}
+
+// The ray through a place in the whole picture, from lens point `u`.
+fn camera_ray(pixel: vec2<f32>, u: vec2<f32>) -> CameraRay {
+    let xy = pixel * view.scale + view.shift;
+    var origin = vec3<f32>(0.0);
+    var direction = vec3<f32>(xy, 1.0);
+    if (view.orthographic != 0u) {
+        origin = vec3<f32>(xy, 0.0);
+        direction = vec3<f32>(0.0, 0.0, 1.0);
+    } else if (view.aperture_radius > 0.0) {
+        origin = vec3<f32>(lens_disc(u) * view.aperture_radius, 0.0);
+        direction = direction * view.focus_distance - origin;
+    }
+    let near = view.near / direction.z;
+    let far = view.far / direction.z;
+    let world = vector_to_world(view.to_world, direction);
+    let size = length(world);
+    return CameraRay(point_to_world(view.to_world, origin + direction * near), (far - near) * size, world / size);
+}
+
+// This frame's ray through a pixel of the window.
+fn pixel_ray(pixel: vec2<u32>) -> CameraRay {
+    return camera_ray(vec2<f32>(view.window.xy + pixel) + 0.5 + view.offset, view.lens);
+}

@@ -1,0 +1,4 @@
+//! The stage on the software GPU, with the default limits of WebGPU and not one more.
+
+mod device;
+mod rays;
