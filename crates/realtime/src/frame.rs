@@ -1,10 +1,11 @@
 //! The stage: a scene on a device, and the passes that make a frame of it.
 
 use crate::StageError;
-use crate::aov::{AovPass, channels};
+use crate::aov::AovPass;
 use crate::film::{Film, film_bytes};
 use crate::reconstruction::Reconstruction;
 use crate::scene::SceneBuffers;
+use crate::shade::ShadePass;
 use crate::timing::{PassTime, Timestamps};
 use crate::view::{View, ViewRow};
 use crate::visibility::{Visibility, primary_group, primary_layout};
@@ -27,6 +28,12 @@ pub struct Options {
     pub trace_camera: bool,
     /// Threads that build the hierarchy.
     pub threads: usize,
+    /// Surfaces that reflect light on its way to the camera; `None`: no picture, only those beside it.
+    pub bounces: Option<u32>,
+    /// The camera does not see lights.
+    pub hide_emitters: bool,
+    /// Same seed, same picture.
+    pub seed: u32,
 }
 
 /// A scene on a device, ready to be seen.
@@ -39,10 +46,12 @@ pub struct Stage {
     primary_layout: wgpu::BindGroupLayout,
     primary: wgpu::BindGroup,
     film_layout: wgpu::BindGroupLayout,
+    shade: Option<ShadePass>,
     aovs: Vec<AovPass>,
     timestamps: Timestamps,
     reconstruction: Reconstruction,
     trace_camera: bool,
+    seed: u32,
     size: [u32; 2],
     /// What the sums are of: the view, the frames and the sum of their weights.
     seen: Option<View>,
@@ -73,6 +82,9 @@ impl Stage {
             let primary_layout = primary_layout(device);
             let primary = primary_group(device, &primary_layout, &view, visibility.ids());
             let film_layout = Film::layout(device);
+            let shade = options.bounces.map(|bounces| {
+                ShadePass::new(device, rows, &scene, &primary_layout, &film_layout, options, bounces)
+            });
             let aovs = options
                 .aovs
                 .iter()
@@ -89,10 +101,12 @@ impl Stage {
                 primary_layout,
                 primary,
                 film_layout,
+                shade,
                 aovs,
                 timestamps: Timestamps::new(device, queue),
                 reconstruction: Reconstruction::new(options.filter),
                 trace_camera: options.trace_camera,
+                seed: options.seed,
                 size: options.size,
                 seen: None,
                 index: 0,
@@ -115,11 +129,7 @@ impl Stage {
             (self.index, self.weight) = (0, 0.0);
         }
         let sample = self.reconstruction.sample(self.index);
-        self.queue.write_buffer(
-            &self.view,
-            0,
-            bytemuck::bytes_of(&view.row(self.index, self.index, &sample)),
-        );
+        self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view.row(self.index, self.seed, &sample)));
 
         self.timestamps.begin();
         let mut encoder = self.device.create_command_encoder(&Default::default());
@@ -127,6 +137,9 @@ impl Stage {
             self.visibility.trace(&mut encoder, &self.timestamps, &self.scene);
         } else {
             self.visibility.raster(&mut encoder, &self.timestamps);
+        }
+        if let Some(shade) = &self.shade {
+            shade.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, self.size);
         }
         for aov in &self.aovs {
             aov.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, self.size);
@@ -160,6 +173,9 @@ impl Stage {
         checked(&device, || {
             self.visibility.resize(&device, size);
             self.primary = primary_group(&device, &self.primary_layout, &self.view, self.visibility.ids());
+            if let Some(shade) = &mut self.shade {
+                shade.resize(&device, &self.film_layout, size);
+            }
             for aov in &mut self.aovs {
                 aov.resize(&device, &self.film_layout, size);
             }
@@ -178,23 +194,34 @@ impl Stage {
         &self.scene
     }
 
-    /// Waits for the device and fetches the pictures beside the picture, channels named as by the reference renderer.
+    /// Waits until the device has done what it was given.
+    pub fn wait(&self) -> Result<(), StageError> {
+        self.device
+            .poll(wgpu::PollType::Wait { submission_index: None, timeout: None })
+            .map_err(|e| StageError::Lost(e.to_string()))?;
+        self.check_alive()
+    }
+
+    /// Waits for the device and fetches the picture (R, G, B, A) and those beside it, channels named as by the reference
+    /// renderer.
     pub fn image(&self) -> Result<Image, StageError> {
         self.check_alive()?;
-        let names: Vec<&str> = self.aovs.iter().flat_map(|a| channels(a.aov())).copied().collect();
+        let picture = self.shade.iter().map(|s| (&["R", "G", "B", "A"][..], s.film(), false));
+        let beside = self.aovs.iter().map(|a| (a.aov().channels(), a.film(), a.aov() == Aov::Id));
+        let films: Vec<_> = picture.chain(beside).collect();
+        let names: Vec<&str> = films.iter().flat_map(|(names, ..)| names.iter().copied()).collect();
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &names);
         let mut first = 0;
-        for aov in &self.aovs {
-            let count = channels(aov.aov()).len();
+        for (channels, film, numbers) in films {
             // Numbers of shapes have no mean.
-            let scale = if aov.aov() == Aov::Id || self.weight == 0.0 { 1.0 } else { 1.0 / self.weight };
-            let sums = aov.film().read(&self.device, &self.queue)?;
+            let scale = if numbers || self.weight == 0.0 { 1.0 } else { 1.0 / self.weight };
+            let sums = film.read(&self.device, &self.queue)?;
             for (pixel, sum) in image.data.chunks_exact_mut(names.len()).zip(sums) {
-                for (to, from) in pixel[first..first + count].iter_mut().zip(sum) {
+                for (to, from) in pixel[first..first + channels.len()].iter_mut().zip(sum) {
                     *to = (f64::from(from) * scale) as f32;
                 }
             }
-            first += count;
+            first += channels.len();
         }
         Ok(image)
     }

@@ -494,7 +494,12 @@ impl Job {
         let mut out = Image {
             width: image.width,
             height: image.height,
-            channels: image.channels.iter().cloned().chain(Aov::Id.channels().iter().map(|c| c.to_string())).collect(),
+            channels: image
+                .channels
+                .iter()
+                .cloned()
+                .chain(Aov::Id.channels().iter().map(|c| c.to_string()))
+                .collect(),
             data: Vec::with_capacity(image.width * image.height * (n + 1)),
         };
         for (i, pixel) in image.data.chunks_exact(n).enumerate() {

@@ -4,7 +4,7 @@ use crate::device::{add_draw, add_mesh, gpu};
 use glam::{Affine3A, DAffine3, DVec3, Mat3, Quat, Vec3};
 use yugen_optics::random::Pcg32;
 use yugen_realtime::hierarchy::HIERARCHY_WGSL;
-use yugen_realtime::scene::{SCENE_WGSL, SceneBuffers};
+use yugen_realtime::scene::{SceneBuffers, scene_wgsl};
 use yugen_scene::prepared::{DrawRow, Rows};
 
 /// Half of the light passes a surface that is see-through.
@@ -58,7 +58,7 @@ fn trace(rows: &Rows, rays: &[Ray]) -> Option<(Vec<[f32; 4]>, SceneBuffers)> {
         .iter()
         .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
         .collect();
-    let pieces = [SCENE_WGSL, HIERARCHY_WGSL, PASSES, MAIN];
+    let pieces = [&scene_wgsl(), HIERARCHY_WGSL, PASSES, MAIN];
     Some((gpu.run(&scene, &pieces, &input, input.len()), scene))
 }
 
@@ -312,7 +312,7 @@ fn moved_draws_are_met_in_their_new_place() {
         .iter()
         .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
         .collect();
-    let got = gpu.run(&scene, &[SCENE_WGSL, HIERARCHY_WGSL, PASSES, MAIN], &input, input.len());
+    let got = gpu.run(&scene, &[&scene_wgsl(), HIERARCHY_WGSL, PASSES, MAIN], &input, input.len());
     assert_eq!(got, want);
     assert_ne!(trace(&before, &rays).expect("there is a GPU").0, want);
 }
@@ -336,7 +336,7 @@ fn a_wrong_traversal_is_caught() {
     {
         let wrong = HIERARCHY_WGSL.replace(from, to);
         assert_ne!(wrong, HIERARCHY_WGSL, "nothing to spoil: {from}");
-        let got = gpu.run(&scene, &[SCENE_WGSL, &wrong, PASSES, MAIN], &input, input.len());
+        let got = gpu.run(&scene, &[&scene_wgsl(), &wrong, PASSES, MAIN], &input, input.len());
         assert_ne!(got, right, "{from}");
     }
 }
