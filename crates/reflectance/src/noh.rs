@@ -147,7 +147,7 @@ impl Model for Noh {
         them σ above 0.8, masking and Fresnel, are extrapolation. A surface model: light through the cloth \
         and the relief of the threads are not in it.";
     const LAWS: Laws = Laws { isotropic: false, ..Laws::PHYSICAL };
-    const WGSL: Option<&'static str> = Some(include_str!("noh.wgsl"));
+    const WGSL: &'static str = include_str!("noh.wgsl");
     // Worst 4.4e-4: pow(c, n) of the baseline with n up to 5000.
     const TWIN: (f32, f32) = (2e-3, 1e-5);
     const PRESETS: &'static [Preset] = &[
