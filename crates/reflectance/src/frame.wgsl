@@ -47,6 +47,42 @@ fn bsdf_sample_across(wi: vec3<f32>, f: vec3<f32>, pdf: f32, eta: f32) -> BsdfSa
     return BsdfSample(wi, pdf, f * (abs(wi.z) / pdf), eta, 0u);
 }
 
+// Right-handed and orthonormal: tangent, bitangent, normal.
+struct Frame {
+    s: vec3<f32>,
+    t: vec3<f32>,
+    n: vec3<f32>,
+}
+
+// Duff et al. 2017.
+fn frame_from_normal(n: vec3<f32>) -> Frame {
+    let side = select(1.0, -1.0, n.z < 0.0);
+    let a = -1.0 / (side + n.z);
+    let b = n.x * n.y * a;
+    return Frame(
+        vec3<f32>(1.0 + side * n.x * n.x * a, side * b, -side * n.x),
+        vec3<f32>(b, side + n.y * n.y * a, -n.y),
+        n,
+    );
+}
+
+fn frame_from_normal_tangent(n: vec3<f32>, tangent: vec3<f32>) -> Frame {
+    let s = tangent - n * dot(n, tangent);
+    let l = length(s);
+    if (l > 1e-6 * length(tangent) && l < 3.0e38) {
+        return Frame(s / l, cross(n, s / l), n);
+    }
+    return frame_from_normal(n);
+}
+
+fn to_local(f: Frame, v: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(dot(v, f.s), dot(v, f.t), dot(v, f.n));
+}
+
+fn to_world(f: Frame, v: vec3<f32>) -> vec3<f32> {
+    return f.s * v.x + f.t * v.y + f.n * v.z;
+}
+
 fn spherical(theta: f32, phi: f32) -> vec3<f32> {
     return vec3<f32>(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta));
 }

@@ -67,6 +67,9 @@ pub fn wgsl_library(kinds: &[Kind]) -> String {
         out.push_str(&wgsl_params(*kind));
         out.push_str(twin);
         out.push('\n');
+        if *kind == Kind::Noh {
+            out.push_str(crate::btf::BTF_WGSL);
+        }
         let both = if twin.contains(&format!("fn {name}_eval_pdf(")) {
             format!("return {name}_eval_pdf(m, t, wo, wi);")
         } else {
