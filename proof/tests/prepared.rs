@@ -380,7 +380,7 @@ fn a_shader_that_resolves_wrongly_is_caught() {
         ("probability /= float_at(pc + 1u)", "probability *= 1.0"),
         ("select(t, 1.0 - t, op == STEP_FIRST)", "select(t, 1.0 - t, op != STEP_FIRST)"),
         ("seen.frame.n = -seen.frame.n", "seen.frame.t = -seen.frame.t"),
-        ("0.5 * atan2(ef, d) + 0.5 * PI", "0.5 * atan2(ef, d)"),
+        ("ClothAt(texel.normal, texel.tangent)", "ClothAt(texel.normal, texel.normal)"),
         ("(index - first) * width", "index * width"),
         ("footprint * max(length(x_axis), length(y_axis))", "footprint"),
         ("dot(turned, point.normal) < 0.0", "dot(turned, point.normal) > 0.0"),

@@ -14,7 +14,6 @@ const STEP_BACK: u32 = 9u;
 const END_MODEL: u32 = 10u;
 const END_CLOTH: u32 = 11u;
 
-const KIND_NOH_SLOTS: u32 = 10u;
 // The tangent turns with a normal that is mirrored.
 const TANGENT_TURNS: u32 = 4u;
 
@@ -253,28 +252,14 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
                 }
                 case END_CLOTH: {
                     at_end = true;
-                    if (HAS_CLOTH) {
-                        let t = cloth_texel(point, pc + 2u);
-                        // The frame of the maps is +x along u and +y up, against v; mirrored where the picture is.
-                        let up = select(1.0, -1.0, dot(point.dp_dv, seen.frame.t) > 0.0);
-                        given = t.normal * vec3<f32>(1.0, up, 1.0);
-                        tangent = t.tangent * vec3<f32>(1.0, up, 1.0);
-                        // What was fitted to photographs has the shadows of its threads in it already. The third bit:
-                        // a mirrored normal takes the tangent with it.
-                        turned = 1u | TANGENT_TURNS;
-                        let form = float_at(pc + 1u);
-                        var rho_s = t.specular;
-                        if (form == 1.0) {
-                            rho_s /= 4.0 * PI * t.sigma.x * t.sigma.y;
-                        }
-                        let slots = array<f32, KIND_NOH_SLOTS>(
-                            t.diffuse.x, t.diffuse.y, t.diffuse.z, rho_s.x, rho_s.y, rho_s.z, t.sigma.x, t.sigma.y, 0.0, form,
-                        );
-                        for (var j = 0u; j < KIND_NOH_SLOTS; j += 1u) {
-                            scratch[own + j] = slots[j];
-                        }
-                        kind = KIND_NOH;
-                    }
+                    let cloth = cloth_at(point, pc + 2u, float_at(pc + 1u), own);
+                    // The frame of the maps is +x along u and +y up, against v; mirrored where the picture is.
+                    let up = select(1.0, -1.0, dot(point.dp_dv, seen.frame.t) > 0.0);
+                    given = cloth.normal * vec3<f32>(1.0, up, 1.0);
+                    tangent = cloth.tangent * vec3<f32>(1.0, up, 1.0);
+                    // What was fitted to photographs has the shadows of its threads in it already.
+                    turned = 1u | TANGENT_TURNS;
+                    kind = KIND_NOH;
                 }
                 default: {
                     at_end = true;
@@ -371,8 +356,9 @@ fn shading_eval_pdf(wi: vec3<f32>) -> vec4<f32> {
         let w = to_local(lobe.frame, wi);
         let shadow = lobe_shadow(i, wi);
         if (shadow > 0.0) {
-            f += bsdf_eval(lobe.kind, lobe.params, lobe.table, lobe.wo, w) * (lobe.weight * shadow * abs(w.z));
-            pdf += bsdf_pdf(lobe.kind, lobe.params, lobe.table, lobe.wo, w) * lobe.probability;
+            let e = bsdf_eval_pdf(lobe.kind, lobe.params, lobe.table, lobe.wo, w);
+            f += e.xyz * (lobe.weight * shadow * abs(w.z));
+            pdf += e.w * lobe.probability;
         }
     }
     return vec4<f32>(f, pdf);

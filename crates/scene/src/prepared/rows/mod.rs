@@ -140,8 +140,7 @@ pub fn wgsl(rows: &Rows) -> String {
     // What a scene has not is left out of the shader when it is compiled.
     let _ = writeln!(
         out,
-        "const HAS_CLOTH: bool = {};\nconst HAS_TURNS: bool = {};\nconst HAS_PROGRAMS: bool = {};\nconst SEES_THROUGH: bool = {};",
-        rows.has_cloth,
+        "const HAS_TURNS: bool = {};\nconst HAS_PROGRAMS: bool = {};\nconst SEES_THROUGH: bool = {};",
         rows.turns > 0,
         rows.has_programs,
         rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0)
@@ -156,6 +155,12 @@ pub fn wgsl(rows: &Rows) -> String {
     }
     out.push_str(include_str!("rows.wgsl"));
     out.push_str(include_str!("texture.wgsl"));
+    // A shader without cloths has no texels of cloths.
+    out.push_str(if rows.has_cloth {
+        include_str!("cloth.wgsl")
+    } else {
+        "fn cloth_at(point: ShadingPoint, at: u32, form: f32, own: u32) -> ClothAt { return ClothAt(); }\n"
+    });
     out.push_str(include_str!("material.wgsl"));
     out.push_str(include_str!("environment.wgsl"));
     out.push_str(include_str!("light.wgsl"));

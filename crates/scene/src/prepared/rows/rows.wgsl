@@ -31,42 +31,6 @@ fn table_at(i: u32) -> f32 {
     return number_at(i);
 }
 
-// Tangent, bitangent, normal. Twin of optics::Frame.
-struct Frame {
-    s: vec3<f32>,
-    t: vec3<f32>,
-    n: vec3<f32>,
-}
-
-fn frame_from_normal(n: vec3<f32>) -> Frame {
-    let sign = select(-1.0, 1.0, n.z >= 0.0);
-    let a = -1.0 / (sign + n.z);
-    let b = n.x * n.y * a;
-    return Frame(
-        vec3<f32>(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-        vec3<f32>(b, sign + n.y * n.y * a, -n.y),
-        n,
-    );
-}
-
-fn frame_from_normal_tangent(n: vec3<f32>, tangent: vec3<f32>) -> Frame {
-    let s = tangent - n * dot(n, tangent);
-    let len = length(s);
-    if (len > 1e-6 * length(tangent) && len < 3.0e38 && len > 0.0) {
-        let unit = s / len;
-        return Frame(unit, cross(n, unit), n);
-    }
-    return frame_from_normal(n);
-}
-
-fn to_local(f: Frame, v: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(dot(v, f.s), dot(v, f.t), dot(v, f.n));
-}
-
-fn to_world(f: Frame, v: vec3<f32>) -> vec3<f32> {
-    return f.s * v.x + f.t * v.y + f.n * v.z;
-}
-
 fn normalize_or(v: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
     let len = length(v);
     if (len > 0.0 && len < 3.0e38) {

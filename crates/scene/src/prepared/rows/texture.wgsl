@@ -283,61 +283,7 @@ fn patch_slope(patch_: Patch, h: vec4<f32>, step: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(h.x - h.y, h.z - h.w) / (2.0 * step);
 }
 
-// What a cloth's maps say. Twin of reflectance::btf::Texel.
-struct ClothTexel {
-    diffuse: vec3<f32>,
-    specular: vec3<f32>,
+struct ClothAt {
     normal: vec3<f32>,
     tangent: vec3<f32>,
-    sigma: vec2<f32>,
-}
-
-// `at`: matrix, wrap, levels, count. Averaged over the footprint in moments, which is what may be averaged.
-fn cloth_texel(point: ShadingPoint, at: u32) -> ClothTexel {
-    var a = vec4<f32>(0.0);
-    var b = vec4<f32>(0.0);
-    var c = vec4<f32>(0.0);
-    if (word_at(at + 8u) > 0u) {
-        let taps = taps_of(point, vec2<f32>(0.0), at, true);
-        for (var i = 0u; i < 8u; i += 1u) {
-            let tap = tap_at(taps, i);
-            let texel = tap.level + 3u * tap.texel;
-            a += tap.weight * texels[texel];
-            b += tap.weight * texels[texel + 1u];
-            c += tap.weight * texels[texel + 2u];
-        }
-    }
-    return moments_texel(a, b, c);
-}
-
-// Twin of reflectance::btf::Moments::texel.
-fn moments_texel(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>) -> ClothTexel {
-    let w = 1.0 / max(b.z, 1e-9);
-    let mean = vec2<f32>(b.w, c.x) * w;
-    let xx = c.y * w - mean.x * mean.x;
-    let xy = c.z * w - mean.x * mean.y;
-    let yy = c.w * w - mean.y * mean.y;
-    let n = normalize(vec3<f32>(mean, 1.0));
-    let det = max(xx * yy - xy * xy, 1e-9);
-    let nz2 = n.z * n.z;
-    let scale = 0.5 / (det * nz2 * nz2);
-    // Twin of Texel::of_slope_form.
-    let frame = frame_from_normal(n);
-    let p = vec3<f32>(yy, -xy, xx) * (scale * nz2);
-    let e = frame.s.xy - n.xy * (frame.s.z / n.z);
-    let f = frame.t.xy - n.xy * (frame.t.z / n.z);
-    let pe = vec2<f32>(p.x * e.x + p.y * e.y, p.y * e.x + p.z * e.y);
-    let pf = vec2<f32>(p.x * f.x + p.y * f.y, p.y * f.x + p.z * f.y);
-    let ee = dot(e, pe);
-    let ef = dot(e, pf);
-    let ff = dot(f, pf);
-    let mid = 0.5 * (ee + ff);
-    let d = 0.5 * (ee - ff);
-    let half = sqrt(d * d + ef * ef);
-    let angle = 0.5 * atan2(ef, d) + 0.5 * PI;
-    let tangent = frame.s * cos(angle) + frame.t * sin(angle);
-    let large = mid + half;
-    let sigma = vec2<f32>(sqrt(large / max(ee * ff - ef * ef, 1e-12)), inverseSqrt(large));
-    let widths = clamp(sigma, vec2<f32>(0.02), vec2<f32>(1.0));
-    return ClothTexel(a.xyz, vec3<f32>(a.w, b.x, b.y), n, tangent, widths);
 }
