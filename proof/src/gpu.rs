@@ -47,7 +47,9 @@ impl Gpu {
         let adapter: Adapter = adapters.into_iter().next().ok_or(GpuError::NoAdapter)?;
         let info = adapter.get_info();
         let name = format!("{} ({} {})", info.name, info.driver, info.driver_info);
-        let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
+        // The limits that every browser grants: what passes here runs there.
+        let descriptor =
+            wgpu::DeviceDescriptor { required_limits: wgpu::Limits::default(), ..Default::default() };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| GpuError::NoDevice { adapter: name.clone(), reason: e.to_string() })?;
         Ok(Self { device, queue, name })

@@ -1,6 +1,7 @@
 //! One model, two languages: the WGSL of a model against its Rust.
 //!
-//! [`validate`] and [`layout`] need no GPU; [`compare`] runs one dispatch and compares values.
+//! [`validate`] and [`layout`] need no GPU; [`Trial::run`] runs one dispatch of as many models as wanted and compares
+//! values.
 
 use crate::gpu::{Gpu, GpuError};
 use crate::laws::edge_directions;
@@ -12,12 +13,12 @@ use yugen_optics::distribution::ONE_MINUS_EPSILON;
 use yugen_optics::frame::mirror;
 use yugen_optics::random::Pcg32;
 use yugen_optics::warp::{uniform_hemisphere, uniform_sphere};
-use yugen_reflectance::{Bsdf, Kind, ParamType, Sample, wgsl_library};
+use yugen_reflectance::{Bsdf, Kind, MAX_SLOTS, ParamType, Sample};
 
-/// Cases of one comparison.
+/// Cases of one model in a whole comparison.
 pub const CASES: usize = 8192;
 /// Floats a case takes in the input and in the output.
-const STRIDE: usize = 12;
+const STRIDE: usize = 13;
 /// Share of cases that may choose another lobe or another cell of a table: an input on the edge between two.
 pub const MAX_DISAGREEMENT: f32 = 1e-3;
 
@@ -77,6 +78,8 @@ pub struct TwinRow {
     pub sample_pdf: Worst,
     /// Of the weight of a draw, against f cos / pdf of that very direction.
     pub weight: Worst,
+    /// Of the relative index of refraction that a draw crosses.
+    pub eta: Worst,
     /// Cases per case that chose another lobe, or lie so near an edge that a few roundings explain the rest.
     pub disagreement: f32,
     /// The first of those, for people.
@@ -88,10 +91,11 @@ pub struct TwinRow {
 impl TwinRow {
     /// The largest error of all.
     pub fn worst(&self) -> &Worst {
-        [&self.eval, &self.pdf, &self.direction, &self.sample_pdf, &self.weight]
-            .into_iter()
-            .max_by(|a, b| a.error.total_cmp(&b.error))
-            .expect("five errors")
+        self.errors().into_iter().max_by(|a, b| a.error.total_cmp(&b.error)).expect("six errors")
+    }
+
+    fn errors(&self) -> [&Worst; 6] {
+        [&self.eval, &self.pdf, &self.direction, &self.sample_pdf, &self.weight, &self.eta]
     }
 
     /// Whether the twin is one.
@@ -101,13 +105,13 @@ impl TwinRow {
 
     /// Head of the table that [`fmt::Display`] writes the rows of.
     pub const HEAD: &'static str =
-        "model                      eval     pdf      wi       wi pdf   weight   lobes    allowed";
+        "model                      eval     pdf      wi       wi pdf   weight   index    lobes    allowed";
 }
 
 impl fmt::Display for TwinRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:<26}", self.kind.name())?;
-        for w in [&self.eval, &self.pdf, &self.direction, &self.sample_pdf, &self.weight] {
+        for w in self.errors() {
             write!(f, " {:<8.1e}", w.error)?;
         }
         write!(f, " {:<8.1e} {:.1e}", self.disagreement, self.tolerance.0)?;
@@ -119,18 +123,20 @@ impl fmt::Display for TwinRow {
     }
 }
 
-/// Accessors that a program must supply to the library; here they read storage buffers.
+/// Accessors that a program must supply to the library. Tables are read where they lie; the row of the parameters is
+/// copied first, so that the shader reads it once and not once for every model and function.
 const HARNESS: &str = "
 @group(0) @binding(0) var<storage, read> params: array<f32>;
 @group(0) @binding(1) var<storage, read> tables: array<f32>;
 @group(0) @binding(2) var<storage, read> cases: array<f32>;
 @group(0) @binding(3) var<storage, read_write> results: array<f32>;
-fn param_at(i: u32) -> f32 { return params[i]; }
+var<private> row: array<f32, MAX_SLOTS>;
+fn param_at(i: u32) -> f32 { return row[i]; }
 fn table_at(i: u32) -> f32 { return tables[i]; }
 fn vec3_at(i: u32) -> vec3<f32> { return vec3<f32>(cases[i], cases[i + 1u], cases[i + 2u]); }
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let i = id.x * 12u;
+    let i = id.x * 13u;
     // The second test only keeps the binding in the layout of models without a table.
     if (i >= arrayLength(&cases) || arrayLength(&tables) == 0u) { return; }
     let wo = vec3_at(i);
@@ -138,12 +144,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let u = vec3_at(i + 6u);
     let p = bitcast<u32>(cases[i + 9u]);
     let t = bitcast<u32>(cases[i + 10u]);
-    let f = bsdf_eval(KIND, p, t, wo, wi);
-    let s = bsdf_sample(KIND, p, t, wo, u);
+    let kind = bitcast<u32>(cases[i + 11u]);
+    let slots = bitcast<u32>(cases[i + 12u]);
+    for (var k = 0u; k < slots; k++) { row[k] = params[p + k]; }
+    let f = bsdf_eval_pdf(kind, 0u, t, wo, wi);
+    let s = bsdf_sample(kind, 0u, t, wo, u);
     results[i] = f.x;
     results[i + 1u] = f.y;
     results[i + 2u] = f.z;
-    results[i + 3u] = bsdf_pdf(KIND, p, t, wo, wi);
+    results[i + 3u] = f.w;
     results[i + 4u] = s.wi.x;
     results[i + 5u] = s.wi.y;
     results[i + 6u] = s.wi.z;
@@ -152,17 +161,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     results[i + 9u] = s.weight.y;
     results[i + 10u] = s.weight.z;
     results[i + 11u] = f32(s.is_delta);
+    results[i + 12u] = s.eta;
 }
 ";
 
 /// The library with accessors and an entry point, ready for naga or a device.
-fn program(kind: Kind, library: &str) -> String {
-    format!("const KIND: u32 = {}u;\n{HARNESS}{library}", kind as u32)
+fn program(library: &str) -> String {
+    format!("const MAX_SLOTS: u32 = {MAX_SLOTS}u;\n{HARNESS}{library}")
 }
 
 /// Parses and validates the shader library of a model (or a text that stands for it).
 pub fn validate(kind: Kind, library: &str) -> Result<naga::Module, TwinError> {
-    let source = program(kind, library);
+    let source = program(library);
     let invalid = |e: String| TwinError::Invalid(kind.name(), e);
     let module = naga::front::wgsl::parse_str(&source).map_err(|e| invalid(e.emit_to_string(&source)))?;
     naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
@@ -244,8 +254,8 @@ fn offset(function: &naga::Function, at: naga::Handle<naga::Expression>) -> Opti
     }
 }
 
-struct Case<'a> {
-    set: &'a Parameters,
+struct Case {
+    set: usize,
     wo: Vec3,
     wi: Vec3,
     u: Vec3,
@@ -253,14 +263,15 @@ struct Case<'a> {
 
 /// Corners and random sets, directions at the normal, oblique, grazing, below the horizon, alike and in the
 /// lobe, uniforms at their ends.
-fn cases(kind: Kind, sets: &[Parameters]) -> Vec<Case<'_>> {
+fn cases(sets: &[Parameters], count: usize) -> Vec<Case> {
     let mut rng = Pcg32::new(3, 0x7477);
     let edges: Vec<Vec3> = edge_directions().into_iter().filter(|w| w.z.abs() > 1e-3).collect();
     let ends = [0.0, ONE_MINUS_EPSILON];
-    let transmits = kind.laws().transmits;
-    (0..CASES)
+    (0..count)
         .map(|i| {
-            let set = &sets[i % sets.len()];
+            let index = i % sets.len();
+            let set = &sets[index];
+            let transmits = set.bsdf().laws().transmits;
             let mut direction = |choice: u32| match choice {
                 0 => edges[rng.next_u32() as usize % edges.len()],
                 1 => Vec3::Z,
@@ -283,7 +294,7 @@ fn cases(kind: Kind, sets: &[Parameters]) -> Vec<Case<'_>> {
                 2 if round % 16 == 6 => mirror(wo),
                 _ => other,
             };
-            Case { set, wo, wi, u }
+            Case { set: index, wo, wi, u }
         })
         .collect()
 }
@@ -342,48 +353,86 @@ fn judge<const N: usize>(
     (!edge).then_some(strict)
 }
 
-/// Runs the twin of `kind` as it is in the library.
-pub fn twin(gpu: &Gpu, kind: Kind, data: &[f32]) -> Result<TwinRow, TwinError> {
-    compare(gpu, kind, &wgsl_library(&[kind]), data)
+/// Models with the parameters and inputs on which their twins are tried.
+pub struct Trial {
+    subjects: Vec<Subject>,
+    /// Rows of all sets, all their tables, all cases: what the shader reads.
+    params: Vec<f32>,
+    tables: Vec<f32>,
+    input: Vec<f32>,
+}
+
+struct Subject {
+    kind: Kind,
+    sets: Vec<Parameters>,
+    cases: Vec<Case>,
+}
+
+impl Trial {
+    /// `count` cases (a multiple of 64) for each of `kinds`; `data` is what [`Kind::bake`] takes.
+    pub fn new(kinds: &[Kind], data: impl Fn(Kind) -> Vec<f32>, count: usize) -> Result<Self, TwinError> {
+        // What the smallest device of WebGPU binds is a third more.
+        const MAX_TABLES: usize = 24 << 20;
+        let (mut params, mut tables, mut input) = (Vec::new(), Vec::new(), Vec::new());
+        let mut subjects = Vec::new();
+        for &kind in kinds {
+            let sets =
+                parameter_sets(kind, &data(kind), 24).map_err(|e| TwinError::NoSubject(kind.name(), e))?;
+            // Equal tables are stored once; sets beyond what the device binds are left out, the first excepted.
+            let mut places: Vec<(u32, u32)> = Vec::new();
+            let mut kept: Vec<Parameters> = Vec::new();
+            for set in sets {
+                let known = kept.iter().position(|k| k.table == set.table).map(|i| places[i].1);
+                if known.is_none() && !kept.is_empty() && tables.len() + set.table.len() > MAX_TABLES {
+                    continue;
+                }
+                places.push((params.len() as u32, known.unwrap_or(tables.len() as u32)));
+                params.extend(&set.slots);
+                if known.is_none() {
+                    tables.extend(&set.table);
+                }
+                kept.push(set);
+            }
+            let cases = cases(&kept, count);
+            for c in &cases {
+                let (p, t) = places[c.set];
+                input.extend([c.wo, c.wi, c.u].into_iter().flat_map(|v| v.to_array()));
+                input.extend([p, t, kind as u32, kind.slots() as u32].map(f32::from_bits));
+            }
+            subjects.push(Subject { kind, sets: kept, cases });
+        }
+        Ok(Self { subjects, params, tables, input })
+    }
+
+    /// Runs `library`, which holds the twins (or texts that stand for them), in one shader; a row for each model.
+    pub fn run(&self, gpu: &Gpu, library: &str) -> Result<Vec<TwinRow>, TwinError> {
+        let name = self.subjects.first().map_or("no model", |s| s.kind.name());
+        let nan = vec![f32::NAN; self.input.len()];
+        let groups = (self.input.len() / STRIDE).div_ceil(64) as u32;
+        let output = gpu
+            .compute(&program(library), &[&self.params, &self.tables, &self.input], &nan, groups)
+            .map_err(|e| TwinError::Gpu(name, e))?;
+        let mut rest = output.as_slice();
+        let rows = self.subjects.iter().map(|s| {
+            let (own, after) = rest.split_at(STRIDE * s.cases.len());
+            rest = after;
+            row(s, own)
+        });
+        Ok(rows.collect())
+    }
 }
 
 /// Runs `library`, which stands for the twin of `kind`, against Rust. `data` is what [`Kind::bake`] takes.
 pub fn compare(gpu: &Gpu, kind: Kind, library: &str, data: &[f32]) -> Result<TwinRow, TwinError> {
-    let name = kind.name();
-    let mut sets = parameter_sets(kind, data, 24).map_err(|e| TwinError::NoSubject(name, e))?;
-    // Equal tables are stored once; sets beyond what a small device binds are left out.
-    const MAX_TABLES: usize = 24 << 20;
-    let (mut params, mut tables): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
-    let mut places: Vec<(u32, u32)> = Vec::new();
-    let mut kept: Vec<Parameters> = Vec::new();
-    for set in sets.drain(..) {
-        let known = kept.iter().position(|k| k.table == set.table).map(|i| places[i].1);
-        if known.is_none() && !kept.is_empty() && tables.len() + set.table.len() > MAX_TABLES {
-            continue;
-        }
-        places.push((params.len() as u32, known.unwrap_or(tables.len() as u32)));
-        params.extend(&set.slots);
-        if known.is_none() {
-            tables.extend(&set.table);
-        }
-        kept.push(set);
-    }
-    let cases = cases(kind, &kept);
-    let input: Vec<f32> = cases
-        .iter()
-        .enumerate()
-        .flat_map(|(i, c)| {
-            let (p, t) = places[i % kept.len()];
-            let [a, b, u] = [c.wo, c.wi, c.u].map(|v| v.to_array());
-            [a[0], a[1], a[2], b[0], b[1], b[2], u[0], u[1], u[2], f32::from_bits(p), f32::from_bits(t), 0.0]
-        })
-        .collect();
     validate(kind, library)?;
-    let nan = vec![f32::NAN; CASES * STRIDE];
-    let output = gpu
-        .compute(&program(kind, library), &[&params, &tables, &input], &nan, (CASES / 64) as u32)
-        .map_err(|e| TwinError::Gpu(name, e))?;
+    let trial = Trial::new(&[kind], |_| data.to_vec(), CASES)?;
+    Ok(trial.run(gpu, library)?.remove(0))
+}
 
+/// What Rust says to `output`, [`STRIDE`] numbers a case.
+fn row(subject: &Subject, output: &[f32]) -> TwinRow {
+    let Subject { kind, sets, cases } = subject;
+    let kind = *kind;
     let tolerance = kind.twin_tolerance();
     let mut row = TwinRow {
         kind,
@@ -393,24 +442,26 @@ pub fn compare(gpu: &Gpu, kind: Kind, library: &str, data: &[f32]) -> Result<Twi
         direction: Worst::default(),
         sample_pdf: Worst::default(),
         weight: Worst::default(),
+        eta: Worst::default(),
         disagreement: 0.0,
         disagreed: String::new(),
         tolerance,
     };
     let mut disagreements = Vec::new();
     for (c, out) in cases.iter().zip(output.chunks_exact(STRIDE)) {
-        let bsdf = c.set.bsdf();
+        let set = &sets[c.set];
+        let bsdf = set.bsdf();
         let gpu_sample = Sample {
             wi: Vec3::from_slice(&out[4..7]),
             pdf: out[7],
             weight: Vec3::from_slice(&out[8..11]),
             delta: out[11] != 0.0,
-            eta: 1.0,
+            eta: out[12],
         };
-        let place = || format!("{} wo = {}, wi = {}, u = {}", c.set.label, c.wo, c.wi, c.u);
+        let place = || format!("{} wo = {}, wi = {}, u = {}", set.label, c.wo, c.wi, c.u);
         // All parameters a rounding larger, or smaller.
         let scaled = [1.0 + f32::EPSILON, 1.0 - f32::EPSILON].map(|e| {
-            let mut slots = c.set.slots.clone();
+            let mut slots = set.slots.clone();
             let mut at = 0;
             for p in kind.params() {
                 if !matches!(p.kind, ParamType::Choice(_)) {
@@ -423,9 +474,9 @@ pub fn compare(gpu: &Gpu, kind: Kind, library: &str, data: &[f32]) -> Result<Twi
         let nearby = |steps: f32| {
             nudged(c.wo, steps)
                 .into_iter()
-                .map(|wo| (c.set.bsdf(), wo, c.wi))
-                .chain(nudged(c.wi, steps).into_iter().map(|wi| (c.set.bsdf(), c.wo, wi)))
-                .chain(scaled.iter().map(|slots| (Bsdf::new(kind, slots, &c.set.table), c.wo, c.wi)))
+                .map(|wo| (bsdf, wo, c.wi))
+                .chain(nudged(c.wi, steps).into_iter().map(|wi| (bsdf, c.wo, wi)))
+                .chain(scaled.iter().map(|slots| (Bsdf::new(kind, slots, &set.table), c.wo, c.wi)))
         };
 
         let (f, g) = (bsdf.eval(c.wo, c.wi).to_array(), [out[0], out[1], out[2]]);
@@ -476,7 +527,9 @@ pub fn compare(gpu: &Gpu, kind: Kind, library: &str, data: &[f32]) -> Result<Twi
             disagreements.push(differ());
             continue;
         }
-        row.direction.see(distance, || format!("sample, {}: Rust {s:?}, WGSL {gpu_sample:?}", place()));
+        row.direction.see(distance, differ);
+        let index = error([s.eta], [gpu_sample.eta], || 0.0, tolerance);
+        row.eta.see(index, differ);
 
         // Density and weight against those of the direction that WGSL drew, so that a rounded direction in a
         // narrow lobe is not counted three times.
@@ -513,5 +566,5 @@ pub fn compare(gpu: &Gpu, kind: Kind, library: &str, data: &[f32]) -> Result<Twi
     }
     row.disagreement = disagreements.len() as f32 / cases.len() as f32;
     row.disagreed = disagreements.into_iter().next().unwrap_or_default();
-    Ok(row)
+    row
 }

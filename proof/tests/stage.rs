@@ -5,11 +5,10 @@ use std::sync::Arc;
 use yugen_optics::random::Pcg32;
 use yugen_proof::gpu::Gpu;
 use yugen_realtime::hierarchy::{HIERARCHY_WGSL, Hierarchy};
-use yugen_realtime::scene::SCENE_WGSL;
 use yugen_realtime::surface::{OPAQUE_WGSL, SURFACE_WGSL};
 use yugen_realtime::{Options, Stage};
 use yugen_reflectance::Kind;
-use yugen_scene::prepared::Rows;
+use yugen_scene::prepared::{GEOMETRY_WGSL, Rows};
 use yugen_scene::{
     Aov, Camera, Film, Filter, FovAxis, Geometry as Form, Mesh, ModelBuilder, Projection, Scene, Shape,
     look_along, primitives,
@@ -22,12 +21,16 @@ use yugen_transport::render::{self, Action, Budget, Job};
 const ROWS: usize = 10;
 
 const MAIN: &str = "
-@group(0) @binding(5) var<storage, read> rays: array<vec4<f32>>;
-@group(0) @binding(6) var<storage, read_write> results: array<vec4<f32>>;
+@group(0) @binding(0) var<storage, read> vertices: array<Vertex>;
+@group(0) @binding(1) var<storage, read> triangles: array<u32>;
+@group(0) @binding(2) var<storage, read> draws: array<Draw>;
+@group(0) @binding(3) var<storage, read> hierarchy: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read> rays: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> results: array<vec4<f32>>;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
-    if (2u * i >= arrayLength(&rays) || arrayLength(&words) == 0u) {
+    if (2u * i >= arrayLength(&rays)) {
         return;
     }
     let o = rays[2u * i].xyz;
@@ -160,12 +163,11 @@ fn compare(gpu: &Gpu, surface_wgsl: &str, scene: &Scene, rays: &[Ray]) -> Compar
         bits(bytemuck::cast_slice(&rows.triangles)),
         bits(bytemuck::cast_slice(&rows.draws)),
         bits(bytemuck::cast_slice(hierarchy.rows())),
-        vec![0.0; 4],
         input,
     ];
     let inputs: Vec<&[f32]> = inputs.iter().map(Vec::as_slice).collect();
     let output = vec![f32::NAN; 4 * ROWS * rays.len()];
-    let wgsl = [SCENE_WGSL, HIERARCHY_WGSL, OPAQUE_WGSL, surface_wgsl, MAIN].join("\n");
+    let wgsl = [GEOMETRY_WGSL, HIERARCHY_WGSL, OPAQUE_WGSL, surface_wgsl, MAIN].join("\n");
     let results = gpu
         .compute(&wgsl, &inputs, &output, (rays.len() as u32).div_ceil(64))
         .unwrap_or_else(|e| panic!("{e}"));
@@ -316,10 +318,19 @@ fn aovs_are_those_of_the_reference() {
     let mut rows = Rows::default();
     rows.add_shapes(&scene, &|_| false, &|_| None).expect("the scene is sound");
     let film = &scene.cameras[0].film;
-    let options = Options { size: [60, 40], filter: film.filter, aovs, trace_camera: false, threads: 2 };
+    let options = Options {
+        size: [60, 40],
+        filter: film.filter,
+        aovs,
+        trace_camera: false,
+        threads: 2,
+        bounces: None,
+        hide_emitters: false,
+        seed: 0,
+    };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");
     for _ in 0..256 {
-        stage.frame(&scene.cameras[0], None).expect("it is seen");
+        stage.frame(&scene.cameras[0]).expect("it is seen");
     }
     let got = stage.image().expect("it can be read");
     assert_eq!((got.width, got.height), (want.width, want.height));

@@ -68,6 +68,13 @@ pub fn mirror(w: Vec3) -> Vec3 {
     Vec3::new(-w.x, -w.y, w.z)
 }
 
+/// `w` where `side` is above the surface, else mirrored at it: as seen by whoever stands on the side of `side` (a
+/// cosine). Reflection and refraction from below are those from above.
+#[inline]
+pub fn to_upper(w: Vec3, side: f32) -> Vec3 {
+    Vec3::new(w.x, w.y, w.z * 1f32.copysign(side))
+}
+
 /// `|tan θ|²`-safe square root: `sqrt(max(x, 0))`.
 #[inline]
 pub fn safe_sqrt(x: f32) -> f32 {

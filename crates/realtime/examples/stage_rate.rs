@@ -13,9 +13,9 @@ use yugen_archive::formats::{image, load_scene};
 use yugen_optics::ColourSpace;
 use yugen_optics::random::Pcg32;
 use yugen_realtime::hierarchy::HIERARCHY_WGSL;
-use yugen_realtime::scene::{SCENE_WGSL, SceneBuffers};
+use yugen_realtime::scene::{SceneBuffers, scene_wgsl};
 use yugen_realtime::surface::OPAQUE_WGSL;
-use yugen_realtime::{Options, Stage};
+use yugen_realtime::{Gpu, Options, Stage};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
     Aov, Camera, Film, Filter, FovAxis, Geometry, Projection, Scene, Shape, look_along, primitives,
@@ -42,8 +42,7 @@ fn main() -> Result<()> {
 
 /// The fastest device, with the default limits of WebGPU and larger buffers where it has them.
 fn open() -> Result<(wgpu::Device, wgpu::Queue)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let opened = pollster::block_on(yugen_realtime::device::open(&instance, None))?;
+    let opened = Gpu::open()?;
     println!("on {}", opened.name);
     Ok((opened.device, opened.queue))
 }
@@ -73,12 +72,20 @@ fn picture(
     camera.resize(width, height);
     let size = camera.film.crop.map_or([width, height], |c| [c[2], c[3]]);
     let start = Instant::now();
-    let options =
-        Options { size, filter: camera.film.filter, aovs: AOVS.to_vec(), trace_camera: false, threads: 2 };
+    let options = Options {
+        size,
+        filter: camera.film.filter,
+        aovs: AOVS.to_vec(),
+        trace_camera: false,
+        threads: 2,
+        bounces: None,
+        hide_emitters: false,
+        seed: 0,
+    };
     let mut stage = Stage::new(device, queue, &rows, &options)?;
     println!("{} triangles, ready after {:.2} s", rows.triangles.len(), start.elapsed().as_secs_f64());
     for _ in 0..frames {
-        stage.frame(&camera, None)?;
+        stage.frame(&camera)?;
     }
     let written = stage.image()?;
     for time in stage.timings() {
@@ -122,6 +129,9 @@ fn growth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
                 aovs: vec![Aov::ShadingNormal],
                 trace_camera,
                 threads: 2,
+                bounces: None,
+                hide_emitters: false,
+                seed: 0,
             };
             let mut stage = Stage::new(device, queue, &rows, &options)?;
             ready = start.elapsed().as_secs_f64();
@@ -129,7 +139,7 @@ fn growth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
             // The least of some: the first ones compile.
             let mut least = vec![f64::INFINITY; 2];
             for _ in 0..8 {
-                stage.frame(&camera, None)?;
+                stage.frame(&camera)?;
                 device.poll(wgpu::PollType::Wait { submission_index: None, timeout: None })?;
                 for (least, time) in least.iter_mut().zip(stage.timings()) {
                     *least = least.min(time.milliseconds);
@@ -149,15 +159,14 @@ fn growth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
 }
 
 const RAYS: &str = "
-@group(1) @binding(0) var<storage, read> rays: array<vec4<f32>>;
-@group(1) @binding(1) var<storage, read_write> results: array<f32>;
+@group(1) @binding(0) var<storage, read_write> rays: array<vec4<f32>>;
 @compute @workgroup_size(64)
 fn closest(@builtin(global_invocation_id) id: vec3<u32>) {
-    results[id.x] = trace_closest(rays[2u * id.x].xyz, rays[2u * id.x + 1u].xyz, 0.0, 1e30).t;
+    rays[2u * id.x].w = trace_closest(rays[2u * id.x].xyz, rays[2u * id.x + 1u].xyz, 0.0, 1e30).t;
 }
 @compute @workgroup_size(64)
 fn any_hit(@builtin(global_invocation_id) id: vec3<u32>) {
-    results[id.x] = trace_any(rays[2u * id.x].xyz, rays[2u * id.x + 1u].xyz, 0.0, 1e30);
+    rays[2u * id.x].w = trace_any(rays[2u * id.x].xyz, rays[2u * id.x + 1u].xyz, 0.0, 1e30);
 }";
 
 /// Rays between random points of the scene's box. On a software GPU the time of the cores says more than the clock.
@@ -177,21 +186,22 @@ fn rays(device: &wgpu::Device, queue: &wgpu::Queue, path: &Path) -> Result<()> {
     let buffers = SceneBuffers::new(device, &rows, 2)?;
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
-        source: wgpu::ShaderSource::Wgsl([SCENE_WGSL, HIERARCHY_WGSL, OPAQUE_WGSL, RAYS].join("\n").into()),
+        source: wgpu::ShaderSource::Wgsl(
+            [&scene_wgsl(), HIERARCHY_WGSL, OPAQUE_WGSL, RAYS].join("\n").into(),
+        ),
     });
-    let entry = |binding, read_only| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        count: None,
-    };
     let lists = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: None,
-        entries: &[entry(0, true), entry(1, false)],
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: false },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
     });
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
@@ -203,19 +213,10 @@ fn rays(device: &wgpu::Device, queue: &wgpu::Queue, path: &Path) -> Result<()> {
         contents: bytemuck::cast_slice(&rays),
         usage: wgpu::BufferUsages::STORAGE,
     });
-    let output = device.create_buffer(&wgpu::BufferDescriptor {
-        label: None,
-        size: 4 * u64::from(count),
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &lists,
-        entries: &[
-            wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
-        ],
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() }],
     });
     for name in ["closest", "any_hit"] {
         let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {

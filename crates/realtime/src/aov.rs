@@ -3,25 +3,12 @@
 use crate::film::{FILM_WGSL, Film};
 use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::{compute, over_pixels};
-use crate::scene::{SCENE_WGSL, SceneBuffers};
+use crate::scene::{SceneBuffers, scene_wgsl};
 use crate::surface::{OPAQUE_WGSL, PRIMARY_WGSL, SURFACE_WGSL};
 use crate::timing::Timestamps;
 use crate::view::VIEW_WGSL;
 use wgpu::Device;
 use yugen_scene::Aov;
-
-/// Names of an AOV's channels in a file, those of the reference renderer; none: this renderer has no such AOV.
-pub fn channels(aov: Aov) -> &'static [&'static str] {
-    match aov {
-        Aov::Normal => &["normal.X", "normal.Y", "normal.Z"],
-        Aov::ShadingNormal => &["shading_normal.X", "shading_normal.Y", "shading_normal.Z"],
-        Aov::Depth => &["depth.Z"],
-        Aov::Position => &["position.X", "position.Y", "position.Z"],
-        Aov::Uv => &["uv.U", "uv.V"],
-        Aov::Id => &["id.Y"],
-        Aov::Albedo | Aov::Variance | Aov::Lights => &[],
-    }
-}
 
 /// Its number in aov.wgsl.
 fn number(aov: Aov) -> Option<u32> {
@@ -48,7 +35,7 @@ impl AovPass {
     ) -> Option<Self> {
         let number = number(aov)?;
         let pieces = [
-            SCENE_WGSL,
+            &scene_wgsl(),
             HIERARCHY_WGSL,
             OPAQUE_WGSL,
             SURFACE_WGSL,

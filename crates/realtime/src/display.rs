@@ -126,7 +126,7 @@ impl DisplayPass {
         &self,
         queue: &Queue,
         encoder: &mut wgpu::CommandEncoder,
-        timestamps: &Timestamps,
+        timestamps: Option<&Timestamps>,
         target: &wgpu::TextureView,
         settings: &DisplaySettings,
         weight: f64,
@@ -144,7 +144,7 @@ impl DisplayPass {
                     store: wgpu::StoreOp::Store,
                 },
             })],
-            timestamp_writes: timestamps.of_render("display"),
+            timestamp_writes: timestamps.and_then(|t| t.of_render("display")),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);

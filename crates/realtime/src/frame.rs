@@ -1,11 +1,12 @@
 //! The stage: a scene on a device, and the passes that make a frame of it.
 
 use crate::StageError;
-use crate::aov::{AovPass, channels};
+use crate::aov::AovPass;
 use crate::display::{DisplayPass, DisplaySettings};
 use crate::film::{Film, film_bytes, map};
 use crate::reconstruction::Reconstruction;
 use crate::scene::SceneBuffers;
+use crate::shade::ShadePass;
 use crate::timing::{PassTime, Timestamps};
 use crate::view::{View, ViewRow};
 use crate::visibility::{Visibility, primary_group, primary_layout};
@@ -28,6 +29,12 @@ pub struct Options {
     pub trace_camera: bool,
     /// Threads that build the hierarchy.
     pub threads: usize,
+    /// Surfaces that reflect light on its way to the camera; `None`: no picture, only those beside it.
+    pub bounces: Option<u32>,
+    /// The camera does not see lights.
+    pub hide_emitters: bool,
+    /// Same seed, same picture.
+    pub seed: u32,
 }
 
 /// What a pixel shows.
@@ -61,11 +68,13 @@ pub struct Stage {
     primary_layout: wgpu::BindGroupLayout,
     primary: wgpu::BindGroup,
     film_layout: wgpu::BindGroupLayout,
+    shade: Option<ShadePass>,
     aovs: Vec<AovPass>,
     picked: wgpu::Buffer,
     timestamps: Timestamps,
     reconstruction: Reconstruction,
     trace_camera: bool,
+    seed: u32,
     size: [u32; 2],
     /// What the sums are of: the view, the frames and the sum of their weights.
     seen: Option<View>,
@@ -96,6 +105,9 @@ impl Stage {
             let primary_layout = primary_layout(device);
             let primary = primary_group(device, &primary_layout, &view, visibility.ids());
             let film_layout = Film::layout(device);
+            let shade = options.bounces.map(|bounces| {
+                ShadePass::new(device, rows, &scene, &primary_layout, &film_layout, options, bounces)
+            });
             let aovs = options
                 .aovs
                 .iter()
@@ -112,6 +124,7 @@ impl Stage {
                 primary_layout,
                 primary,
                 film_layout,
+                shade,
                 aovs,
                 picked: device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("picked"),
@@ -122,6 +135,7 @@ impl Stage {
                 timestamps: Timestamps::new(device, queue),
                 reconstruction: Reconstruction::new(options.filter),
                 trace_camera: options.trace_camera,
+                seed: options.seed,
                 size: options.size,
                 seen: None,
                 index: 0,
@@ -132,8 +146,13 @@ impl Stage {
     }
 
     /// Adds a frame to the picture that `camera` sees; begins a new picture where the camera or the scene has changed.
-    /// Shows it on `target`. Returns how many frames the picture then has.
-    pub fn frame(&mut self, camera: &Camera, target: Option<&Target>) -> Result<u32, StageError> {
+    /// Returns how many frames the picture then has.
+    pub fn frame(&mut self, camera: &Camera) -> Result<u32, StageError> {
+        self.frame_on(camera, None)
+    }
+
+    /// [`Stage::frame`], and shows the picture on `target`.
+    pub fn frame_on(&mut self, camera: &Camera, target: Option<&Target>) -> Result<u32, StageError> {
         self.check_alive()?;
         let view = View::new(camera)?;
         let [_, _, w, h] = view.window();
@@ -145,11 +164,7 @@ impl Stage {
         }
         let sample = self.reconstruction.sample(self.index, view.has_lens());
         let weight = self.weight + f64::from(sample.weight);
-        self.queue.write_buffer(
-            &self.view,
-            0,
-            bytemuck::bytes_of(&view.row(self.index, self.index, &sample)),
-        );
+        self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view.row(self.index, self.seed, &sample)));
 
         self.timestamps.begin();
         let mut encoder = self.device.create_command_encoder(&Default::default());
@@ -158,11 +173,14 @@ impl Stage {
         } else {
             self.visibility.raster(&mut encoder, &self.timestamps);
         }
+        if let Some(shade) = &self.shade {
+            shade.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, self.size);
+        }
         for aov in &self.aovs {
             aov.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, self.size);
         }
         if let Some(Target { pass, view, settings }) = target {
-            pass.record(&self.queue, &mut encoder, &self.timestamps, view, settings, weight);
+            pass.record(&self.queue, &mut encoder, Some(&self.timestamps), view, settings, weight);
         }
         let timed = self.timestamps.end(&mut encoder);
         self.queue.submit([encoder.finish()]);
@@ -201,6 +219,9 @@ impl Stage {
         checked(&device, || {
             self.visibility.resize(&device, size);
             self.primary = primary_group(&device, &self.primary_layout, &self.view, self.visibility.ids());
+            if let Some(shade) = &mut self.shade {
+                shade.resize(&device, &self.film_layout, size);
+            }
             for aov in &mut self.aovs {
                 aov.resize(&device, &self.film_layout, size);
             }
@@ -209,9 +230,22 @@ impl Stage {
         })
     }
 
-    /// The sums of an AOV that the stage was made with.
-    pub fn film(&self, aov: Aov) -> Option<&Film> {
-        self.aovs.iter().find(|a| a.aov() == aov).map(AovPass::film)
+    /// Shows the picture as it stands on `target`: for another exposure or curve.
+    pub fn show(&self, target: &Target) -> Result<(), StageError> {
+        self.check_alive()?;
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let Target { pass, view, settings } = target;
+        pass.record(&self.queue, &mut encoder, None, view, settings, self.weight);
+        self.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// The sums of the picture (`None`) or of an AOV, where the stage was made with it.
+    pub fn film(&self, aov: Option<Aov>) -> Option<&Film> {
+        match aov {
+            None => self.shade.as_ref().map(ShadePass::film),
+            Some(aov) => self.aovs.iter().find(|a| a.aov() == aov).map(AovPass::film),
+        }
     }
 
     /// Waits for the device and says what the last frame shows at a pixel of the window; `None`: nothing, or no pixel.
@@ -240,23 +274,34 @@ impl Stage {
         &self.scene
     }
 
-    /// Waits for the device and fetches the pictures beside the picture, channels named as by the reference renderer.
+    /// Waits until the device has done what it was given.
+    pub fn wait(&self) -> Result<(), StageError> {
+        self.device
+            .poll(wgpu::PollType::Wait { submission_index: None, timeout: None })
+            .map_err(|e| StageError::Lost(e.to_string()))?;
+        self.check_alive()
+    }
+
+    /// Waits for the device and fetches the picture (R, G, B, A) and those beside it, channels named as by the reference
+    /// renderer.
     pub fn image(&self) -> Result<Image, StageError> {
         self.check_alive()?;
-        let names: Vec<&str> = self.aovs.iter().flat_map(|a| channels(a.aov())).copied().collect();
+        let picture = self.shade.iter().map(|s| (&["R", "G", "B", "A"][..], s.film(), false));
+        let beside = self.aovs.iter().map(|a| (a.aov().channels(), a.film(), a.aov() == Aov::Id));
+        let films: Vec<_> = picture.chain(beside).collect();
+        let names: Vec<&str> = films.iter().flat_map(|(names, ..)| names.iter().copied()).collect();
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &names);
         let mut first = 0;
-        for aov in &self.aovs {
-            let count = channels(aov.aov()).len();
+        for (channels, film, numbers) in films {
             // Numbers of shapes have no mean.
-            let scale = if aov.aov() == Aov::Id || self.weight == 0.0 { 1.0 } else { 1.0 / self.weight };
-            let sums = aov.film().read(&self.device, &self.queue)?;
+            let scale = if numbers || self.weight == 0.0 { 1.0 } else { 1.0 / self.weight };
+            let sums = film.read(&self.device, &self.queue)?;
             for (pixel, sum) in image.data.chunks_exact_mut(names.len()).zip(sums) {
-                for (to, from) in pixel[first..first + count].iter_mut().zip(sum) {
+                for (to, from) in pixel[first..first + channels.len()].iter_mut().zip(sum) {
                     *to = (f64::from(from) * scale) as f32;
                 }
             }
-            first += count;
+            first += channels.len();
         }
         Ok(image)
     }

@@ -6,7 +6,7 @@
 //! frames tend to the picture of the reference renderer as long as nothing moves.
 //!
 //! A [`Stage`] takes device and queue from outside, allocates and compiles nothing after it was made, and needs no more
-//! than the default limits of WebGPU: shaders have at most eight storage buffers, five of them those of the scene.
+//! than the default limits of WebGPU: shaders have at most eight storage buffers, seven of them those of the scene.
 //!
 //! # Shaders
 //!
@@ -14,20 +14,21 @@
 //!
 //! | piece | group | what is in it |
 //! | --- | --- | --- |
-//! | `scene.wgsl` | 0 | the rows: vertices, triangles, draws, hierarchy, words (five storage buffers, read only) |
+//! | `scene.wgsl` | 0 | the rows of [`yugen_scene::prepared`] and the hierarchy: seven storage buffers, read only |
 //! | `hierarchy.wgsl` | | `trace_closest`, `trace_any`, `intersect_triangle`; needs a `passes` |
 //! | `opaque.wgsl` | | a `passes` for shaders without materials |
 //! | `surface.wgsl` | | `surface_at`: position, normals, frame, texture coordinates; `offset_origin` |
 //! | `view.wgsl` | 1, binding 0 | the camera: `pixel_ray` |
 //! | `primary.wgsl` | 1, binding 1 | the visibility buffer: `primary_hit` |
 //! | `film.wgsl` | 2 | the sums that a pass adds to: `film_add` |
+//! | `shade.wgsl` | | the picture |
 //! | `display.wgsl` | | exposure, gamut and curve |
 //!
 //! # How to add a pass
 //!
 //! `x.rs` beside `x.wgsl`: a struct that is made once, with its pipeline and its film, and a `record` that dispatches it
-//! (`aov.rs` is a short one); then a field of [`Stage`] and a line in [`Stage::frame`]. Group 3 is free for it, and beside a
-//! film two storage buffers.
+//! (`aov.rs` is a short one); then a field of [`Stage`] and a line in [`Stage::frame`]. Group 3 is free for it; beside the
+//! scene and a film there is no room for another storage buffer.
 //!
 //! # What is approximated so far
 //!
@@ -36,7 +37,7 @@
 //! are seen, but rays do not meet them. A crop's outermost pixels are filtered with what lies beyond it.
 
 pub mod aov;
-pub mod device;
+mod device;
 pub mod display;
 mod error;
 pub mod film;
@@ -45,10 +46,12 @@ pub mod hierarchy;
 mod pipelines;
 pub mod reconstruction;
 pub mod scene;
+pub mod shade;
 pub mod surface;
 pub mod timing;
 pub mod view;
 pub mod visibility;
 
+pub use device::Gpu;
 pub use error::StageError;
 pub use frame::{Options, Picked, Stage, Target};

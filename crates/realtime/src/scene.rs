@@ -5,13 +5,15 @@ use crate::hierarchy::{Hierarchy, HierarchyStats};
 use bytemuck::NoUninit;
 use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, Device, Queue, ShaderStages};
-use yugen_scene::prepared::{DrawRow, MeshRow, Rows, VertexRow};
+use yugen_scene::prepared::{DrawRow, GEOMETRY_WGSL, MeshRow, Rows, VertexRow};
 
 /// The structs and bindings of group 0 in WGSL.
-pub const SCENE_WGSL: &str = include_str!("scene.wgsl");
+pub fn scene_wgsl() -> String {
+    [GEOMETRY_WGSL, include_str!("scene.wgsl")].join("\n")
+}
 
 /// Storage buffers of group 0.
-pub const SCENE_BUFFERS: u32 = 5;
+pub const SCENE_BUFFERS: u32 = 7;
 
 /// A scene on the device: vertices, triangles, draws, hierarchy, and what materials and lights look up.
 pub struct SceneBuffers {
@@ -37,7 +39,9 @@ impl SceneBuffers {
         check("vertices", size_of_val(&rows.vertices[..]))?;
         check("triangles", size_of_val(&rows.triangles[..]))?;
         check("placed meshes", size_of_val(&rows.draws[..]))?;
-        check("textures and tables", size_of_val(&rows.words[..]))?;
+        check("materials and lights", size_of_val(&rows.words[..]))?;
+        check("tables of reflectance models", size_of_val(&rows.numbers[..]))?;
+        check("textures", size_of_val(&rows.texels[..]))?;
         let hierarchy = Hierarchy::build(rows, threads)?;
         check("boxes around triangles", size_of_val(hierarchy.rows()))?;
 
@@ -47,9 +51,15 @@ impl SceneBuffers {
         let draws = storage(device, "draws", &rows.draws, size_of::<DrawRow>(), copied);
         let hierarchy_rows = storage(device, "hierarchy", hierarchy.rows(), 16, copied);
         let words = storage(device, "words", &rows.words, 4, copied);
-        let buffers = [&vertices, &triangles, &draws, &hierarchy_rows, &words];
-        let layout =
-            storage_layout(device, "scene", ShaderStages::VERTEX | ShaderStages::COMPUTE, &[true; 5]);
+        let numbers = storage(device, "numbers", &rows.numbers, 4, copied);
+        let texels = storage(device, "texels", &rows.texels, 16, copied);
+        let buffers = [&vertices, &triangles, &draws, &hierarchy_rows, &words, &numbers, &texels];
+        let layout = storage_layout(
+            device,
+            "scene",
+            ShaderStages::VERTEX | ShaderStages::COMPUTE,
+            &[true; SCENE_BUFFERS as usize],
+        );
         let entries: Vec<_> = buffers
             .iter()
             .enumerate()

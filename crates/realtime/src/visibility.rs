@@ -6,7 +6,7 @@
 
 use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::{compute, layout, module, over_pixels};
-use crate::scene::{SCENE_WGSL, SceneBuffers};
+use crate::scene::{SceneBuffers, scene_wgsl};
 use crate::surface::OPAQUE_WGSL;
 use crate::timing::Timestamps;
 use crate::view::VIEW_WGSL;
@@ -62,7 +62,7 @@ impl Visibility {
             }],
         });
         let pieces =
-            [SCENE_WGSL, HIERARCHY_WGSL, OPAQUE_WGSL, VIEW_WGSL, include_str!("visibility_traced.wgsl")];
+            [&scene_wgsl(), HIERARCHY_WGSL, OPAQUE_WGSL, VIEW_WGSL, include_str!("visibility_traced.wgsl")];
         let groups = [scene.layout(), &view_layout, &ids_layout];
         let trace = compute(device, "trace_visibility", &pieces, &groups, &[]);
         let targets = Targets::new(device, &ids_layout, size);
@@ -212,7 +212,7 @@ pub fn primary_group(
 }
 
 fn raster_pipeline(device: &Device, groups: &[&wgpu::BindGroupLayout]) -> wgpu::RenderPipeline {
-    let module = module(device, "visibility", &[SCENE_WGSL, VIEW_WGSL, include_str!("visibility.wgsl")]);
+    let module = module(device, "visibility", &[&scene_wgsl(), VIEW_WGSL, include_str!("visibility.wgsl")]);
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("visibility"),
         layout: Some(&layout(device, "visibility", groups)),

@@ -59,7 +59,7 @@ impl Model for AshikhminPremozeShirley {
         which the correlated form repairs. g has no closed form: it is tabulated once for constant σx, σy; \
         a texture of σ changes the highlight but keeps the table of the material's constant.";
     const LAWS: Laws = Laws { isotropic: false, ..Laws::PHYSICAL };
-    const WGSL: Option<&'static str> = Some(include_str!("ashikhmin_premoze_shirley.wgsl"));
+    const WGSL: &'static str = include_str!("ashikhmin_premoze_shirley.wgsl");
     // Worst 1e-5.
     const TWIN: (f32, f32) = (4e-5, 1e-5);
 

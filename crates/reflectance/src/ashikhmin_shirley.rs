@@ -58,7 +58,7 @@ impl Model for AshikhminShirley {
         angles. Wrong: no masking, instead 1/max(cos, cos), which loses up to half of the light near the \
         horizon, and the powers fall off faster than real tails (see ggx).";
     const LAWS: Laws = Laws { isotropic: false, ..Laws::PHYSICAL };
-    const WGSL: Option<&'static str> = Some(include_str!("ashikhmin_shirley.wgsl"));
+    const WGSL: &'static str = include_str!("ashikhmin_shirley.wgsl");
     // Worst 2e-4: pow(c, n) with n up to 2000.
     const TWIN: (f32, f32) = (1e-3, 1e-5);
 

@@ -34,7 +34,7 @@ impl Model for BlinnPhong {
         torrance_sparrow's D1, which puts the missing factors back. The radiance form is what shading \
         languages compute; as a BRDF it divides by the cosine of the light and so is not reciprocal.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("blinn_phong.wgsl"));
+    const WGSL: &'static str = include_str!("blinn_phong.wgsl");
     // Worst 1.1e-4: pow(c, n) with n up to 1000.
     const TWIN: (f32, f32) = (5e-4, 1e-5);
 

@@ -7,6 +7,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat2, Vec2, Vec3};
 use yugen_optics::{ColourSpace, Frame};
 
+/// Texels and their moments in WGSL; part of every library that holds [`Noh`].
+pub(crate) const BTF_WGSL: &str = include_str!("btf.wgsl");
+
 /// What one texel of the cloth reflects. Frame of the picture: +x right, +y up, +z to the camera.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -26,9 +29,14 @@ pub struct Texel {
 }
 
 impl Texel {
-    /// The same numbers as a model, in the given form of [`Noh`]; for its form `paper`, ρ_s as the height of the peak.
+    /// The same numbers as a model, in the given form of [`Noh`] and without a rise of ρ_s; for its form `paper`, ρ_s as
+    /// the height of the peak.
     pub fn noh(&self, form: Choice) -> Noh {
-        Noh::of_texel(self, form)
+        let Vec2 { x, y } = self.sigma;
+        let paper = form.index() == Noh::PAPER.index();
+        let height = if paper { Noh::albedo_of_peak(Vec3::ONE, x, y) } else { Vec3::ONE };
+        let (rho_d, rho_s) = (self.diffuse, self.specular / height);
+        Noh { rho_d, rho_s, sigma_x: x, sigma_y: y, grazing: 0.0, form }
     }
 
     /// The frame that the model lives in: tangent, normal and what is perpendicular to both.

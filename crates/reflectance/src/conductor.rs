@@ -23,7 +23,7 @@ impl Model for Conductor {
     const DOC: &'static str = "A perfectly smooth metal: one mirror direction, coloured by the exact Fresnel \
         reflectance of a complex index of refraction. For brushed or cast metal see rough_conductor.";
     const LAWS: Laws = Laws { delta: true, ..Laws::PHYSICAL };
-    const WGSL: Option<&'static str> = Some(include_str!("conductor.wgsl"));
+    const WGSL: &'static str = include_str!("conductor.wgsl");
     const PRESETS: &'static [Preset] = Metal::PRESETS;
 
     fn preset(name: &str, space: ColourSpace) -> Option<(Self, Vec<f32>)> {

@@ -13,5 +13,5 @@ fn conductor_sample(m: Conductor, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSa
         return bsdf_no_sample();
     }
     let weight = f_conductor(wo.z, m.eta, m.k) * m.specular_reflectance;
-    return BsdfSample(vec3<f32>(-wo.xy, wo.z), 1.0, weight, 1u);
+    return BsdfSample(mirror(wo), 1.0, weight, 1.0, 1u);
 }

@@ -61,7 +61,7 @@ impl Model for CookTorrance {
         },
         Preset { name: "black_rubber", doc: "a dark ground under a rough dielectric film, chosen by eye" },
     ];
-    const WGSL: Option<&'static str> = Some(include_str!("cook_torrance.wgsl"));
+    const WGSL: &'static str = include_str!("cook_torrance.wgsl");
     // Worst 1.1e-6.
     const TWIN: (f32, f32) = (1e-5, 1e-5);
 

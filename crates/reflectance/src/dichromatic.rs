@@ -117,7 +117,7 @@ impl Model for Dichromatic {
         between them), so keep the sum of both colours at or below one. A coloured c_i is allowed, to show \
         the failure.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("dichromatic.wgsl"));
+    const WGSL: &'static str = include_str!("dichromatic.wgsl");
     // Worst 4.4e-4: pow(c, n) with n up to 5000.
     const TWIN: (f32, f32) = (2e-3, 1e-5);
 

@@ -29,6 +29,9 @@ impl Model for Dielectric {
         why: "radiance, unlike power, scales with the square of the index of refraction it travels in",
         ..Laws::PHYSICAL
     };
+    const WGSL: &'static str = include_str!("dielectric.wgsl");
+    // No difference was seen.
+    const TWIN: (f32, f32) = (1e-5, 1e-6);
 
     fn eval(&self, _: &[f32], _: Vec3, _: Vec3) -> Vec3 {
         Vec3::ZERO

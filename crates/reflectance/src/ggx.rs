@@ -52,7 +52,7 @@ impl Model for Ggx {
         the light unless multiple_scattering is on (Kulla and Conty 2017), which makes the white furnace white; then the \
         roughness belongs to the whole material: its table is made from it.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("ggx.wgsl"));
+    const WGSL: &'static str = include_str!("ggx.wgsl");
 
     /// What the mirror of facets loses, where that is given back.
     fn bake(&self, _: &[f32]) -> Result<Vec<f32>, ModelError> {

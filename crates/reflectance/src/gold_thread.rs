@@ -151,7 +151,7 @@ impl Model for GoldThread {
         (nenkinshi), bare or under lacquer. Set the tangent along the thread. Gold is redder than sRGB can say: \
         work in rec2020.";
     const LAWS: Laws = Laws { isotropic: false, ..Laws::PHYSICAL };
-    const WGSL: Option<&'static str> = Some(include_str!("gold_thread.wgsl"));
+    const WGSL: &'static str = include_str!("gold_thread.wgsl");
     const PRESETS: &'static [Preset] = &PRESETS;
 
     fn preset(name: &str, space: ColourSpace) -> Option<(Self, Vec<f32>)> {

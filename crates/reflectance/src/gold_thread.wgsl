@@ -128,5 +128,5 @@ fn gold_thread_sample(m: GoldThread, t: u32, wo: vec3<f32>, u: vec3<f32>) -> Bsd
     if (wi.z <= 0.0 || !(pdf > 0.0)) {
         return bsdf_no_sample();
     }
-    return BsdfSample(wi, pdf, gold_thread_eval(m, t, wo, wi) * (wi.z / pdf), 0u);
+    return BsdfSample(wi, pdf, gold_thread_eval(m, t, wo, wi) * (wi.z / pdf), 1.0, 0u);
 }

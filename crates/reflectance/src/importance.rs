@@ -7,6 +7,7 @@
 //! one of the neighbours is drawn at random, so that the density is their mixture and exact. One draw in ten goes
 //! to a cosine lobe instead: no light is ever missed, however coarse the table.
 
+use crate::axis::{azimuth, polar_angle};
 use crate::model::Sample;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
@@ -101,12 +102,12 @@ impl HalfVectorTable {
 
     /// The up to four grid directions around `wo` with their shares.
     fn nodes(&self, wo: Vec3) -> [(usize, f32); 4] {
-        let x = wo.truncate().length().atan2(wo.z) / FRAC_PI_2 * (self.n_theta - 1) as f32;
+        let x = polar_angle(wo) / FRAC_PI_2 * (self.n_theta - 1) as f32;
         let i = (x as usize).min(self.n_theta - 2);
         let x = (x - i as f32).min(1.0);
         let (mut j, mut k, mut y) = (0, 0, 0.0);
         if self.n_phi > 1 {
-            let phi = wo.y.atan2(wo.x) / TAU;
+            let phi = azimuth(wo) / TAU;
             y = (phi - phi.floor()) * self.n_phi as f32;
             j = (y as usize).min(self.n_phi - 1);
             y -= j as f32;
@@ -129,7 +130,7 @@ impl HalfVectorTable {
         let h = wo + wi;
         let length = h.length();
         let cos = 0.5 * length;
-        let theta = h.truncate().length().atan2(h.z);
+        let theta = polar_angle(h);
         let u = u_of(theta);
         let v = (azimuth(h) - azimuth(wo)) / TAU;
         // The cells whose centres lie around the point; the first and last go on to the ends.
@@ -234,11 +235,6 @@ fn solid_angle(u: f32, theta: f32) -> f32 {
 /// Where in [−1/2, 3/2] the tent around 1/2 puts a uniform number.
 fn tent(s: f32) -> f32 {
     if s < 0.5 { (2.0 * s).sqrt() - 0.5 } else { 1.5 - (2.0 - 2.0 * s).sqrt() }
-}
-
-/// Azimuth of `w`, 0 where it has none.
-fn azimuth(w: Vec3) -> f32 {
-    if w.x == 0.0 && w.y == 0.0 { 0.0 } else { w.y.atan2(w.x) }
 }
 
 /// A zero, and what part of the cells' sum each and those before it have.

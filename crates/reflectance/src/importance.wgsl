@@ -1,6 +1,5 @@
 // Twin of importance.rs: importance sampling from a table over the half vector.
 
-const HALF_PI: f32 = 1.5707963267949;
 const COSINE_SHARE: f32 = 0.1;
 
 struct HalfVectorTable {
@@ -11,10 +10,11 @@ struct HalfVectorTable {
     n_v: u32,
 }
 
-// Four grid directions around the eye and their shares.
+// Grid directions around the eye and their shares: two without azimuths, else four.
 struct HalfVectorNodes {
     at: vec4<u32>,
     share: vec4<f32>,
+    count: u32,
 }
 
 const HALF_VECTOR_POLE: f32 = 1e-4;
@@ -49,22 +49,15 @@ fn half_vector_tent(s: f32) -> f32 {
     return 1.5 - sqrt(2.0 - 2.0 * s);
 }
 
-fn half_vector_azimuth(w: vec3<f32>) -> f32 {
-    if (w.x == 0.0 && w.y == 0.0) {
-        return 0.0;
-    }
-    return atan2(w.y, w.x);
-}
-
 fn half_vector_nodes(h: HalfVectorTable, wo: vec3<f32>) -> HalfVectorNodes {
-    var x = atan2(length(wo.xy), wo.z) / HALF_PI * f32(h.n_theta - 1u);
+    var x = polar_angle(wo) / HALF_PI * f32(h.n_theta - 1u);
     let i = min(u32(x), h.n_theta - 2u);
     x = min(x - f32(i), 1.0);
     var j = 0u;
     var k = 0u;
     var y = 0.0;
     if (h.n_phi > 1u) {
-        let phi = half_vector_azimuth(wo) / TAU;
+        let phi = azimuth(wo) / TAU;
         y = (phi - floor(phi)) * f32(h.n_phi);
         j = min(u32(y), h.n_phi - 1u);
         y = y - f32(j);
@@ -75,6 +68,7 @@ fn half_vector_nodes(h: HalfVectorTable, wo: vec3<f32>) -> HalfVectorNodes {
     return HalfVectorNodes(
         vec4<u32>(h.start) + at * stride,
         vec4<f32>((1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y),
+        select(2u, 4u, h.n_phi > 1u),
     );
 }
 
@@ -84,9 +78,9 @@ fn half_vector_pdf(h: HalfVectorTable, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> 
     }
     let sum = wo + wi;
     let cosine = 0.5 * length(sum);
-    let theta = atan2(length(sum.xy), sum.z);
+    let theta = polar_angle(sum);
     let u = half_vector_u(theta);
-    let v = (half_vector_azimuth(sum) - half_vector_azimuth(wo)) / TAU;
+    let v = (azimuth(sum) - azimuth(wo)) / TAU;
     var x = clamp(u * f32(h.n_u) - 0.5, 0.0, f32(h.n_u - 1u));
     let a = min(u32(x), h.n_u - 2u);
     x = x - f32(a);
@@ -96,7 +90,7 @@ fn half_vector_pdf(h: HalfVectorTable, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> 
     let c = (b + 1u) % h.n_v;
     let nodes = half_vector_nodes(h, wo);
     var p = 0.0;
-    for (var n = 0u; n < 4u; n++) {
+    for (var n = 0u; n < nodes.count; n++) {
         if (nodes.share[n] > 0.0) {
             let node = t + nodes.at[n];
             for (var k = 0u; k < 2u; k++) {
@@ -144,7 +138,7 @@ fn half_vector_sample(h: HalfVectorTable, t: u32, wo: vec3<f32>, u: vec3<f32>) -
     var choice = (u.z - COSINE_SHARE) / (1.0 - COSINE_SHARE);
     let nodes = half_vector_nodes(h, wo);
     var node = nodes.at[0];
-    for (var n = 0u; n < 4u; n++) {
+    for (var n = 0u; n < nodes.count; n++) {
         if (nodes.share[n] > 0.0) {
             node = nodes.at[n];
         }
@@ -158,8 +152,8 @@ fn half_vector_sample(h: HalfVectorTable, t: u32, wo: vec3<f32>, u: vec3<f32>) -
     let second = half_vector_find(t + node + h.n_u + 1u + a * (h.n_v + 1u), h.n_v, u.y);
     let folded = abs((first.x + half_vector_tent(first.y)) / f32(h.n_u));
     let theta = half_vector_theta(select(folded, 2.0 - folded, folded > 1.0));
-    let phi = half_vector_azimuth(wo) + TAU * (second.x + half_vector_tent(second.y)) / f32(h.n_v);
-    let m = vec3<f32>(sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta));
+    let phi = azimuth(wo) + TAU * (second.x + half_vector_tent(second.y)) / f32(h.n_v);
+    let m = spherical(theta, phi);
     let cosine = dot(wo, m);
     let wi = 2.0 * cosine * m - wo;
     if (cosine <= 0.0 || wi.z <= 0.0) {

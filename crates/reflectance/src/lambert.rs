@@ -18,7 +18,7 @@ impl Model for Lambert {
     const DOC: &'static str = "Perfectly diffuse: the same radiance in every direction. Plaster, unfinished \
         paper. Rough surfaces look flatter than this at grazing light: see oren_nayar.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("lambert.wgsl"));
+    const WGSL: &'static str = include_str!("lambert.wgsl");
 
     fn eval(&self, _: &[f32], wo: Vec3, wi: Vec3) -> Vec3 {
         if wo.z <= 0.0 || wi.z <= 0.0 {

@@ -19,5 +19,5 @@ fn lambert_sample(m: Lambert, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample
     if (wo.z <= 0.0 || wi.z <= 0.0) {
         return bsdf_no_sample();
     }
-    return BsdfSample(wi, cosine_hemisphere_pdf(wi), m.reflectance, 0u);
+    return BsdfSample(wi, cosine_hemisphere_pdf(wi), m.reflectance, 1.0, 0u);
 }

@@ -12,6 +12,7 @@
 //! The list at the end of this file yields the [`Kind`] enum, the dispatch in Rust and in WGSL, the
 //! parameter tables, and every test.
 
+mod axis;
 mod energy;
 mod fabrics;
 #[cfg(test)]

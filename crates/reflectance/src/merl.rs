@@ -116,7 +116,7 @@ impl Model for Merl {
         importance. What the camera saw beyond 80 degrees is noise; the model shows it as it is, so that some \
         measurements reflect more than they receive there.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("merl.wgsl"));
+    const WGSL: &'static str = include_str!("merl.wgsl");
     const COSTLY: bool = true;
     const DATA: Data = Data::Required("the values of a MERL .binary file: 90 x 90 x 180 x RGB");
     const PRESETS: &'static [Preset] = &[Preset {

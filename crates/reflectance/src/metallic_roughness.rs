@@ -1,7 +1,9 @@
 //! Khronos Group 2021, "glTF 2.0 Specification", appendix B, with the extensions KHR_materials_anisotropy,
 //! clearcoat, ior, iridescence, sheen and specular.
 
-use crate::microfacet::{Distribution, MASKINGS, Masking, Microfacets, schlick_weight};
+use crate::microfacet::{
+    Distribution, MASKINGS, Masking, Microfacets, alpha_of_roughness, schlick_weight,
+};
 use crate::model::{Choice, Laws, Model, ModelError, Sample, Spec, params};
 use glam::{Mat3, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
@@ -60,12 +62,6 @@ fn f_sheen(wo: Vec3, wi: Vec3, alpha: f32) -> f32 {
     let h = (wo + wi).normalize_or_zero();
     let g = 1.0 / (1.0 + lambda_charlie(wo.z, alpha) + lambda_charlie(wi.z, alpha));
     d_charlie(h.z, alpha) * g / (4.0 * wo.z * wi.z)
-}
-
-/// Perceptual roughness to alpha. A roughness of zero is common in files, where it is meant as polished: a lobe
-/// of a thousandth still holds in single precision.
-fn alpha_of(roughness: f32) -> f32 {
-    (roughness * roughness).max(1e-3)
 }
 
 /// Below this the fibres stand so straight that single precision fails.
@@ -174,13 +170,13 @@ struct Lobes {
 
 impl MetallicRoughness {
     fn facets(&self) -> Microfacets {
-        let alpha = alpha_of(self.roughness);
+        let alpha = alpha_of_roughness(self.roughness);
         let along = alpha + (1.0 - alpha) * self.anisotropy * self.anisotropy;
         Microfacets::new(Distribution::Ggx, self.masking.into(), along, alpha)
     }
 
     fn coat_facets(&self) -> Microfacets {
-        let alpha = alpha_of(self.clearcoat_roughness);
+        let alpha = alpha_of_roughness(self.clearcoat_roughness);
         Microfacets::new(Distribution::Ggx, Masking::Separable, alpha, alpha)
     }
 
@@ -248,6 +244,9 @@ impl Model for MetallicRoughness {
         by which white plastic returns up to a third too much at grazing angles. The film's colours are those of \
         linear sRGB.";
     const LAWS: Laws = Laws::PHYSICAL;
+    const WGSL: &'static str = include_str!("metallic_roughness.wgsl");
+    // Worst 1.7e-5, in the colours of a film.
+    const TWIN: (f32, f32) = (7e-5, 1e-6);
 
     /// The albedo of sheen.
     fn bake(&self, _: &[f32]) -> Result<Vec<f32>, ModelError> {

@@ -704,7 +704,7 @@ impl Model for Microcylinder {
         model, literal; 'physical' is reciprocal and bounded and is the default. Nearer, where single threads \
         show, it ends: use geometry or a BTF.";
     const LAWS: Laws = Laws { isotropic: false, ..Laws::PHYSICAL };
-    const WGSL: Option<&'static str> = Some(include_str!("microcylinder.wgsl"));
+    const WGSL: &'static str = include_str!("microcylinder.wgsl");
     const COSTLY: bool = true;
     const DATA: Data = Data::Optional(
         "tangent curves: for each of the two threads the count of offsets, the offsets in degrees, and count − 1 \

@@ -558,5 +558,5 @@ fn microcylinder_sample(m: Microcylinder, t: u32, wo: vec3<f32>, u: vec3<f32>) -
     if (!(pdf > 0.0)) {
         return bsdf_no_sample();
     }
-    return BsdfSample(wi, pdf, microcylinder_eval(m, t, wo, wi) * (wi.z / pdf), 0u);
+    return BsdfSample(wi, pdf, microcylinder_eval(m, t, wo, wi) * (wi.z / pdf), 1.0, 0u);
 }

@@ -21,6 +21,13 @@ pub const MASKINGS: &[&str] = &["separable", "height_correlated"];
 /// Below this roughness single precision no longer resolves the lobe.
 pub const MIN_ALPHA: f32 = 1e-4;
 
+/// α of the roughness on the sliders of glTF. A roughness of zero is common in files, where it is meant as polished: a
+/// lobe of a thousandth still holds in single precision.
+#[inline]
+pub fn alpha_of_roughness(roughness: f32) -> f32 {
+    (roughness * roughness).max(1e-3)
+}
+
 /// How the normals of the microfacets are distributed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distribution {
@@ -214,6 +221,24 @@ impl Microfacets {
         (f, pdf, cos_oh)
     }
 
+    /// Refraction of all light by facets, `wo` above and `wi` below, into an index `eta` times that of the side of `wo`:
+    /// f, the density of [`refract`] at a visible normal, and wo·h for Fresnel. Zeros where there is none. Walter et al.
+    /// 2007, equation 21, for radiance.
+    #[inline]
+    pub fn refract(&self, wo: Vec3, wi: Vec3, eta: f32) -> (f32, f32, f32) {
+        // The facet that refracts one into the other, turned to face up.
+        let h = wo + eta * wi;
+        let h = h.normalize_or_zero() * 1f32.copysign(h.z);
+        let (oh, ih) = (wo.dot(h), wi.dot(h));
+        if wo.z <= 0.0 || wi.z >= 0.0 || oh <= 0.0 || ih >= 0.0 {
+            return (0.0, 0.0, 0.0);
+        }
+        // D |o·h| |i·h| / (cos o (o·h + η i·h)²); the η² of dω_h/dω_i meets the 1/η² of radiance in f.
+        let denominator = oh + eta * ih;
+        let seen = self.d(h) * self.g1(wo) * oh * -ih / (wo.z * denominator * denominator);
+        (seen * self.g1(wi) / -wi.z, seen * eta * eta, oh)
+    }
+
     /// Draws `wi` for [`Self::reflect`]; it may lie below the surface, where light is lost.
     #[inline]
     pub fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Vec3 {
@@ -359,6 +384,12 @@ pub fn refract(w: Vec3, h: Vec3, eta: f32) -> Option<Vec3> {
         return None;
     }
     Some(((c / eta - t2.sqrt()) * h - w / eta).normalize())
+}
+
+/// A relative index of facets that is never quite one: there light goes straight on, which is no density.
+#[inline]
+pub fn apart_from_one(eta: f32) -> f32 {
+    if (eta - 1.0).abs() < 5e-3 { 1.005 } else { eta }
 }
 
 /// Mean of [`f_dielectric`] over a cosine-weighted hemisphere: what a diffuse flux loses at the boundary. By

@@ -10,8 +10,12 @@ struct Microfacets {
     ay: f32,
 }
 
-// f of a perfect mirror of facets, the density of the sampler, and wo.h.
-struct FacetReflection {
+fn alpha_of_roughness(roughness: f32) -> f32 {
+    return max(roughness * roughness, 1e-3);
+}
+
+// f of facets that reflect or let through all light, the density of their sampler, and wo.h for Fresnel.
+struct FacetLobe {
     f: f32,
     pdf: f32,
     cos_oh: f32,
@@ -85,9 +89,9 @@ fn microfacet_lambda(m: Microfacets, w: vec3<f32>) -> f32 {
     return lambda_ggx(w, m.ax, m.ay);
 }
 
-fn microfacet_reflect(m: Microfacets, wo: vec3<f32>, wi: vec3<f32>) -> FacetReflection {
+fn microfacet_reflect(m: Microfacets, wo: vec3<f32>, wi: vec3<f32>) -> FacetLobe {
     if (wo.z <= 0.0 || wi.z <= 0.0) {
-        return FacetReflection(0.0, 0.0, 0.0);
+        return FacetLobe(0.0, 0.0, 0.0);
     }
     let h = normalize(wo + wi);
     let d = microfacet_d(m, h);
@@ -100,7 +104,7 @@ fn microfacet_reflect(m: Microfacets, wo: vec3<f32>, wi: vec3<f32>) -> FacetRefl
             g = 1.0 / (1.0 + lo + li);
         }
         let d4 = 0.25 * d / wo.z;
-        return FacetReflection(d4 * g / wi.z, d4 / (1.0 + lo), cos_oh);
+        return FacetLobe(d4 * g / wi.z, d4 / (1.0 + lo), cos_oh);
     }
     let lo = stretched_length(wo, m.ax, m.ay);
     let li = stretched_length(wi, m.ax, m.ay);
@@ -108,7 +112,25 @@ fn microfacet_reflect(m: Microfacets, wo: vec3<f32>, wi: vec3<f32>) -> FacetRefl
     if (m.masking == 1u) {
         v = 0.5 / (wi.z * lo + wo.z * li);
     }
-    return FacetReflection(d * v, 0.5 * d / (wo.z + lo), cos_oh);
+    return FacetLobe(d * v, 0.5 * d / (wo.z + lo), cos_oh);
+}
+
+fn microfacet_g1(m: Microfacets, w: vec3<f32>) -> f32 {
+    return 1.0 / (1.0 + microfacet_lambda(m, w));
+}
+
+// Walter et al. 2007, equation 21: from `wo` above to `wi` below.
+fn microfacet_refract(m: Microfacets, wo: vec3<f32>, wi: vec3<f32>, eta: f32) -> FacetLobe {
+    let sum = wo + eta * wi;
+    let h = sum / max(length(sum), 1e-30) * select(1.0, -1.0, sum.z < 0.0);
+    let oh = dot(wo, h);
+    let ih = dot(wi, h);
+    if (wo.z <= 0.0 || wi.z >= 0.0 || oh <= 0.0 || ih >= 0.0) {
+        return FacetLobe(0.0, 0.0, 0.0);
+    }
+    let denominator = oh + eta * ih;
+    let seen = microfacet_d(m, h) * microfacet_g1(m, wo) * oh * -ih / (wo.z * denominator * denominator);
+    return FacetLobe(seen * microfacet_g1(m, wi) / -wi.z, seen * eta * eta, oh);
 }
 
 fn microfacet_sample_reflection(m: Microfacets, wo: vec3<f32>, u: vec2<f32>) -> vec3<f32> {
@@ -230,6 +252,20 @@ fn f_dielectric(cos_theta: f32, eta: f32) -> f32 {
     let a = (g - c) / (g + c);
     let b = (c * (g + c) - 1.0) / (c * (g - c) + 1.0);
     return min(0.5 * a * a * (1.0 + b * b), 1.0);
+}
+
+// Zero under total internal reflection. (`refract` is a function of the language, with another meaning.)
+fn refract_at(w: vec3<f32>, h: vec3<f32>, eta: f32) -> vec3<f32> {
+    let c = dot(w, h);
+    let t2 = 1.0 - (1.0 - c * c) / (eta * eta);
+    if (t2 <= 0.0) {
+        return vec3<f32>(0.0);
+    }
+    return normalize((c / eta - sqrt(t2)) * h - w / eta);
+}
+
+fn apart_from_one(eta: f32) -> f32 {
+    return select(eta, 1.005, abs(eta - 1.0) < 5e-3);
 }
 
 fn f_conductor(cos_theta: f32, eta: vec3<f32>, k: vec3<f32>) -> vec3<f32> {

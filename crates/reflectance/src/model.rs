@@ -208,12 +208,19 @@ impl Sample {
         if !(wo.z > 0.0 && wi.z > 0.0) {
             return None;
         }
+        Self::across(model, table, wo, wi, 1.0)
+    }
+
+    /// The same for a draw `wi` on either side of the surface, where light crosses the relative index `eta` (1 where it
+    /// crosses none).
+    #[inline]
+    pub fn across<M: Model>(model: &M, table: &[f32], wo: Vec3, wi: Vec3, eta: f32) -> Option<Self> {
         let (f, pdf) = model.eval_pdf(table, wo, wi);
         // An underflown density would make the weight 0/0.
         if !(pdf > f32::MIN_POSITIVE && pdf.is_finite()) {
             return None;
         }
-        Some(Self { wi, weight: f * (wi.z / pdf), pdf, delta: false, eta: 1.0 })
+        Some(Self { wi, weight: f * (wi.z.abs() / pdf), pdf, delta: false, eta })
     }
 }
 
@@ -308,7 +315,7 @@ pub trait Model: Params + Send + Sync + 'static {
     /// What it promises with its default parameters.
     const LAWS: Laws;
     /// Its twin: `<name>_eval`, `<name>_pdf`, `<name>_sample` (see `frame.wgsl`).
-    const WGSL: Option<&'static str> = None;
+    const WGSL: &'static str;
     /// The twin's worst error against `eval`, relative to the larger of the two values and `TWIN.1`:
     /// measured on lavapipe, then set near four times the worst seen. `(relative, floor)`.
     const TWIN: (f32, f32) = (1e-4, 1e-6);
@@ -404,7 +411,7 @@ macro_rules! models {
             /// What it promises with its default parameters; [`Bsdf::laws`] for others.
             pub fn laws(self) -> Laws { match self { $( Kind::$model => <$module::$model as Model>::LAWS ),* } }
             /// Its twin.
-            pub fn wgsl(self) -> Option<&'static str> { match self { $( Kind::$model => <$module::$model as Model>::WGSL ),* } }
+            pub fn wgsl(self) -> &'static str { match self { $( Kind::$model => <$module::$model as Model>::WGSL ),* } }
             /// Tolerance of its twin: (relative, floor).
             pub fn twin_tolerance(self) -> (f32, f32) { match self { $( Kind::$model => <$module::$model as Model>::TWIN ),* } }
             /// Whether a call takes longer than a shadow ray.

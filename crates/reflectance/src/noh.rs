@@ -3,7 +3,6 @@
 use crate::ashikhmin_g;
 use crate::ashikhmin_premoze_shirley::f_ashikhmin2000;
 use crate::blinn_phong::normaliser;
-use crate::btf::Texel;
 use crate::halfway::{
     half_vector, lobe_share, pdf_cosine_power, pdf_gaussian_reflection, pdf_reflected, reflect,
     sample_cosine_power, sample_gaussian_reflection, squared_slope,
@@ -46,6 +45,9 @@ enum Form {
 }
 
 impl Noh {
+    /// The form `paper`.
+    pub const PAPER: Choice = Choice(1.0);
+
     fn form(&self) -> Form {
         match self.form.index() {
             0 => Form::WardGmd,
@@ -62,22 +64,6 @@ impl Noh {
     /// Eq. 3-4 and is to drive another form: Eq. 3-4 is Ward-Dür with ρ_s/(4π σ_x σ_y) for ρ_s.
     pub fn albedo_of_peak(peak: Vec3, sigma_x: f32, sigma_y: f32) -> Vec3 {
         peak * (4.0 * PI * sigma_x * sigma_y)
-    }
-
-    /// A texel of a cloth in one of the forms, without a rise of ρ_s. The paper's form takes the height of the peak.
-    pub fn of_texel(t: &Texel, form: Choice) -> Self {
-        let mut noh = Self {
-            rho_d: t.diffuse,
-            rho_s: t.specular,
-            sigma_x: t.sigma.x,
-            sigma_y: t.sigma.y,
-            grazing: 0.0,
-            form,
-        };
-        if noh.form() == Form::Paper {
-            noh.rho_s /= 4.0 * PI * t.sigma.x * t.sigma.y;
-        }
-        noh
     }
 
     fn microfacets(&self) -> Microfacets {
@@ -147,7 +133,7 @@ impl Model for Noh {
         them σ above 0.8, masking and Fresnel, are extrapolation. A surface model: light through the cloth \
         and the relief of the threads are not in it.";
     const LAWS: Laws = Laws { isotropic: false, ..Laws::PHYSICAL };
-    const WGSL: Option<&'static str> = Some(include_str!("noh.wgsl"));
+    const WGSL: &'static str = include_str!("noh.wgsl");
     // Worst 4.4e-4: pow(c, n) of the baseline with n up to 5000.
     const TWIN: (f32, f32) = (2e-3, 1e-5);
     const PRESETS: &'static [Preset] = &[

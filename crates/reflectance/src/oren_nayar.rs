@@ -98,7 +98,7 @@ impl Model for OrenNayar {
         return more than arrived at grazing angles (by up to 5 % near sigma = 0.3, and 1.5 % near 0.2). \
         None of them knows of light that travels inside the material.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("oren_nayar.wgsl"));
+    const WGSL: &'static str = include_str!("oren_nayar.wgsl");
     // Worst 9e-5, where terms of the full form cancel against the light.
     const TWIN: (f32, f32) = (4e-4, 1e-6);
 

@@ -37,7 +37,7 @@ impl Model for Phong {
         a sharp lobe. The radiance form is the equation as written: as a BRDF it is ρ cosⁿ β / cos θ_i, so \
         light and eye cannot be exchanged, and for n < 2π − 1 it returns more light than arrives.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("phong.wgsl"));
+    const WGSL: &'static str = include_str!("phong.wgsl");
     // Worst 1.1e-4: pow(c, n) with n up to 1000.
     const TWIN: (f32, f32) = (5e-4, 1e-5);
 

@@ -47,7 +47,7 @@ impl Model for Plastic {
     const DOC: &'static str = "Smooth plastic, glazed ceramic, lacquer: a mirror reflection over a diffuse base, \
         with the light caught between them. Matches Mitsuba 3. For a soft highlight see rough_plastic.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("plastic.wgsl"));
+    const WGSL: &'static str = include_str!("plastic.wgsl");
 
     /// One number: the coat's diffuse reflectance from inside.
     fn bake(&self, _: &[f32]) -> Result<Vec<f32>, ModelError> {

@@ -42,7 +42,7 @@ fn plastic_sample(m: Plastic, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample
     let fo = f_dielectric(wo.z, m.int_ior / m.ext_ior);
     let coat = plastic_coat(fo, m.specular_reflectance, m.diffuse_reflectance);
     if (u.z < coat) {
-        return BsdfSample(vec3<f32>(-wo.xy, wo.z), coat, m.specular_reflectance * (fo / coat), 1u);
+        return BsdfSample(mirror(wo), coat, m.specular_reflectance * (fo / coat), 1.0, 1u);
     }
     let wi = cosine_hemisphere(u.xy);
     return bsdf_sample_of(wo, wi, plastic_eval(m, t, wo, wi), plastic_pdf(m, t, wo, wi));

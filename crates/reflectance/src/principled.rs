@@ -1,10 +1,13 @@
 //! Burley 2012, "Physically-Based Shading at Disney", and 2015, "Extending the Disney BRDF to a BSDF with Integrated
 //! Subsurface Scattering", in the form of Mitsuba 3 (principled).
 
-use crate::microfacet::{Distribution, Masking, Microfacets, f_dielectric, refract, schlick_weight};
+use crate::microfacet::{
+    Distribution, Masking, Microfacets, apart_from_one, f_dielectric, refract, schlick_weight,
+};
 use crate::model::{Laws, Model, Sample, Spec, params};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use yugen_optics::frame::to_upper;
 use yugen_optics::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 params! {
@@ -31,19 +34,20 @@ pub fn eta_of_specular(specular: f32) -> f32 {
 }
 
 /// Burley 2012: Berry's distribution with exponent 1, whose tails are longer than GGX's.
-fn d_gtr1(cos_h: f32, alpha: f32) -> f32 {
+fn d_gtr1(h: Vec3, alpha: f32) -> f32 {
     let a2 = alpha * alpha;
-    let t = 1.0 + (a2 - 1.0) * cos_h * cos_h;
+    // sin² + α² cos²: 1 + (α² − 1) cos² has no digits left at the peak of a sharp coat.
+    let t = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
     (a2 - 1.0) / (PI * a2.ln() * t)
 }
 
 /// Normals with density [`d_gtr1`] cos θ.
 fn sample_gtr1(alpha: f32, u: Vec2) -> Vec3 {
     let a2 = alpha * alpha;
-    let z2 = ((1.0 - a2.powf(1.0 - u.y)) / (1.0 - a2)).clamp(0.0, 1.0);
-    let r = (1.0 - z2).sqrt();
+    let r2 = ((a2.powf(1.0 - u.y) - a2) / (1.0 - a2)).clamp(0.0, 1.0);
+    let r = r2.sqrt();
     let (sin, cos) = (TAU * u.x).sin_cos();
-    Vec3::new(r * cos, r * sin, z2.sqrt())
+    Vec3::new(r * cos, r * sin, (1.0 - r2).sqrt())
 }
 
 /// Smith's G1 of GGX with the roughness Burley takes for the coat.
@@ -52,15 +56,18 @@ fn g1_coat(cos: f32) -> f32 {
     2.0 / (1.0 + (1.0 + ALPHA2 * (1.0 - cos * cos) / (cos * cos)).sqrt())
 }
 
+/// Facets by perceptual roughness, stretched along the tangent.
+pub(crate) fn stretched_facets(roughness: f32, anisotropic: f32) -> Microfacets {
+    let alpha = roughness * roughness;
+    let aspect = (1.0 - 0.9 * anisotropic).sqrt();
+    let (ax, ay) = ((alpha / aspect).max(1e-3), (alpha * aspect).max(1e-3));
+    Microfacets::new(Distribution::Ggx, Masking::Separable, ax, ay)
+}
+
 /// The colour without its brightness, linear sRGB.
 fn hue(c: Vec3) -> Vec3 {
     let luminance = c.dot(Vec3::new(0.212671, 0.715160, 0.072169));
     if luminance > 0.0 { c / luminance } else { Vec3::ONE }
-}
-
-/// Mirrored at the surface where `side` is below.
-fn to_upper(w: Vec3, side: f32) -> Vec3 {
-    Vec3::new(w.x, w.y, w.z * 1f32.copysign(side))
 }
 
 /// The probabilities of the lobes, before Fresnel decides between reflection and transmission.
@@ -72,15 +79,12 @@ struct Lobes {
 
 impl Principled {
     fn facets(&self) -> Microfacets {
-        let alpha = self.roughness * self.roughness;
-        let aspect = (1.0 - 0.9 * self.anisotropic).sqrt();
-        let (ax, ay) = ((alpha / aspect).max(1e-3), (alpha * aspect).max(1e-3));
-        Microfacets::new(Distribution::Ggx, Masking::Separable, ax, ay)
+        stretched_facets(self.roughness, self.anisotropic)
     }
 
-    /// The index inside over outside, never quite one: there light goes straight on, which is no density.
+    /// The index inside over outside.
     fn eta(&self) -> f32 {
-        if (self.eta - 1.0).abs() < 5e-3 { 1.005 } else { self.eta }
+        apart_from_one(self.eta)
     }
 
     fn coat_alpha(&self) -> f32 {
@@ -149,6 +153,9 @@ impl Model for Principled {
         why: "the specular, clear coat and sheen lobes are added to the diffuse without taking from it",
         ..Laws::PHYSICAL
     };
+    const WGSL: &'static str = include_str!("principled.wgsl");
+    // Worst 1.8e-7.
+    const TWIN: (f32, f32) = (1e-5, 1e-6);
 
     fn eval(&self, table: &[f32], wo: Vec3, wi: Vec3) -> Vec3 {
         self.eval_pdf(table, wo, wi).0
@@ -197,7 +204,7 @@ impl Model for Principled {
                 return (f, pdf);
             }
             let h = (wo + wi).normalize_or_zero();
-            let d = d_gtr1(h.z, self.coat_alpha());
+            let d = d_gtr1(h, self.coat_alpha());
             let coat = 0.25
                 * self.clearcoat
                 * (0.04 + 0.96 * schlick_weight(cos))
@@ -206,18 +213,11 @@ impl Model for Principled {
                 * g1_coat(wi.z);
             return (f + coat, pdf + lobes.coat * d * h.z / (4.0 * cos).max(1e-9));
         }
-        let h = o + eta * i;
-        let h = h.normalize_or_zero() * 1f32.copysign(h.z);
-        let (oh, ih) = (o.dot(h), i.dot(h));
-        if oh <= 0.0 || ih >= 0.0 {
-            return (Vec3::ZERO, 0.0);
-        }
-        let dielectric = f_dielectric(oh, eta);
-        let denominator = oh + eta * ih;
-        let common = facets.d(h) * facets.g1(o) * oh * -ih / (o.z * denominator * denominator);
+        let (s, pdf, cos) = facets.refract(o, i, eta);
+        let dielectric = f_dielectric(cos, eta);
         // Once in and once out of a closed shape gives the base colour.
-        let f = self.base_color.map(f32::sqrt) * (clear * (1.0 - dielectric) * common * facets.g1(i) / -i.z);
-        (f, lobes.specular * (1.0 - self.p_reflect(above, dielectric)) * common * eta * eta)
+        let f = self.base_color.map(f32::sqrt) * (clear * (1.0 - dielectric) * s);
+        (f, lobes.specular * (1.0 - self.p_reflect(above, dielectric)) * pdf)
     }
 
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
@@ -247,12 +247,7 @@ impl Model for Principled {
         if (i.z > 0.0) != (crossed == 1.0) {
             return None;
         }
-        let wi = to_upper(i, wo.z);
-        let (f, pdf) = self.eval_pdf(table, wo, wi);
-        if pdf <= 0.0 {
-            return None;
-        }
-        Some(Sample { wi, weight: f * (wi.z.abs() / pdf), pdf, delta: false, eta: crossed })
+        Sample::across(self, table, wo, to_upper(i, wo.z), crossed)
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -1,11 +1,12 @@
 //! Burley 2015, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", its thin surfaces, in the
 //! form of Mitsuba 3 (principledthin).
 
-use crate::microfacet::{Distribution, Masking, Microfacets, f_dielectric};
+use crate::microfacet::{Microfacets, f_dielectric};
 use crate::model::{Laws, Model, Sample, Spec, params};
-use crate::principled::Principled;
+use crate::principled::{Principled, stretched_facets};
 use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
+use yugen_optics::frame::to_upper;
 use yugen_optics::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 
 params! {
@@ -32,16 +33,13 @@ struct Lobes {
 }
 
 impl PrincipledThin {
-    fn facets(&self, roughness: f32) -> Microfacets {
-        let alpha = roughness * roughness;
-        let aspect = (1.0 - 0.9 * self.anisotropic).sqrt();
-        let (ax, ay) = ((alpha / aspect).max(1e-3), (alpha * aspect).max(1e-3));
-        Microfacets::new(Distribution::Ggx, Masking::Separable, ax, ay)
+    fn facets(&self) -> Microfacets {
+        stretched_facets(self.roughness, self.anisotropic)
     }
 
     /// Light that passes is bent twice, and blurred less the closer the index is to one: Burley 2015, figure 15.
     fn facets_through(&self) -> Microfacets {
-        self.facets((0.65 * self.eta - 0.35) * self.roughness)
+        stretched_facets((0.65 * self.eta - 0.35) * self.roughness, self.anisotropic)
     }
 
     /// The lobes that it shares with the thick material.
@@ -70,11 +68,6 @@ impl PrincipledThin {
     }
 }
 
-/// Turned over where `side` is below.
-fn to_upper(w: Vec3, side: f32) -> Vec3 {
-    Vec3::new(w.x, w.y, w.z * 1f32.copysign(side))
-}
-
 /// Whether light that a facet mirrors from `o` to `i` (both above), turned over to the other side of the sheet, leaves
 /// behind that facet as well: else it is lost, up to a sixth of it at roughness 1, as in Mitsuba.
 fn behind(o: Vec3, i: Vec3) -> bool {
@@ -94,6 +87,9 @@ impl Model for PrincipledThin {
         why: "sheen and retroreflection are added to the diffuse without taking from it",
         ..Laws::PHYSICAL
     };
+    const WGSL: &'static str = include_str!("principled_thin.wgsl");
+    // Worst 2.7e-7.
+    const TWIN: (f32, f32) = (1e-5, 1e-6);
 
     fn eval(&self, table: &[f32], wo: Vec3, wi: Vec3) -> Vec3 {
         self.eval_pdf(table, wo, wi).0
@@ -123,7 +119,7 @@ impl Model for PrincipledThin {
         let (o, i) = (to_upper(wo, wo.z), to_upper(wi, wo.z));
         let passed = 0.5 * self.diff_trans;
         if i.z > 0.0 {
-            let (s, pdf, cos) = self.facets(self.roughness).reflect(o, i);
+            let (s, pdf, cos) = self.facets().reflect(o, i);
             let thick = self.thick();
             let clear = self.spec_trans * s * thick.fresnel(cos, f_dielectric(cos, self.eta));
             let f = clear + (1.0 - passed) * thick.diffuse(o, i, cos);
@@ -144,7 +140,7 @@ impl Model for PrincipledThin {
         let lobes = self.lobes();
         let (o, uv) = (to_upper(wo, wo.z), u.truncate());
         let (i, above) = if u.z < lobes.reflects {
-            (self.facets(self.roughness).sample_reflection(o, uv), true)
+            (self.facets().sample_reflection(o, uv), true)
         } else if u.z < lobes.reflects + lobes.passes {
             let i = self.facets_through().sample_reflection(o, uv);
             if !behind(o, i) {
@@ -158,12 +154,7 @@ impl Model for PrincipledThin {
             return None;
         }
         let wi = to_upper(if above { i } else { Vec3::new(i.x, i.y, -i.z) }, wo.z);
-        let (f, pdf) = self.eval_pdf(table, wo, wi);
-        // An underflown density would make the weight 0/0.
-        if !(pdf > f32::MIN_POSITIVE && pdf.is_finite()) {
-            return None;
-        }
-        Some(Sample { wi, weight: f * (wi.z.abs() / pdf), pdf, delta: false, eta: 1.0 })
+        Sample::across(self, table, wo, wi, 1.0)
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

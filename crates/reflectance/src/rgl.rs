@@ -1,6 +1,7 @@
 //! Dupuy and Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and Rendering": the RGL
 //! measurements.
 
+use crate::axis::{azimuth, clamped, polar_angle};
 use crate::metals::Metal;
 use crate::microfacet::{Distribution, Masking, Microfacets};
 use crate::model::{Data, Laws, Model, ModelError, Preset, Sample, Spec, params};
@@ -444,14 +445,7 @@ impl<'a> View<'a> {
 
     /// The measured eye directions around one.
     fn slices(&self, phi: f32, theta: f32) -> Slices {
-        let find = |axis: &[f32], x: f32| {
-            if axis.len() < 2 {
-                return (0, 0, 0.0);
-            }
-            let i = axis.partition_point(|&a| a <= x).clamp(1, axis.len() - 1) - 1;
-            (i, i + 1, ((x - axis[i]) / (axis[i + 1] - axis[i])).clamp(0.0, 1.0))
-        };
-        let ((p, q, y), (t, s, x)) = (find(self.phi, phi), find(self.theta, theta));
+        let ((p, q, y), (t, s, x)) = (clamped(self.phi, phi), clamped(self.theta, theta));
         let n = self.theta.len();
         [
             (p * n + t, (1.0 - y) * (1.0 - x)),
@@ -468,6 +462,17 @@ impl<'a> View<'a> {
             2 => Vec3::new(flip(wo.y), flip(wo.y), 1.0),
             4 => Vec3::new(flip(wo.x), flip(wo.y), 1.0),
             _ => Vec3::ONE,
+        }
+    }
+
+    /// The azimuth of an eye in the measured sector, whatever the signs of its zeros.
+    fn azimuth(&self, wo: Vec3) -> f32 {
+        if self.reduction == 1 {
+            azimuth(wo)
+        } else if wo.x == 0.0 && wo.y == 0.0 {
+            -PI
+        } else {
+            -wo.y.abs().atan2(wo.x)
         }
     }
 
@@ -497,9 +502,9 @@ impl<'a> View<'a> {
     fn eval_pdf(&self, table: &[f32], wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         let signs = self.signs(wo);
         let (wo, wi) = (wo * signs, wi * signs);
-        let (theta_o, phi_o) = angles(wo);
+        let (theta_o, phi_o) = (polar_angle(wo), self.azimuth(wo));
         let h = wo + wi;
-        let (theta_h, phi_h) = angles(h);
+        let (theta_h, phi_h) = (polar_angle(h), azimuth(h));
         let mut u_h = square(theta_h, if self.isotropic { phi_h - phi_o } else { phi_h });
         u_h.y -= u_h.y.floor();
         let at = self.slices(phi_o, theta_o);
@@ -514,18 +519,13 @@ impl<'a> View<'a> {
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec2) -> Vec3 {
         let signs = self.signs(wo);
         let wo = wo * signs;
-        let (theta_o, phi_o) = angles(wo);
+        let (theta_o, phi_o) = (polar_angle(wo), self.azimuth(wo));
         let at = self.slices(phi_o, theta_o);
         let (s, _) = self.luminance.sample(table, &at, u);
         let (u_h, _) = self.vndf.sample(table, &at, s);
         let h = direction(u_h, if self.isotropic { phi_o } else { 0.0 });
         (2.0 * wo.dot(h) * h - wo) * signs
     }
-}
-
-/// Polar angle and azimuth.
-fn angles(w: Vec3) -> (f32, f32) {
-    (w.truncate().length().atan2(w.z), w.y.atan2(w.x))
 }
 
 impl Model for Rgl {
@@ -544,6 +544,9 @@ impl Model for Rgl {
         why: "Eye and light are interpolated differently: the eye between few measured directions, the light on a \
             fine grid.",
     };
+    const WGSL: &'static str = include_str!("rgl.wgsl");
+    // Worst 1e-4.
+    const TWIN: (f32, f32) = (4e-4, 1e-6);
     const COSTLY: bool = true;
     const DATA: Data = Data::Required("the values of an RGL .bsdf file");
     const PRESETS: &'static [Preset] = &[

@@ -36,7 +36,7 @@ impl Model for RoughConductor {
         separable masking) are those of Mitsuba 3. Light that meets several facets is lost: rough metal is \
         too dark beyond a roughness of about 0.4; ggx can give it back.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("rough_conductor.wgsl"));
+    const WGSL: &'static str = include_str!("rough_conductor.wgsl");
     const PRESETS: &'static [Preset] = Metal::PRESETS;
 
     fn preset(name: &str, space: ColourSpace) -> Option<(Self, Vec<f32>)> {

@@ -24,5 +24,5 @@ fn rough_conductor_sample(m: RoughConductor, t: u32, wo: vec3<f32>, u: vec3<f32>
         return bsdf_no_sample();
     }
     let weight = r.f * wi.z / r.pdf * f_conductor(r.cos_oh, m.eta, m.k) * m.specular_reflectance;
-    return BsdfSample(wi, r.pdf, weight, 0u);
+    return BsdfSample(wi, r.pdf, weight, 1.0, 0u);
 }

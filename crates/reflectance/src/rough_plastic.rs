@@ -61,7 +61,7 @@ impl Model for RoughPlastic {
         light that meets several facets of the coat is lost. Roughness and indices of refraction belong to the \
         whole material: its table is made from them.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("rough_plastic.wgsl"));
+    const WGSL: &'static str = include_str!("rough_plastic.wgsl");
 
     /// The transmittance from outside at [`COSINES`] cosines, then the diffuse reflectance from inside.
     fn bake(&self, _: &[f32]) -> Result<Vec<f32>, ModelError> {

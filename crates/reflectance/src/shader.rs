@@ -43,40 +43,68 @@ fn wgsl_type_name(name: &str) -> String {
 }
 
 /// Everything a shader needs to evaluate `kinds`: frame, microfacet terms, parameter structs, twins, dispatch
-/// (`bsdf_eval`, `bsdf_pdf`, `bsdf_sample`). The shader that includes it supplies
-/// `fn param_at(i: u32) -> f32` and `fn table_at(i: u32) -> f32`. Models without a twin are left out.
+/// (`bsdf_eval_pdf`, from which `bsdf_eval` and `bsdf_pdf`, and `bsdf_sample`). The shader that includes it supplies
+/// `fn param_at(i: u32) -> f32` and `fn table_at(i: u32) -> f32`.
+///
+/// Indices count numbers: what the smallest device of WebGPU binds (128 MiB) holds 33 million of them in tables, seven MERL
+/// measurements; a program with more binds several buffers and chooses in `table_at`.
+///
+/// A driver that inlines everything compiles each function once for every call, and on a software driver the time grows
+/// with the square of the reads from buffers. So include the kinds that a scene has, call `bsdf_eval_pdf` in one loop
+/// over all lights, and copy the row of a material once, for all calls, into a private array of [`crate::MAX_SLOTS`]
+/// numbers that `param_at` reads.
 pub fn wgsl_library(kinds: &[Kind]) -> String {
     let mut out = String::from(FRAME_WGSL);
-    out.push_str(crate::microfacet::MICROFACET_WGSL);
-    out.push_str(crate::halfway::HALFWAY_WGSL);
-    out.push_str(crate::ashikhmin_g::ASHIKHMIN_G_WGSL);
-    out.push_str(include_str!("lobes.wgsl"));
-    out.push_str(crate::importance::IMPORTANCE_WGSL);
-    let kinds: Vec<Kind> = kinds.iter().copied().filter(|k| k.wgsl().is_some()).collect();
-    for kind in &kinds {
-        out.push_str(&wgsl_params(*kind));
-        out.push_str(kind.wgsl().unwrap_or_default());
-        out.push('\n');
-    }
-    for (function, args, result, zero) in [
-        ("eval", "wo: vec3<f32>, wi: vec3<f32>", "vec3<f32>", "vec3<f32>(0.0)"),
-        ("pdf", "wo: vec3<f32>, wi: vec3<f32>", "f32", "0.0"),
-        ("sample", "wo: vec3<f32>, u: vec3<f32>", "BsdfSample", "bsdf_no_sample()"),
+    for shared in [
+        crate::axis::AXIS_WGSL,
+        crate::microfacet::MICROFACET_WGSL,
+        crate::halfway::HALFWAY_WGSL,
+        crate::ashikhmin_g::ASHIKHMIN_G_WGSL,
+        include_str!("lobes.wgsl"),
+        crate::importance::IMPORTANCE_WGSL,
     ] {
-        let pass = if function == "sample" { "wo, u" } else { "wo, wi" };
-        let _ = writeln!(
-            out,
-            "fn bsdf_{function}(kind: u32, p: u32, t: u32, {args}) -> {result} {{\n    switch kind {{"
-        );
-        for kind in &kinds {
-            let name = kind.name();
-            let _ = writeln!(
-                out,
-                "        case {}u: {{ return {name}_{function}({name}_load(p), t, {pass}); }}",
-                *kind as u32
-            );
-        }
-        let _ = writeln!(out, "        default: {{ return {zero}; }}\n    }}\n}}");
+        out.push_str(shared);
     }
+    let (mut evals, mut samples) = (String::new(), String::new());
+    for kind in kinds {
+        let (name, number, twin) = (kind.name(), *kind as u32, kind.wgsl());
+        out.push_str(&wgsl_params(*kind));
+        out.push_str(twin);
+        out.push('\n');
+        if *kind == Kind::Noh {
+            out.push_str(crate::btf::BTF_WGSL);
+        }
+        let both = if twin.contains(&format!("fn {name}_eval_pdf(")) {
+            format!("return {name}_eval_pdf(m, t, wo, wi);")
+        } else {
+            format!("return vec4<f32>({name}_eval(m, t, wo, wi), {name}_pdf(m, t, wo, wi));")
+        };
+        let _ = writeln!(evals, "        case {number}u: {{ let m = {name}_load(p); {both} }}");
+        let _ = writeln!(
+            samples,
+            "        case {number}u: {{ return {name}_sample({name}_load(p), t, wo, u); }}"
+        );
+    }
+    let _ = write!(
+        out,
+        "// f and, in w, the density.
+fn bsdf_eval_pdf(kind: u32, p: u32, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec4<f32> {{
+    switch kind {{
+{evals}        default: {{ return vec4<f32>(0.0); }}
+    }}
+}}
+fn bsdf_eval(kind: u32, p: u32, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {{
+    return bsdf_eval_pdf(kind, p, t, wo, wi).xyz;
+}}
+fn bsdf_pdf(kind: u32, p: u32, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {{
+    return bsdf_eval_pdf(kind, p, t, wo, wi).w;
+}}
+fn bsdf_sample(kind: u32, p: u32, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {{
+    switch kind {{
+{samples}        default: {{ return bsdf_no_sample(); }}
+    }}
+}}
+"
+    );
     out
 }

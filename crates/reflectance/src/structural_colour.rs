@@ -139,7 +139,7 @@ impl Model for StructuralColour {
         scene's working space; presets and scene readers set it. Values are kept between 0 and 1: in sRGB gold \
         loses a little red by that. Light that enters the base is lost; sum with a diffuse model for a pale base.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("structural_colour.wgsl"));
+    const WGSL: &'static str = include_str!("structural_colour.wgsl");
     const PRESETS: &'static [Preset] = &[
         Preset { name: "soap_film", doc: "water film in air, 300 nm, textured between none and twice that" },
         Preset {

@@ -45,5 +45,6 @@ fn structural_colour_sample(m: StructuralColour, t: u32, wo: vec3<f32>, u: vec3<
     if (r.pdf <= 0.0) {
         return bsdf_no_sample();
     }
-    return BsdfSample(wi, r.pdf, r.f * wi.z / r.pdf * structural_colour_fresnel(m, t, 0.5 * length(wo + wi)), 0u);
+    let weight = r.f * wi.z / r.pdf * structural_colour_fresnel(m, t, 0.5 * length(wo + wi));
+    return BsdfSample(wi, r.pdf, weight, 1.0, 0u);
 }

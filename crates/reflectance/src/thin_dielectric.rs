@@ -23,6 +23,9 @@ impl Model for ThinDielectric {
     const DOC: &'static str = "A window pane as a single surface: reflections between its two sides are summed, \
         light goes straight on.";
     const LAWS: Laws = Laws { transmits: true, delta: true, ..Laws::PHYSICAL };
+    const WGSL: &'static str = include_str!("thin_dielectric.wgsl");
+    // No difference was seen.
+    const TWIN: (f32, f32) = (1e-5, 1e-6);
 
     fn eval(&self, _: &[f32], _: Vec3, _: Vec3) -> Vec3 {
         Vec3::ZERO

@@ -153,7 +153,7 @@ impl Model for TorranceSparrow {
         form is Blinn's line as lectures print it: D1 to D3 are not normalised, D4 lacks 1/π, and the 4 is \
         missing, so its brightness changes with its width.";
     const LAWS: Laws = Laws::PHYSICAL;
-    const WGSL: Option<&'static str> = Some(include_str!("torrance_sparrow.wgsl"));
+    const WGSL: &'static str = include_str!("torrance_sparrow.wgsl");
     // Worst 8e-4: exp(−(nα)²) with n up to 100, pow(c, n) with n up to 1000.
     const TWIN: (f32, f32) = (3e-3, 1e-5);
 

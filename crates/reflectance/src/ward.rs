@@ -56,7 +56,7 @@ impl Model for Ward {
         grazing angles (half the light is gone at 60°), duer by cos cos keeps it but overshoots one beyond \
         80°, gmd is reciprocal with an albedo of at most ρ_s. All three agree head on.";
     const LAWS: Laws = Laws { isotropic: false, ..Laws::PHYSICAL };
-    const WGSL: Option<&'static str> = Some(include_str!("ward.wgsl"));
+    const WGSL: &'static str = include_str!("ward.wgsl");
     // Worst 1e-6.
     const TWIN: (f32, f32) = (1e-5, 1e-5);
 

@@ -1,6 +1,6 @@
 //! Where a picture is seen from, and what a camera keeps when its picture gets another size.
 
-use crate::Film;
+use crate::{Film, Scene, suggest};
 use glam::{Mat4, Vec2};
 
 /// How the camera maps directions to the picture.
@@ -38,6 +38,72 @@ pub struct Camera {
     pub film: Film,
     /// What the file asks for.
     pub samples_per_pixel: u32,
+}
+
+/// Why nobody can look through a camera.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CameraError {
+    /// A camera called that does not exist.
+    #[error("there is no camera called '{name}'{hint}")]
+    Unknown {
+        /// The name asked for.
+        name: String,
+        /// What was probably meant or what would do, as the end of the sentence.
+        hint: String,
+    },
+    /// A part of the picture that is not in it.
+    #[error(
+        "the crop {crop:?} (x, y, width, height) is not a part of a picture of {width} x {height} pixels"
+    )]
+    Crop {
+        /// What was asked for.
+        crop: [u32; 4],
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+    },
+}
+
+impl Scene {
+    /// The camera called `name`, the first where absent; with another size of its picture, as [`Camera::resize`] does it,
+    /// and another part of it (x, y, width, height).
+    pub fn look_through(
+        &self,
+        name: Option<&str>,
+        size: Option<[u32; 2]>,
+        crop: Option<[u32; 4]>,
+    ) -> Result<Camera, CameraError> {
+        let found = match name {
+            None => self.cameras.first(),
+            Some(name) => self.cameras.iter().find(|c| c.name == name),
+        };
+        let mut camera = found.cloned().ok_or_else(|| {
+            let known: Vec<&str> = self.cameras.iter().map(|c| c.name.as_str()).collect();
+            let name = name.unwrap_or("").to_string();
+            let hint = if known.is_empty() { "; the scene has none".into() } else { suggest(&name, known) };
+            CameraError::Unknown { name, hint }
+        })?;
+        if let Some([w, h]) = size {
+            camera.resize(w, h);
+            // One that was made for the scene is made for the shape of the picture, too.
+            if matches!(camera.projection, Projection::Perspective { fov_axis: FovAxis::Framing, .. }) {
+                let samples_per_pixel = camera.samples_per_pixel;
+                camera = Camera { samples_per_pixel, ..self.framing_camera(camera.film) };
+            }
+        }
+        if let Some(crop) = crop {
+            let Film { width, height, .. } = camera.film;
+            let inside = |start: u32, length: u32, whole| {
+                length > 0 && start.checked_add(length).is_some_and(|end| end <= whole)
+            };
+            if !inside(crop[0], crop[2], width) || !inside(crop[1], crop[3], height) {
+                return Err(CameraError::Crop { crop, width, height });
+            }
+            camera.film.crop = Some(crop);
+        }
+        Ok(camera)
+    }
 }
 
 /// The extent of a picture that a field of view spans.

@@ -77,6 +77,21 @@ impl Aov {
         }
     }
 
+    /// Names of its channels in a file. None of variance, which is made of the picture's own samples, and of lights, whose
+    /// channels are those of the scene's light groups.
+    pub fn channels(self) -> &'static [&'static str] {
+        match self {
+            Self::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
+            Self::Normal => &["normal.X", "normal.Y", "normal.Z"],
+            Self::ShadingNormal => &["shading_normal.X", "shading_normal.Y", "shading_normal.Z"],
+            Self::Depth => &["depth.Z"],
+            Self::Position => &["position.X", "position.Y", "position.Z"],
+            Self::Uv => &["uv.U", "uv.V"],
+            Self::Id => &["id.Y"],
+            Self::Variance | Self::Lights => &[],
+        }
+    }
+
     /// The one called `name`.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|a| a.name() == name)

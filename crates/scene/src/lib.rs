@@ -22,7 +22,7 @@ mod shape;
 mod texture;
 
 pub use attributes::MissingAttribute;
-pub use camera::{Camera, FovAxis, Projection};
+pub use camera::{Camera, CameraError, FovAxis, Projection};
 pub use film::{Film, Filter};
 pub use framing::look_along;
 pub use integrator::{Aov, Integrator, IntegratorKind, Strategy};

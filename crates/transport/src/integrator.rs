@@ -12,7 +12,7 @@ use std::cell::Cell;
 use yugen_scene::prepared::{
     GeometryError, Lookup, MaterialError, Materials, Scratch, Shading, ShadingPoint, ShadingSample, Textures,
 };
-use yugen_scene::{Integrator, IntegratorKind, MissingAttribute, Scene, Strategy};
+use yugen_scene::{CameraError, Integrator, IntegratorKind, MissingAttribute, Scene, Strategy};
 
 /// A scene ready to be followed by rays.
 pub struct World {
@@ -56,18 +56,9 @@ pub enum PrepareError {
         /// Most pixels.
         limit: u64,
     },
-    /// A part of the picture that is not in it.
-    #[error(
-        "the crop {crop:?} (x, y, width, height) is not a part of a picture of {width} x {height} pixels"
-    )]
-    Crop {
-        /// What was asked for.
-        crop: [u32; 4],
-        /// Pixels across.
-        width: u32,
-        /// Pixels down.
-        height: u32,
-    },
+    /// A camera that does not exist, or a part of the picture that is not in it.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
     /// Nothing to compare.
     #[error("denoising compares samples of a pixel, and there is one of each; --spp has to be 2 or more")]
     TooFewToDenoise,
@@ -81,14 +72,6 @@ pub enum PrepareError {
         count: usize,
         /// The most.
         limit: usize,
-    },
-    /// A camera called that does not exist.
-    #[error("there is no camera called '{name}'{hint}")]
-    UnknownCamera {
-        /// The name asked for.
-        name: String,
-        /// What was probably meant or what would do, as the end of the sentence.
-        hint: String,
     },
 }
 

@@ -22,20 +22,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yugen_optics::{Fingerprint, Image};
 use yugen_scene::Scene;
-use yugen_scene::{Aov, Camera, Film, FovAxis, Integrator, IntegratorKind, Projection};
-
-/// Channels an AOV adds to the filtered sums; id, variance and lights are made otherwise.
-fn channels(aov: Aov) -> &'static [&'static str] {
-    match aov {
-        Aov::Albedo => &["albedo.R", "albedo.G", "albedo.B"],
-        Aov::Normal => &["normal.X", "normal.Y", "normal.Z"],
-        Aov::ShadingNormal => &["shading_normal.X", "shading_normal.Y", "shading_normal.Z"],
-        Aov::Depth => &["depth.Z"],
-        Aov::Position => &["position.X", "position.Y", "position.Z"],
-        Aov::Uv => &["uv.U", "uv.V"],
-        Aov::Id | Aov::Variance | Aov::Lights => &[],
-    }
-}
+use yugen_scene::{Aov, Camera, Film, Integrator, IntegratorKind};
 
 fn push(aov: Aov, first: &FirstHit, out: &mut Vec<f32>) {
     match aov {
@@ -145,25 +132,7 @@ pub struct Job {
 impl Job {
     /// Prepares `scene`. What it is made from goes into the checkpoints, so that none is taken up by another one.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, PrepareError> {
-        let mut camera = choose_camera(scene, options.camera.as_deref())?.clone();
-        if let Some([w, h]) = options.size {
-            camera.resize(w, h);
-            // One that was made for the scene is made for the shape of the picture, too.
-            if matches!(camera.projection, Projection::Perspective { fov_axis: FovAxis::Framing, .. }) {
-                let samples_per_pixel = camera.samples_per_pixel;
-                camera = Camera { samples_per_pixel, ..scene.framing_camera(camera.film) };
-            }
-        }
-        if let Some(crop) = options.crop {
-            let Film { width, height, .. } = camera.film;
-            let inside = |start: u32, length: u32, whole| {
-                length > 0 && start.checked_add(length).is_some_and(|end| end <= whole)
-            };
-            if !inside(crop[0], crop[2], width) || !inside(crop[1], crop[3], height) {
-                return Err(PrepareError::Crop { crop, width, height });
-            }
-            camera.film.crop = Some(crop);
-        }
+        let camera = scene.look_through(options.camera.as_deref(), options.size, options.crop)?;
         let integrator = options.integrator.clone().unwrap_or_else(|| scene.integrator.clone());
         let mut aovs = options.aovs.clone();
         for aov in &integrator.aovs {
@@ -171,7 +140,9 @@ impl Job {
                 aovs.push(*aov);
             }
         }
-        let named = aovs.iter().flat_map(|a| channels(*a)).copied();
+        // Numbers of shapes do not average: they are added at the end.
+        let averaged = aovs.iter().filter(|a| **a != Aov::Id);
+        let named = averaged.flat_map(|a| a.channels()).copied();
         let mut channels: Vec<String> =
             ["R", "G", "B", "A"].into_iter().chain(named).map(String::from).collect();
         let mut groups = Vec::new();
@@ -523,7 +494,12 @@ impl Job {
         let mut out = Image {
             width: image.width,
             height: image.height,
-            channels: image.channels.iter().cloned().chain(["id.Y".to_string()]).collect(),
+            channels: image
+                .channels
+                .iter()
+                .cloned()
+                .chain(Aov::Id.channels().iter().map(|c| c.to_string()))
+                .collect(),
             data: Vec::with_capacity(image.width * image.height * (n + 1)),
         };
         for (i, pixel) in image.data.chunks_exact(n).enumerate() {
@@ -735,22 +711,6 @@ impl Noise {
         }
         self.tiles.iter().map(|t| goal(t, high)).collect()
     }
-}
-
-fn choose_camera<'a>(scene: &'a Scene, name: Option<&str>) -> Result<&'a Camera, PrepareError> {
-    let found = match name {
-        None => scene.cameras.first(),
-        Some(name) => scene.cameras.iter().find(|c| c.name == name),
-    };
-    found.ok_or_else(|| {
-        let known: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
-        let name = name.unwrap_or("").to_string();
-        let hint = match known.is_empty() {
-            true => "; the scene has none".into(),
-            false => yugen_scene::suggest(&name, known),
-        };
-        PrepareError::UnknownCamera { name, hint }
-    })
 }
 
 #[cfg(test)]

@@ -31,7 +31,6 @@ impl List {
                         "name": k.name(),
                         "source": k.source(),
                         "presets": k.presets().iter().map(|p| p.name).collect::<Vec<_>>(),
-                        "wgsl": k.wgsl().is_some(),
                     })
                 })
                 .collect();

@@ -70,7 +70,6 @@ pub fn promises(kind: Kind) -> Vec<&'static str> {
     if !laws.why.is_empty() {
         all.push(laws.why);
     }
-    all.push(pick(kind.wgsl().is_some(), "has a WGSL twin", "has no WGSL twin"));
     all
 }
 
@@ -120,6 +119,5 @@ fn describe(kind: Kind) -> serde_json::Value {
         "conserves_energy": laws.conserves_energy,
         "transmits": laws.transmits,
         "why": laws.why,
-        "wgsl": kind.wgsl().is_some(),
     })
 }

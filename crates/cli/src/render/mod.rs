@@ -3,6 +3,7 @@
 mod checkpoint;
 mod interrupt;
 mod parse;
+mod realtime;
 mod report;
 
 use crate::{argument, progress};
@@ -34,6 +35,12 @@ pub struct Render {
     /// The picture: .exr keeps everything (layers, wide gamut); .hdr; .png and .jpg are for display.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+
+    /// By which renderer: the reference is a path tracer on the processor that nothing has to be believed of; realtime
+    /// is that of the stage, on the GPU (a software one will do), whose frames tend to the same picture. What it
+    /// approximates is in docs/realtime.md.
+    #[arg(long, default_value = "reference", value_parser = ["reference", "realtime"], value_name = "NAME")]
+    by: String,
 
     /// Width and height in pixels instead of the camera's. Where the aspect changes, the field of view stays
     /// along the axis that the scene gave it for.
@@ -155,6 +162,9 @@ impl Render {
             ..self.reading.options()
         };
         let scene = formats::load_scene(&self.scene, &options)?;
+        if self.by == "realtime" {
+            return self.run_realtime(&scene, started.elapsed());
+        }
         let noisy = (self.denoise && !is_exr(&self.output)).then(|| beside(&self.output, "noisy"));
         check_outputs([&self.output, &checkpoint.path].into_iter().chain(&noisy))?;
         let loaded = started.elapsed();

@@ -44,33 +44,26 @@ pub fn open(features: wgpu::Features) -> Option<Gpu> {
 }
 
 impl Gpu {
-    /// Runs `main` of a shader over the scene (group 0) with `input` at binding 0 of group 1; what it writes into `count`
-    /// rows at binding 1, which are NaN before.
-    pub fn run(
-        &self,
-        scene: &SceneBuffers,
-        pieces: &[&str],
-        input: &[[f32; 4]],
-        count: usize,
-    ) -> Vec<[f32; 4]> {
+    /// Runs `main` of a shader over the scene (group 0) with `rows` at binding 0 of group 1, one thread for every two; what
+    /// it leaves there.
+    pub fn run(&self, scene: &SceneBuffers, pieces: &[&str], rows: &[[f32; 4]]) -> Vec<[f32; 4]> {
         let device = &self.device;
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
             source: wgpu::ShaderSource::Wgsl(pieces.join("\n").into()),
         });
-        let entry = |binding, read_only| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
         let lists = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: None,
-            entries: &[entry(0, true), entry(1, false)],
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only: false },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            }],
         });
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
@@ -85,26 +78,19 @@ impl Gpu {
             compilation_options: Default::default(),
             cache: None,
         });
-        let buffer = |rows: &[[f32; 4]], usage| {
-            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: None,
-                contents: bytemuck::cast_slice(rows),
-                usage: usage | wgpu::BufferUsages::STORAGE,
-            })
-        };
-        let input = buffer(input, wgpu::BufferUsages::empty());
-        let output = buffer(&vec![[f32::NAN; 4]; count], wgpu::BufferUsages::COPY_SRC);
+        let list = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: None,
+            contents: bytemuck::cast_slice(rows),
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        });
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &lists,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
-            ],
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: list.as_entire_binding() }],
         });
         let copy = device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
-            size: output.size(),
+            size: list.size(),
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
@@ -114,9 +100,9 @@ impl Gpu {
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, scene.group(), &[]);
             pass.set_bind_group(1, &group, &[]);
-            pass.dispatch_workgroups((count as u32).div_ceil(64), 1, 1);
+            pass.dispatch_workgroups((rows.len() as u32 / 2).div_ceil(64), 1, 1);
         }
-        encoder.copy_buffer_to_buffer(&output, 0, &copy, 0, output.size());
+        encoder.copy_buffer_to_buffer(&list, 0, &copy, 0, list.size());
         self.queue.submit([encoder.finish()]);
         copy.map_async(wgpu::MapMode::Read, .., |r| r.expect("it is mapped"));
         device

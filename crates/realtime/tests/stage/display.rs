@@ -121,6 +121,9 @@ fn targets_of_every_kind_hold_the_same_picture() {
         aovs: vec![Aov::Position],
         trace_camera: false,
         threads: 1,
+        bounces: None,
+        hide_emitters: false,
+        seed: 0,
     };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");
     for format in [
@@ -129,7 +132,8 @@ fn targets_of_every_kind_hold_the_same_picture() {
         wgpu::TextureFormat::Bgra8Unorm,
         wgpu::TextureFormat::Rgb10a2Unorm,
     ] {
-        let pass = DisplayPass::new(&gpu.device, format, stage.film(Aov::Position).expect("it has one"));
+        let pass =
+            DisplayPass::new(&gpu.device, format, stage.film(Some(Aov::Position)).expect("it has one"));
         let (width, height) = (64, 40);
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
@@ -149,7 +153,9 @@ fn targets_of_every_kind_hold_the_same_picture() {
         };
         let view = texture.create_view(&Default::default());
         for _ in 0..3 {
-            stage.frame(&camera, Some(&Target { pass: &pass, view: &view, settings })).expect("it is seen");
+            stage
+                .frame_on(&camera, Some(&Target { pass: &pass, view: &view, settings }))
+                .expect("it is seen");
         }
         let image = stage.image().expect("it can be read");
         let copy = gpu.device.create_buffer(&wgpu::BufferDescriptor {

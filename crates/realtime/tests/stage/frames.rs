@@ -5,7 +5,7 @@ use crate::rays::{Ray, all_hits};
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::Image;
-use yugen_realtime::{Options, Stage, StageError};
+use yugen_realtime::{Gpu, Options, Stage, StageError};
 use yugen_scene::prepared::{Rows, VertexRow};
 use yugen_scene::{
     Aov, Camera, Film, Filter, FovAxis, Geometry, Projection, Scene, Shape, look_along, primitives,
@@ -68,7 +68,16 @@ const AOVS: [Aov; 6] = [Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Positi
 
 fn options(camera: &Camera) -> Options {
     let [_, _, w, h] = camera.film.crop.unwrap_or([0, 0, camera.film.width, camera.film.height]);
-    Options { size: [w, h], filter: camera.film.filter, aovs: AOVS.to_vec(), trace_camera: false, threads: 2 }
+    Options {
+        size: [w, h],
+        filter: camera.film.filter,
+        aovs: AOVS.to_vec(),
+        trace_camera: false,
+        threads: 2,
+        bounces: None,
+        hide_emitters: false,
+        seed: 0,
+    }
 }
 
 fn pixel(image: &Image, x: usize, y: usize, name: &str) -> f32 {
@@ -142,7 +151,7 @@ fn every_camera_sees_what_its_rays_meet() {
         for trace_camera in [false, true] {
             let options = Options { trace_camera, ..options(&camera) };
             let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("the scene fits");
-            stage.frame(&camera, None).expect("the camera sees");
+            stage.frame(&camera).expect("the camera sees");
             let image = stage.image().expect("it can be read");
             let (mut open, mut seen) = (0, 0);
             for y in 0..image.height {
@@ -205,7 +214,7 @@ fn means_of_frames_are_what_covers_a_pixel() {
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");
         let frames = 512;
         for i in 0..frames {
-            assert_eq!(stage.frame(&camera, None).expect("it is seen"), i + 1);
+            assert_eq!(stage.frame(&camera).expect("it is seen"), i + 1);
         }
         let image = stage.image().expect("it can be read");
         // Pixels with their distance from the edge, in pixels: the mean is a function of it alone, from 1 to 0, and one
@@ -245,7 +254,7 @@ fn pictures_begin_anew_and_are_the_same_bits() {
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options(plain)).expect("it fits");
     let take = |stage: &mut Stage, camera: &Camera, frames: u32| {
         for _ in 0..frames {
-            stage.frame(camera, None).expect("it is seen");
+            stage.frame(camera).expect("it is seen");
         }
         stage.image().expect("it can be read").data
     };
@@ -275,7 +284,7 @@ fn a_lens_is_sharp_where_it_is_focused() {
     let mut lens = cameras()[0].clone();
     let take = |camera: &Camera| {
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options(camera)).expect("it fits");
-        (0..64).for_each(|_| assert!(stage.frame(camera, None).is_ok()));
+        (0..64).for_each(|_| assert!(stage.frame(camera).is_ok()));
         stage.image().expect("it can be read")
     };
     let sharp = take(&lens);
@@ -329,13 +338,13 @@ fn what_cannot_be_shown_is_said_in_a_sentence() {
         spoilt(&|c| c.film.crop = Some([u32::MAX, 0, 64, 48])),
         spoilt(&|c| c.film.width = 0),
     ] {
-        let error = stage.frame(&bad, None).expect_err("a camera that is none");
+        let error = stage.frame(&bad).expect_err("a camera that is none");
         assert!(matches!(error, StageError::Camera { .. }), "{error}");
     }
-    let error = stage.frame(&cameras()[2], None).expect_err("another size");
+    let error = stage.frame(&cameras()[2]).expect_err("another size");
     assert!(matches!(error, StageError::OtherSize { found: [40, 33], stage: [64, 48] }), "{error}");
     // And it still works.
-    assert_eq!(stage.frame(&camera, None).expect("it is seen"), 1);
+    assert_eq!(stage.frame(&camera).expect("it is seen"), 1);
 
     let mut large = Rows::default();
     let vertex = VertexRow { position: [0.0; 3], u: 0.0, normal: [0.0; 3], v: 0.0, tangent: [0.0; 4] };
@@ -348,7 +357,7 @@ fn what_cannot_be_shown_is_said_in_a_sentence() {
     );
     // Nothing at all is a picture of nothing.
     let mut empty = Stage::new(&gpu.device, &gpu.queue, &Rows::default(), &good).expect("nothing fits");
-    empty.frame(&camera, None).expect("it is seen");
+    empty.frame(&camera).expect("it is seen");
     assert!(empty.image().expect("it can be read").data.iter().all(|v| *v == 0.0));
 }
 
@@ -360,10 +369,10 @@ fn a_lost_device_is_said_and_no_panic() {
     let gpu = open(wgpu::Features::empty()).expect("there was one before");
     let camera = cameras()[0].clone();
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows(&scene()), &options(&camera)).expect("it fits");
-    stage.frame(&camera, None).expect("it is seen");
+    stage.frame(&camera).expect("it is seen");
     gpu.device.destroy();
     let _ = gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: None });
-    let error = stage.frame(&camera, None).expect_err("it is gone");
+    let error = stage.frame(&camera).expect_err("it is gone");
     assert!(matches!(error, StageError::Lost(_)), "{error}");
     assert!(stage.image().is_err());
     assert!(stage.resize([8, 8]).is_err());
@@ -379,7 +388,7 @@ fn passes_are_timed_where_the_device_can() {
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows(&scene()), &options(&camera)).expect("it fits");
     assert!(stage.timings().is_empty());
     for _ in 0..3 {
-        stage.frame(&camera, None).expect("it is seen");
+        stage.frame(&camera).expect("it is seen");
         gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: None }).expect("it lives");
     }
     let names: Vec<_> = stage.timings().iter().map(|t| t.pass).collect();
@@ -401,22 +410,21 @@ fn programs_that_bring_no_device_get_one_or_a_sentence() {
         })
     };
     let nothing = instance(wgpu::Backends::empty());
-    let error =
-        pollster::block_on(yugen_realtime::device::open(&nothing, None)).err().expect("there is none");
+    let error = pollster::block_on(Gpu::on(&nothing, None)).err().expect("there is none");
     assert_eq!(error, StageError::NoAdapter);
     assert!(error.to_string().contains("mesa-vulkan-drivers"), "{error}");
     if gpu().is_none() {
         return;
     }
-    let opened = pollster::block_on(yugen_realtime::device::open(&instance(wgpu::Backends::VULKAN), None))
-        .expect("there was one before");
+    let opened =
+        pollster::block_on(Gpu::on(&instance(wgpu::Backends::VULKAN), None)).expect("there was one before");
     assert!(!opened.name.is_empty());
     assert!(opened.device.limits().max_buffer_size >= wgpu::Limits::default().max_buffer_size);
     assert_eq!(opened.device.limits().max_storage_buffers_per_shader_stage, 8);
     let camera = cameras()[0].clone();
     let mut stage =
         Stage::new(&opened.device, &opened.queue, &rows(&scene()), &options(&camera)).expect("it fits");
-    assert_eq!(stage.frame(&camera, None).expect("it is seen"), 1);
+    assert_eq!(stage.frame(&camera).expect("it is seen"), 1);
 }
 
 /// A pose that went wrong costs what it moves, not the picture.
@@ -430,7 +438,7 @@ fn poses_that_are_no_numbers_are_left_out() {
     without.shapes.remove(0);
     let without = rows(&without);
     let take = |stage: &mut Stage| {
-        stage.frame(&camera, None).expect("it is seen");
+        stage.frame(&camera).expect("it is seen");
         stage.image().expect("it can be read")
     };
     for trace_camera in [false, true] {
@@ -473,7 +481,7 @@ fn frames_ask_for_no_memory() {
     for i in 0..60 {
         // Every third frame from another place.
         camera.to_world.w_axis.x += if i % 3 == 0 { 0.01 } else { 0.0 };
-        stage.frame(&camera, None).expect("it is seen");
+        stage.frame(&camera).expect("it is seen");
         gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: None }).expect("it lives");
         reserved.extend(gpu.device.generate_allocator_report().map(|r| r.total_reserved_bytes));
     }
@@ -488,7 +496,7 @@ fn pixels_can_be_picked() {
     for camera in [&cameras()[0], &cameras()[2]] {
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options(camera)).expect("it fits");
         assert_eq!(stage.pick([0, 0]).expect("it can be read"), None);
-        stage.frame(camera, None).expect("it is seen");
+        stage.frame(camera).expect("it is seen");
         let image = stage.image().expect("it can be read");
         let mut seen = Vec::new();
         for (x, y) in

@@ -4,7 +4,7 @@ use crate::device::{add_draw, add_mesh, gpu};
 use glam::{Affine3A, DAffine3, DVec3, Mat3, Quat, Vec3};
 use yugen_optics::random::Pcg32;
 use yugen_realtime::hierarchy::HIERARCHY_WGSL;
-use yugen_realtime::scene::{SCENE_WGSL, SceneBuffers};
+use yugen_realtime::scene::{SceneBuffers, scene_wgsl};
 use yugen_scene::prepared::{DrawRow, Rows};
 
 /// Half of the light passes a surface that is see-through.
@@ -14,8 +14,7 @@ fn passes(draw: u32, triangle: u32, b: vec2<f32>, dir: vec3<f32>) -> f32 {
 }";
 
 const MAIN: &str = "
-@group(1) @binding(0) var<storage, read> rays: array<vec4<f32>>;
-@group(1) @binding(1) var<storage, read_write> results: array<vec4<f32>>;
+@group(1) @binding(0) var<storage, read_write> rays: array<vec4<f32>>;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
@@ -26,8 +25,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let d = rays[2u * i + 1u];
     let hit = trace_closest(o.xyz, d.xyz, o.w, d.w);
     let through = trace_any(o.xyz, d.xyz, o.w, d.w);
-    results[2u * i] = vec4<f32>(hit.t, hit.b1, hit.b2, through);
-    results[2u * i + 1u] = vec4<f32>(f32(i32(hit.draw)), f32(i32(hit.triangle)), 0.0, 0.0);
+    rays[2u * i] = vec4<f32>(hit.t, hit.b1, hit.b2, through);
+    rays[2u * i + 1u] = vec4<f32>(f32(i32(hit.draw)), f32(i32(hit.triangle)), 0.0, 0.0);
 }";
 
 pub struct Ray {
@@ -58,8 +57,8 @@ fn trace(rows: &Rows, rays: &[Ray]) -> Option<(Vec<[f32; 4]>, SceneBuffers)> {
         .iter()
         .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
         .collect();
-    let pieces = [SCENE_WGSL, HIERARCHY_WGSL, PASSES, MAIN];
-    Some((gpu.run(&scene, &pieces, &input, input.len()), scene))
+    let pieces = [&scene_wgsl(), HIERARCHY_WGSL, PASSES, MAIN];
+    Some((gpu.run(&scene, &pieces, &input), scene))
 }
 
 /// All that the line of a ray crosses, `slack` beyond the edges included (in weights).
@@ -311,7 +310,7 @@ fn moved_draws_are_met_in_their_new_place() {
         .iter()
         .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
         .collect();
-    let got = gpu.run(&scene, &[SCENE_WGSL, HIERARCHY_WGSL, PASSES, MAIN], &input, input.len());
+    let got = gpu.run(&scene, &[&scene_wgsl(), HIERARCHY_WGSL, PASSES, MAIN], &input);
     assert_eq!(got, want);
     assert_ne!(trace(&before, &rays).expect("there is a GPU").0, want);
 }
@@ -338,7 +337,7 @@ fn deformed_meshes_are_met_in_their_new_shape() {
         .iter()
         .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
         .collect();
-    let got = gpu.run(&scene, &[SCENE_WGSL, HIERARCHY_WGSL, PASSES, MAIN], &input, input.len());
+    let got = gpu.run(&scene, &[&scene_wgsl(), HIERARCHY_WGSL, PASSES, MAIN], &input);
     assert_eq!(got, want);
     assert_ne!(trace(&before, &rays).expect("there is a GPU").0, want);
 }
@@ -362,7 +361,7 @@ fn a_wrong_traversal_is_caught() {
     {
         let wrong = HIERARCHY_WGSL.replace(from, to);
         assert_ne!(wrong, HIERARCHY_WGSL, "nothing to spoil: {from}");
-        let got = gpu.run(&scene, &[SCENE_WGSL, &wrong, PASSES, MAIN], &input, input.len());
+        let got = gpu.run(&scene, &[&scene_wgsl(), &wrong, PASSES, MAIN], &input);
         assert_ne!(got, right, "{from}");
     }
 }

@@ -12,14 +12,14 @@ use yugen_optics::Image;
 use yugen_optics::distribution::ONE_MINUS_EPSILON;
 
 /// Blocks across and down, at most.
-const BLOCKS: [usize; 2] = [32, 16];
+pub(super) const BLOCKS: [usize; 2] = [32, 16];
 
 /// A block is looked at in so many parts each way to see what is bright in it.
 const PARTS: usize = 4;
 
 /// Orientations: the corners of so many squares each way over an octahedron's map. An even number, so that the axes
 /// are among them.
-const SQUARES: usize = 12;
+pub(super) const SQUARES: usize = 12;
 
 /// Sine of half the angle between neighbouring orientations.
 const OFF: f32 = 0.1;
@@ -45,41 +45,41 @@ pub struct BadEnvironment {
 pub struct Environment {
     /// Scaled red, green and blue, and the probability in its block of the cell that begins here. Rows are one texel
     /// longer than the picture: the first again.
-    texels: Vec<Vec4>,
+    pub(super) texels: Vec<Vec4>,
     /// Cells lie between texel centres: W × (H − 1) of them.
-    across: usize,
-    down: usize,
-    to_world: Mat3,
-    to_local: Mat3,
-    cells: Cells,
+    pub(super) across: usize,
+    pub(super) down: usize,
+    pub(super) to_world: Mat3,
+    pub(super) to_local: Mat3,
+    pub(super) cells: Cells,
     /// One for each orientation, then one for surfaces that take light from all around.
-    views: Vec<View>,
+    pub(super) views: Vec<View>,
 }
 
 /// What light samples are for, for one orientation of the surface that asks. They choose a block by its row, then a
 /// cell in it in proportion to the light from there.
 #[repr(align(64))]
-struct View {
-    rows: [Edge; BLOCKS[1]],
+pub(super) struct View {
+    pub(super) rows: [Edge; BLOCKS[1]],
     /// Within their row.
-    columns: [[Edge; BLOCKS[0]]; BLOCKS[1]],
+    pub(super) columns: [[Edge; BLOCKS[0]]; BLOCKS[1]],
     /// Irradiance, roughly, that light samples have to find.
-    irradiance: f32,
+    pub(super) irradiance: f32,
 }
 
 /// Blocks of cells, and in each the probabilities of its cells.
-struct Cells {
+pub(super) struct Cells {
     /// Cells of a block, across and down. Those beyond the picture's edge have no probability.
-    size: [usize; 2],
+    pub(super) size: [usize; 2],
     /// Blocks.
-    count: [usize; 2],
+    pub(super) count: [usize; 2],
     /// Block after block: its rows, then row after row its cells.
-    edges: Vec<Edge>,
+    pub(super) edges: Vec<Edge>,
 }
 
 /// Where in [0, 1) the part of an entry begins that is chosen by one of several, in units of 1/[`WHOLE`]. Half as much
 /// to fetch as a float, and the probabilities read back are those that are drawn by, exactly.
-type Edge = u16;
+pub(super) type Edge = u16;
 
 /// Edges of entries that are never chosen.
 const WHOLE: Edge = Edge::MAX;

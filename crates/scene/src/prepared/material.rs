@@ -19,15 +19,16 @@ const MAX_TURNS: usize = 4;
 /// Largest density, 1/sr, of a matt material into the mirror direction; a cosine lobe's is at most 1/π.
 const MATT: f32 = 0.5;
 
-struct Textured {
-    slot: usize,
-    kind: ParamType,
-    value: Value,
-    min: f32,
-    max: f32,
+/// A parameter that varies over the surface.
+pub(super) struct Textured {
+    pub(super) slot: usize,
+    pub(super) kind: ParamType,
+    pub(super) value: Value,
+    pub(super) min: f32,
+    pub(super) max: f32,
 }
 
-enum Node {
+pub(super) enum Node {
     Model { kind: Kind, slots: Vec<f32>, textured: Vec<Textured>, table: Arc<[f32]> },
     TwoSided { front: MaterialId, back: MaterialId },
     Mask { opacity: Value, base: MaterialId },
@@ -43,7 +44,7 @@ enum Node {
 
 /// All materials of a scene.
 pub struct Materials {
-    nodes: Vec<Node>,
+    pub(super) nodes: Vec<Node>,
     see_through: Vec<bool>,
     matt: Vec<bool>,
     costly: Vec<bool>,
@@ -251,6 +252,11 @@ impl Materials {
             Node::Sum(all) => all.iter().map(|m| self.lobes(*m, depth + 1)).sum::<Result<_, _>>()?,
             Node::Null => 0,
         })
+    }
+
+    /// Lobes that may be met at one point.
+    pub(super) fn most_lobes(&self, id: MaterialId) -> usize {
+        self.lobes(id, 0).unwrap_or(MAX_LOBES)
     }
 
     /// Maps that may be met at one hit, and most over one another. The tree must have been found to be one.

@@ -5,31 +5,14 @@
 
 mod environment;
 mod form;
-mod geometry;
 mod material;
 mod mesh;
+mod rows;
 mod texture;
 
 pub use environment::{BadEnvironment, Environment};
 pub use form::Form;
-pub use geometry::{DrawRow, MeshRow, NONE, VertexRow};
 pub use material::{MaterialError, Materials, Scratch, Shading, ShadingPoint, ShadingSample, scratch};
 pub use mesh::{GeometryError, PlacedMesh, attribute, double_area_normal, for_normals, mesh_bytes};
+pub use rows::{DrawRow, GEOMETRY_WGSL, MeshRow, NONE, Rows, RowsError, VertexRow, wgsl};
 pub use texture::{Attributes, Lookup, OnTriangle, Textures};
-
-/// A scene as rows of plain numbers that shaders read as they are.
-#[derive(Clone, Debug, Default)]
-pub struct Rows {
-    /// Vertices of all meshes.
-    pub vertices: Vec<VertexRow>,
-    /// Triangles of all meshes: indices into `vertices`, counter-clockwise seen from outside.
-    pub triangles: Vec<[u32; 3]>,
-    /// The meshes.
-    pub meshes: Vec<MeshRow>,
-    /// Where they are.
-    pub draws: Vec<DrawRow>,
-    /// Attributes of meshes that textures ask for.
-    pub attribute_names: Vec<String>,
-    /// Everything else that is looked up by the word.
-    pub words: Vec<u32>,
-}

@@ -40,7 +40,7 @@ impl Attributes for OnTriangle<'_> {
     }
 }
 
-enum Node {
+pub(super) enum Node {
     Image {
         levels: Vec<Arc<Image>>,
         filter: TextureFilter,
@@ -79,7 +79,7 @@ enum Node {
 
 /// All textures of a scene, with their pyramids.
 pub struct Textures {
-    nodes: Vec<Node>,
+    pub(super) nodes: Vec<Node>,
     luminance: Vec3,
     filtered: bool,
 }
@@ -177,7 +177,8 @@ impl Textures {
         )
     }
 
-    fn texel(&self, id: usize) -> Vec2 {
+    /// Size of a texel in units of (u, v); 1/1000 where there are none.
+    pub(super) fn texel(&self, id: usize) -> Vec2 {
         match &self.nodes[id] {
             Node::Image { levels, to_uv, .. } | Node::Cloth { levels, to_uv, .. } => {
                 let scale = to_uv.matrix2;
@@ -324,7 +325,7 @@ fn wrap_index(i: i64, n: usize, wrap: Wrap) -> usize {
     }) as usize
 }
 
-fn texel(image: &Image, wrap: [Wrap; 2], x: i64, y: i64) -> glam::Vec4 {
+pub(super) fn texel(image: &Image, wrap: [Wrap; 2], x: i64, y: i64) -> glam::Vec4 {
     let p = image.pixel(wrap_index(x, image.width, wrap[0]), wrap_index(y, image.height, wrap[1]));
     match *p {
         [r, g, b, a, ..] => glam::Vec4::new(r, g, b, a),

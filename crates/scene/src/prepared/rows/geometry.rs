@@ -3,8 +3,9 @@
 //! A mesh is stored once, in its own coordinates, however often it is placed. Forms are meshes here, with the normals and
 //! parameters of the form at every vertex.
 
-use super::mesh::{GeometryError, check, of_faces};
-use super::{Form, Rows};
+use super::Rows;
+use crate::prepared::Form;
+use crate::prepared::mesh::{GeometryError, check, of_faces};
 use crate::{Geometry, Mesh, Scene, Shape};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Mat4, Vec2, Vec3};

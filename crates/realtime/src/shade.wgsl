@@ -1,0 +1,253 @@
+// Light along a camera ray: what the visibility buffer saw, shaded, and up to BOUNCES surfaces behind it. The reference
+// renderer's path tracer with fewer choices left to chance: the first surface looks at every light while they are few.
+//
+// Every function that is large is called from one place, for drivers put it in place of its call.
+
+// Hash of Jarzynski and Olano 2020, "Hash Functions for GPU Rendering": PCG.
+fn pcg(v: u32) -> u32 {
+    let state = v * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
+// A nested uniform scramble of bit-reversed `x`. Laine and Karras 2011; constants of Vegdahl 2021.
+fn laine_karras(v: u32, seed: u32) -> u32 {
+    var x = v;
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= (seed >> 16u) | 1u;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return x;
+}
+
+// The first two dimensions of Sobol', scrambled and shuffled for the set `draw_set`: over the frames of a pixel each set is
+// stratified in two dimensions. Burley 2020, "Practical Hash-based Owen Scrambling".
+fn sample2(pixel: u32, draw_set: u32, index: u32) -> vec2<f32> {
+    let seed = pcg(pixel ^ pcg(draw_set));
+    let i = reverseBits(laine_karras(reverseBits(index), seed));
+    var y = 0u;
+    var v = 0x80000000u;
+    for (var bits = i; bits != 0u; bits >>= 1u) {
+        y ^= select(0u, v, (bits & 1u) != 0u);
+        v ^= v >> 1u;
+    }
+    let a = laine_karras(i, pcg(seed + 1u));
+    let b = laine_karras(reverseBits(y), pcg(seed + 2u));
+    // The 24 bits that a float keeps.
+    return vec2<f32>(vec2<u32>(reverseBits(a), reverseBits(b)) >> vec2<u32>(8u)) * 5.9604645e-8;
+}
+
+fn power_heuristic(a: f32, b: f32) -> f32 {
+    let r = b / max(a, 1e-30);
+    return 1.0 / (1.0 + r * r);
+}
+
+fn shading_point(s: Surface, footprint: f32) -> ShadingPoint {
+    return ShadingPoint(
+        Frame(s.frame_s, s.frame_t, s.frame_n), s.handedness, s.geometric_normal, s.dp_du, s.dp_dv, s.uv, footprint,
+        draws[s.draw].attributes, s.triangle, s.barycentric,
+    );
+}
+
+// The part of light that passes a surface, for rays on their way to a light.
+fn passes(draw: u32, triangle: u32, b: vec2<f32>, dir: vec3<f32>) -> f32 {
+    if (!SEES_THROUGH) {
+        return 0.0;
+    }
+    return shade_through(draws[draw].material, shading_point(surface_at(draw, triangle, b), 0.0), -dir);
+}
+
+@group(1) @binding(1) var visibility: texture_2d<u32>;
+
+@compute @workgroup_size(8, 8)
+fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x >= view.window.z || id.y >= view.window.w) {
+        return;
+    }
+    let pixel = pcg(id.x ^ pcg(id.y ^ pcg(view.seed)));
+    let camera = pixel_ray(id.xy);
+    var origin = camera.origin;
+    var dir = camera.dir;
+    var hit = Hit(camera.t_max, 0.0, 0.0, NONE, NONE);
+    let seen = textureLoad(visibility, id.xy, 0);
+    if (seen.x != 0u) {
+        hit = intersect_triangle(seen.x - 1u, seen.y, origin, dir);
+    }
+    var radiance = vec3<f32>(0.0);
+    var throughput = vec3<f32>(1.0);
+    var alpha = 0.0;
+    // Where the last direction was drawn, towards which side, and how likely it was.
+    var facing = vec3<f32>(0.0);
+    var drawn_pdf = 0.0;
+    var drawn_delta = true;
+    // How far back that was.
+    var since = 0.0;
+    var absorption = vec3<f32>(0.0);
+    // The ray's footprint and how it grows.
+    var width = 0.0;
+    var spread = abs(view.scale.x);
+    if (view.orthographic != 0u) {
+        width = length(vector_to_world(view.to_world, vec3<f32>(view.scale.x, 0.0, 0.0)));
+        spread = 0.0;
+    }
+    // Surfaces passed straight through count as little as those before the camera.
+    var null_steps = 0u;
+    for (var depth = 0u; depth <= BOUNCES;) {
+        if (hit.draw == NONE) {
+            // Lights at infinity.
+            if (depth == 0u && HIDE_EMITTERS) {
+                break;
+            }
+            var sum = background();
+            for (var i = 0u; i < environment_count(); i += 1u) {
+                let e = environment_of(i);
+                let r = environment_radiance_pdf(e.y, dir, facing);
+                var weight = 1.0;
+                if (!drawn_delta) {
+                    weight = power_heuristic(drawn_pdf, r.w * light_chance(e.x, depth));
+                }
+                sum += weight * r.xyz;
+            }
+            radiance += throughput * sum;
+            break;
+        }
+        if (any(absorption != vec3<f32>(0.0))) {
+            throughput *= exp(-hit.t * absorption);
+        }
+        since += hit.t;
+        let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+        let wo = -dir;
+        // Width on the surface, stretched where it is seen at a slant, in units of uv.
+        width += spread * hit.t;
+        let slant = max(abs(dot(s.geometric_normal, dir)), 0.1);
+        let footprint = width / (slant * max(min(length(s.dp_du), length(s.dp_dv)), 1e-12));
+        let point = shading_point(s, footprint);
+        shade(s.material, point, wo);
+        if (alpha == 0.0 && through < 1.0) {
+            alpha = 1.0;
+        }
+        let own_facing = shading_facing(s.frame_n, wo);
+        let smooth_lobes = shading_smooth();
+        let last = depth == BOUNCES;
+        let first_set = 16u * depth + 1024u * null_steps;
+
+        // A direction to go on into.
+        let u_lobe = vec4<f32>(sample2(pixel, first_set, view.index), sample2(pixel, first_set + 1u, view.index));
+        var next = ShadingSample(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), false, false, false);
+        if (!last || through > 0.0) {
+            next = shading_sample(u_lobe, wo);
+        }
+
+        // Looked at one after the other: what the surface itself sends (0), lights, and the direction drawn.
+        let count = emitter_count();
+        var looks = select(min(count, LIGHTS), min(count, 1u), depth > 0u);
+        if (last || !smooth_lobes) {
+            looks = 0u;
+        }
+        for (var look = 0u; look <= looks + 1u; look += 1u) {
+            var value = NONE;
+            var at = point;
+            var wi = next.wi;
+            var factor = vec3<f32>(1.0);
+            var pdf = 0.0;
+            var distance = 0.0;
+            var is_delta = false;
+            let of_light = look > 0u && look <= looks;
+            if (look == 0u) {
+                if (s.emitter == NONE || (depth == 0u && HIDE_EMITTERS)) {
+                    continue;
+                }
+                value = emitted(s.emitter, s.frame_n, wo);
+                if (value == NONE) {
+                    continue;
+                }
+                if (!drawn_delta) {
+                    let p = area_pdf(s.emitter, since, dot(s.geometric_normal, dir));
+                    factor = vec3<f32>(power_heuristic(drawn_pdf, p * light_chance(s.emitter, depth)));
+                }
+            } else if (of_light) {
+                let u = sample2(pixel, first_set + 4u + look, view.index);
+                var emitter = look - 1u;
+                var chance = 1.0;
+                if (looks < count) {
+                    let stratum = (f32(look - 1u) + sample2(pixel, first_set + 2u, view.index).x) / f32(looks);
+                    let choice = emitter_choose(stratum);
+                    emitter = choice.entry;
+                    chance = choice.probability * f32(looks);
+                }
+                let light = light_sample(emitter, s.position, own_facing, u);
+                if (light.pdf <= 0.0 || chance <= 0.0) {
+                    continue;
+                }
+                value = light_value;
+                at = light_at;
+                wi = light.wi;
+                pdf = light.pdf * chance;
+                factor = light.radiance;
+                distance = light.distance;
+                is_delta = light.is_delta;
+            } else if (!next.combine) {
+                continue;
+            }
+            if (value != NONE) {
+                factor *= value_at(at, vec2<f32>(0.0), value).xyz;
+            }
+            if (look == 0u) {
+                radiance += throughput * factor;
+                continue;
+            }
+            let f = shading_eval_pdf(wi);
+            if (!of_light) {
+                next.pdf = f.w;
+                next.weight = select(vec3<f32>(0.0), f.xyz / max(f.w, 1e-30), f.w > 0.0);
+                continue;
+            }
+            if (all(f.xyz <= vec3<f32>(0.0))) {
+                continue;
+            }
+            let start = offset_origin(s.position, s.error, s.geometric_normal, wi);
+            let clear = trace_any(start, wi, 0.0, distance * (1.0 - 1e-3));
+            let weight = select(power_heuristic(pdf, f.w), 1.0, is_delta);
+            radiance += throughput * f.xyz * factor * (clear * weight / pdf);
+        }
+
+        if (next.pdf <= 0.0 || (last && !next.is_null) || null_steps > 32u) {
+            break;
+        }
+        throughput *= next.weight;
+        if (has_body && dot(s.geometric_normal, wo) * dot(s.geometric_normal, next.wi) < 0.0) {
+            absorption = select(vec3<f32>(0.0), body, dot(s.geometric_normal, next.wi) < 0.0);
+        }
+        if (next.is_null) {
+            null_steps += 1u;
+        } else {
+            facing = own_facing;
+            since = 0.0;
+            drawn_pdf = next.pdf;
+            drawn_delta = next.is_delta;
+            depth += 1u;
+            if (!next.is_delta) {
+                // A rough bounce spreads the footprint like a lobe of that density.
+                spread = max(spread, min(sqrt(1.0 / (4.0 * max(next.pdf, 0.05))), 0.5));
+            }
+        }
+        if (all(throughput <= vec3<f32>(0.0))) {
+            break;
+        }
+        origin = offset_origin(s.position, s.error, s.geometric_normal, next.wi);
+        dir = next.wi;
+        hit = trace_closest(origin, dir, 0.0, 1e30);
+    }
+    film_add(id.xy, vec4<f32>(radiance, alpha));
+}
+
+// How likely a light sample of the surface before was to look at this emitter at all.
+fn light_chance(emitter: u32, depth: u32) -> f32 {
+    let count = emitter_count();
+    let looks = select(min(count, LIGHTS), min(count, 1u), depth > 1u);
+    if (looks >= count) {
+        return 1.0;
+    }
+    return min(emitter_probability(emitter) * f32(looks), 1.0);
+}

@@ -1,0 +1,181 @@
+//! Light whose amount is known: spheres in a white room without walls, and lights that fall with the square of the
+//! distance.
+
+use glam::{Mat4, Vec2, Vec3};
+use std::sync::Arc;
+use yugen_optics::Image;
+use yugen_realtime::{Gpu, Options, Stage, StageError};
+use yugen_reflectance::Kind;
+use yugen_scene::prepared::Rows;
+use yugen_scene::{
+    Camera, Film, Filter, FovAxis, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape, Value,
+};
+
+/// `None` after saying why; with `REQUIRE_GPU=1` a panic instead.
+fn gpu() -> Option<Gpu> {
+    match Gpu::open() {
+        Ok(gpu) => Some(gpu),
+        Err(e @ StageError::NoAdapter) if std::env::var("REQUIRE_GPU").is_ok_and(|v| v == "1") => {
+            panic!("REQUIRE_GPU=1, but {e}")
+        }
+        Err(e) => {
+            println!("skipped: {e}");
+            None
+        }
+    }
+}
+
+/// From (0, 0, 4) to the origin, all of a unit sphere there in view.
+fn camera(size: u32) -> Camera {
+    Camera {
+        name: "test".into(),
+        to_world: Mat4::from_translation(Vec3::Z * 4.0) * Mat4::from_rotation_y(std::f32::consts::PI),
+        projection: Projection::Perspective {
+            fov_x: 0.6,
+            fov_axis: FovAxis::X,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            principal_point: Vec2::ZERO,
+        },
+        near_far: [0.01, 100.0],
+        film: Film { width: size, height: size, crop: None, filter: Filter::Box },
+        samples_per_pixel: 1,
+    }
+}
+
+fn picture(gpu: &Gpu, scene: &Scene, size: u32, bounces: u32, frames: u32) -> Image {
+    let rows = Rows::new(scene).expect("rows");
+    let options = Options {
+        size: [size; 2],
+        filter: Filter::Box,
+        aovs: Vec::new(),
+        trace_camera: false,
+        threads: 2,
+        bounces: Some(bounces),
+        hide_emitters: false,
+        seed: 0,
+    };
+    let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
+    for _ in 0..frames {
+        stage.frame(&camera(size)).expect("a frame");
+    }
+    stage.image().expect("a picture")
+}
+
+fn model(kind: Kind, set: &[(&str, Value)]) -> Material {
+    let mut builder = ModelBuilder::new(kind);
+    for (param, value) in set {
+        builder.set(param, value.clone()).expect("a parameter");
+    }
+    builder.build().expect("a model")
+}
+
+/// What a sphere of albedo one half looks like: one where nothing is, one half on the sphere.
+#[test]
+fn a_grey_sphere_in_a_white_sky_is_as_bright_as_its_albedo() {
+    let Some(gpu) = gpu() else { return };
+    let mut white = Image::rgb(8, 5);
+    white.data.fill(1.0);
+    let skies = [
+        Light::Constant { radiance: Vec3::ONE },
+        Light::Environment { image: Arc::new(white), scale: 1.0, to_world: Mat4::IDENTITY },
+    ];
+    for sky in skies {
+        let scene = Scene {
+            materials: vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))])],
+            shapes: vec![Shape::new("ball", Geometry::Sphere, Mat4::IDENTITY, 0)],
+            lights: vec![sky],
+            ..Scene::default()
+        };
+        let image = picture(&gpu, &scene, 24, 1, 64);
+        let at = |x, y| Vec3::from_slice(image.pixel(x, y));
+        assert!((at(0, 0) - Vec3::ONE).length() < 1e-5, "{}", at(0, 0));
+        // Three standard deviations of one estimate of 64 samples, and the mean of a patch.
+        let patch: Vec<Vec3> = (8..16).flat_map(|y| (8..16).map(move |x| at(x, y))).collect();
+        let mean = patch.iter().sum::<Vec3>() / patch.len() as f32;
+        assert!((mean - 0.5).abs().max_element() < 2e-3, "{mean}");
+        assert!(patch.iter().all(|c| (*c - 0.5).abs().max_element() < 0.05));
+    }
+}
+
+/// A point light and a small bright square of the same intensity light a wall alike, and as the formula says.
+#[test]
+fn a_lamp_lights_a_wall_by_its_distance_and_slant() {
+    let Some(gpu) = gpu() else { return };
+    let wall = Shape::new("wall", Geometry::Rectangle, Mat4::from_scale(Vec3::splat(3.0)), 0);
+    let lamp_at = Vec3::new(0.5, 0.3, 1.5);
+    let side = 0.05f32;
+    let square = Shape {
+        // Facing the wall; its radiance times its area is the intensity straight down.
+        emission: Some(Value::Number(1.0 / (4.0 * side * side))),
+        ..Shape::new(
+            "lamp",
+            Geometry::Rectangle,
+            Mat4::from_translation(lamp_at)
+                * Mat4::from_rotation_x(std::f32::consts::PI)
+                * Mat4::from_scale(Vec3::splat(side)),
+            0,
+        )
+    };
+    let material = || vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))])];
+    let point = Scene {
+        materials: material(),
+        shapes: vec![wall.clone()],
+        lights: vec![Light::Point { position: lamp_at, intensity: Vec3::ONE }],
+        ..Scene::default()
+    };
+    let area = Scene { materials: material(), shapes: vec![wall, square], ..Scene::default() };
+    for (scene, emits_by_cosine, tolerance) in [(point, false, 2e-3), (area, true, 2e-2)] {
+        let image = picture(&gpu, &scene, 64, 1, 128);
+        for (x, y) in [(14, 13), (32, 33), (49, 22), (9, 53)] {
+            // The middle of the pixel on the wall; the picture's x runs against the camera's.
+            let half = 0.3f32.tan() * 4.0;
+            let place = |i: usize| (2.0 * (i as f32 + 0.5) / 64.0 - 1.0) * half;
+            let p = Vec3::new(place(x), -place(y), 0.0);
+            let to = lamp_at - p;
+            let cos = to.z / to.length();
+            let mut want = 0.5 / std::f32::consts::PI * cos / to.length_squared();
+            if emits_by_cosine {
+                want *= cos;
+            }
+            let got = image.pixel(x, y)[1];
+            assert!((got / want - 1.0).abs() < tolerance, "({x}, {y}): {got}, not {want}");
+        }
+    }
+}
+
+/// In a closed white room of albedo a whose walls shine with E, light after n bounces is E (1 − aⁿ⁺¹)/(1 − a).
+#[test]
+fn a_closed_room_fills_with_light_bounce_by_bounce() {
+    let Some(gpu) = gpu() else { return };
+    let room = Shape {
+        emission: Some(Value::Number(1.0)),
+        flip_normals: true,
+        ..Shape::new("room", Geometry::Sphere, Mat4::from_scale(Vec3::splat(20.0)), 0)
+    };
+    let scene = Scene {
+        materials: vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))])],
+        shapes: vec![room],
+        ..Scene::default()
+    };
+    for bounces in [0, 1, 3] {
+        let image = picture(&gpu, &scene, 16, bounces, 64);
+        let mean = image.data.chunks(4).map(|p| p[0]).sum::<f32>() / 256.0;
+        let want = 2.0 * (1.0 - 0.5f32.powi(bounces as i32 + 1));
+        assert!((mean / want - 1.0).abs() < 5e-3, "{bounces}: {mean}, not {want}");
+    }
+}
+
+/// Same seed, same bits, whatever was rendered before.
+#[test]
+fn the_same_frames_are_the_same_bits() {
+    let Some(gpu) = gpu() else { return };
+    let scene = Scene {
+        materials: vec![model(Kind::Ggx, &[("alpha_x", Value::Number(0.2))])],
+        shapes: vec![Shape::new("ball", Geometry::Sphere, Mat4::IDENTITY, 0)],
+        lights: vec![Light::Constant { radiance: Vec3::new(0.2, 0.5, 1.0) }],
+        ..Scene::default()
+    };
+    let [a, b] = [0, 1].map(|_| picture(&gpu, &scene, 24, 2, 5));
+    assert_eq!(a.data, b.data);
+}

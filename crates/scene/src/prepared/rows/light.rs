@@ -1,0 +1,198 @@
+//! Emitters as rows of [`STRIDE`] words.
+
+use super::texture::Programs;
+use super::{NONE, Rows, RowsError, environment};
+use crate::prepared::{Environment, Textures};
+use crate::{Geometry, Light, Scene, Texture, Value};
+use glam::{Mat3, Vec3};
+use std::f32::consts::PI;
+use yugen_optics::distribution;
+
+/// Words of an emitter. `light.wgsl` knows it, and what they mean.
+const STRIDE: usize = 28;
+
+/// Kinds of emitters, the first word of each.
+#[derive(Clone, Copy)]
+#[repr(u32)]
+enum Op {
+    Area,
+    Point,
+    Spot,
+    Directional,
+    Environment,
+    Projector,
+}
+
+/// The emitter of each shape: those that shine come first, in their order.
+pub(super) fn number(scene: &Scene) -> Result<Vec<Option<u32>>, RowsError> {
+    if let Some(shape) = scene.groups.iter().flatten().find(|s| s.emission.is_some()) {
+        return Err(RowsError::EmitterInGroup(shape.name.clone()));
+    }
+    let mut count = 0;
+    let number = |shape: &crate::Shape| {
+        let shines = shape.emission.is_some() && !matches!(shape.geometry, Geometry::Instance(_));
+        shines.then(|| {
+            count += 1;
+            count - 1
+        })
+    };
+    Ok(scene.shapes.iter().map(number).collect())
+}
+
+/// Adds the emitters, the chance of each and those before it to be chosen by its power, and the background.
+pub(super) fn write(
+    scene: &Scene,
+    textures: &Textures,
+    programs: &mut Programs,
+    of_shape: &[Option<u32>],
+    rows: &mut Rows,
+) -> Result<(), RowsError> {
+    let luminance = scene.working_space.luminance_weights();
+    let lit = scene.lights.iter().filter(|l| !matches!(l, Light::Constant { .. })).count();
+    let count = of_shape.iter().flatten().count() + lit;
+    let table = rows.words.len();
+    rows.words.resize(table + STRIDE * count, 0);
+    let radius = rows.radius();
+    let mut next = 0;
+    let mut power = Vec::new();
+    let mut environments = Vec::new();
+    let mut background = Vec3::ZERO;
+
+    for (shape, _) in scene.shapes.iter().zip(of_shape).filter(|(_, e)| e.is_some()) {
+        let Some(radiance) = &shape.emission else { continue };
+        let draw = rows.draws.iter().position(|d| d.emitter == next).map_or(NONE, |i| i as u32);
+        let value = programs.value(radiance, rows)?;
+        let (cumulative, area) = rows.areas(draw);
+        let mean = luminance.dot(textures.mean(radiance)).max(0.0);
+        let sides = if shape.two_sided_emission { 2.0 } else { 1.0 };
+        power.push(mean * area * PI * sides);
+        let mut words = vec![Op::Area as u32, draw, u32::from(shape.two_sided_emission)];
+        words.extend(value);
+        words.extend([rows.numbers.len() as u32, cumulative.len() as u32, area.to_bits()]);
+        rows.numbers.extend(cumulative);
+        put(rows, table, &mut next, &words);
+    }
+    for light in &scene.lights {
+        let mut words = Vec::new();
+        let floats = |words: &mut Vec<u32>, v: &[f32]| words.extend(v.iter().map(|x| x.to_bits()));
+        match light {
+            Light::Constant { radiance } => {
+                background += *radiance;
+                continue;
+            }
+            Light::Point { position, intensity } => {
+                words.push(Op::Point as u32);
+                floats(&mut words, &position.to_array());
+                floats(&mut words, &intensity.to_array());
+                power.push(4.0 * PI * luminance.dot(*intensity));
+            }
+            Light::Spot { to_world, intensity, beam, cutoff, texture } => {
+                words.push(Op::Spot as u32);
+                floats(&mut words, &to_world.w_axis.truncate().to_array());
+                floats(&mut words, &intensity.to_array());
+                floats(&mut words, &Mat3::from_mat4(*to_world).inverse().to_cols_array());
+                floats(&mut words, &[*beam, *cutoff]);
+                match texture {
+                    Some(id) => words.extend(programs.value(&Value::Texture(*id), rows)?),
+                    None => words.push(NONE),
+                }
+                power.push(2.0 * PI * (1.0 - cutoff.cos()) * luminance.dot(*intensity));
+            }
+            Light::Directional { direction, irradiance } => {
+                words.push(Op::Directional as u32);
+                floats(&mut words, &direction.normalize_or(-Vec3::Z).to_array());
+                floats(&mut words, &irradiance.to_array());
+                power.push(PI * radius * radius * luminance.dot(*irradiance));
+            }
+            Light::Environment { image, scale, to_world } => {
+                let e = Environment::new(image, *scale, *to_world, luminance)?;
+                environments.push(next);
+                // Four times the irradiance is the mean radiance times 4π.
+                power.push(4.0 * PI * radius * radius * e.irradiance(Vec3::ZERO));
+                words.extend([Op::Environment as u32, environment::write(&e, rows)]);
+            }
+            Light::Projector { to_world, texture, scale, fov_x } => {
+                let half = (0.5 * fov_x).tan();
+                let aspect = match &scene.textures[*texture] {
+                    Texture::Image { image, .. } => image.width as f32 / image.height as f32,
+                    _ => 1.0,
+                };
+                let to_local = to_world.inverse();
+                words.push(Op::Projector as u32);
+                for row in 0..3 {
+                    floats(&mut words, &to_local.row(row).to_array());
+                }
+                floats(&mut words, &to_world.w_axis.truncate().to_array());
+                let axis = to_world.transform_vector3(Vec3::Z).normalize_or(Vec3::Z);
+                floats(&mut words, &axis.to_array());
+                words.extend(programs.value(&Value::Texture(*texture), rows)?);
+                floats(&mut words, &[*scale, half, half / aspect]);
+                power.push(PI * scale * 4.0 * half * half / aspect);
+            }
+        }
+        put(rows, table, &mut next, &words);
+    }
+
+    // A tenth to all alike, so that a light that matters locally is never starved.
+    let power: Vec<f64> =
+        power.iter().map(|p| if p.is_finite() { f64::from(p.max(0.0)) } else { 0.0 }).collect();
+    let floor = 0.1 * power.iter().sum::<f64>() / power.len().max(1) as f64;
+    let mut chances = vec![0.0; power.len()];
+    if !power.is_empty() {
+        distribution::accumulate(power.iter().map(|p| p + floor), &mut chances);
+    }
+    rows.emitters = next;
+    rows.words[4..7].copy_from_slice(&[table as u32, next, rows.numbers.len() as u32]);
+    rows.numbers.extend(chances);
+    rows.words[7] = rows.words.len() as u32;
+    rows.words.push(environments.len() as u32);
+    rows.words.extend(environments);
+    rows.words[8..11].copy_from_slice(&background.to_array().map(f32::to_bits));
+    Ok(())
+}
+
+fn put(rows: &mut Rows, table: usize, next: &mut u32, words: &[u32]) {
+    let at = table + STRIDE * *next as usize;
+    rows.words[at..at + words.len()].copy_from_slice(words);
+    *next += 1;
+}
+
+impl Rows {
+    fn corners(&self, draw: usize, triangle: u32) -> [Vec3; 3] {
+        let rows = self.draws[draw].to_world;
+        self.triangles[triangle as usize].map(|i| {
+            let p = Vec3::from(self.vertices[i as usize].position).extend(1.0);
+            Vec3::from(rows.map(|r| glam::Vec4::from(r).dot(p)))
+        })
+    }
+
+    /// Of a draw's triangles in the world: what part each and those before it have, and the whole area.
+    fn areas(&self, draw: u32) -> (Vec<f32>, f32) {
+        let Some(d) = self.draws.get(draw as usize) else { return (Vec::new(), 0.0) };
+        let area = |i: u32| {
+            let [a, b, c] = self.corners(draw as usize, d.first_triangle + i);
+            f64::from(0.5 * (b - a).cross(c - a).length())
+        };
+        let mut cumulative = vec![0.0; d.triangles as usize];
+        if cumulative.is_empty() {
+            return (cumulative, 0.0);
+        }
+        let sum = distribution::accumulate((0..d.triangles).map(area), &mut cumulative);
+        (cumulative, sum as f32)
+    }
+
+    /// Of a sphere around everything, roughly.
+    fn radius(&self) -> f32 {
+        let (mut lo, mut hi) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for draw in &self.draws {
+            let mesh = self.meshes[draw.mesh as usize];
+            let own = &self.vertices[mesh.first_vertex as usize..][..mesh.vertices as usize];
+            for v in own {
+                let p = Vec3::from(v.position).extend(1.0);
+                let p = Vec3::from(draw.to_world.map(|r| glam::Vec4::from(r).dot(p)));
+                (lo, hi) = (lo.min(p), hi.max(p));
+            }
+        }
+        if lo.x <= hi.x { 0.5 * (hi - lo).length() } else { 1.0 }
+    }
+}

@@ -1,0 +1,188 @@
+// Emitters. Words as in rows/light.rs.
+
+const EMITTER_WORDS: u32 = 28u;
+const EMITTER_AREA: u32 = 0u;
+const EMITTER_POINT: u32 = 1u;
+const EMITTER_SPOT: u32 = 2u;
+const EMITTER_DIRECTIONAL: u32 = 3u;
+const EMITTER_ENVIRONMENT: u32 = 4u;
+
+// The unit normal on the side that the winding and the vertex normals say, of a triangle of a draw with these edges.
+fn draw_normal(flags: u32, e1: vec3<f32>, e2: vec3<f32>) -> vec3<f32> {
+    let n = normalize_or(cross(e1, e2), vec3<f32>(0.0, 0.0, 1.0));
+    let turned = (flags & (HAS_NORMALS | MIRRORED)) == (HAS_NORMALS | MIRRORED);
+    return select(n, -n, turned != ((flags & FLIPPED) != 0u));
+}
+
+fn emitter_count() -> u32 {
+    return word_at(5u);
+}
+
+fn emitter_at(emitter: u32) -> u32 {
+    return word_at(4u) + EMITTER_WORDS * emitter;
+}
+
+// By its power. Of many lights: which, and how likely that was.
+fn emitter_choose(u: f32) -> Choice {
+    return choose(word_at(6u), emitter_count(), u);
+}
+
+fn emitter_probability(emitter: u32) -> f32 {
+    return choice_probability(word_at(6u), emitter);
+}
+
+// A direction towards a light. Where `pdf` is 0 nothing comes from it.
+struct LightSample {
+    wi: vec3<f32>,
+    // How far the way must be free.
+    distance: f32,
+    // Radiance; of a Dirac light irradiance on a surface that faces it.
+    radiance: vec3<f32>,
+    // Per solid angle; 1 for a Dirac light.
+    pdf: f32,
+    is_delta: bool,
+}
+
+fn no_light() -> LightSample {
+    return LightSample(vec3<f32>(0.0, 0.0, 1.0), 0.0, vec3<f32>(0.0), 0.0, false);
+}
+
+// Where a program or a value is looked up that no surface has.
+fn nowhere(uv: vec2<f32>) -> ShadingPoint {
+    let z = vec3<f32>(0.0, 0.0, 1.0);
+    let frame = Frame(vec3<f32>(1.0, 0.0, 0.0), vec3<f32>(0.0, 1.0, 0.0), z);
+    return ShadingPoint(frame, 1.0, z, frame.s, frame.t, uv, 0.0, NONE, 0u, vec2<f32>(0.0));
+}
+
+// What an emitter's radiance is to be multiplied by is looked up by the caller, who does so for surfaces, too: `value`
+// is where its four words are (NONE: nothing is), `at` where it is looked up.
+var<private> light_value: u32;
+var<private> light_at: ShadingPoint;
+
+// A direction from `position` to an emitter; `facing`: the side that light has to come to, zero for both.
+fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f32>) -> LightSample {
+    light_value = NONE;
+    let e = emitter_at(emitter);
+    let kind = word_at(e);
+    if (kind == EMITTER_AREA) {
+        return area_sample(e, position, u);
+    }
+    if (kind == EMITTER_DIRECTIONAL) {
+        return LightSample(-vec3_at(e + 1u), 3.0e38, vec3_at(e + 4u), 1.0, true);
+    }
+    if (kind == EMITTER_ENVIRONMENT) {
+        let s = environment_sample(word_at(e + 1u), facing, u);
+        return LightSample(s.wi, 3.0e38, environment_radiance_at(word_at(e + 1u), s.place), s.pdf, false);
+    }
+    var origin = vec3_at(e + 1u);
+    if (kind > EMITTER_ENVIRONMENT) {
+        origin = vec3_at(e + 13u);
+    }
+    let to = origin - position;
+    let d2 = dot(to, to);
+    let distance = sqrt(d2);
+    let wi = to / distance;
+    var intensity = vec3_at(e + 4u);
+    if (kind == EMITTER_SPOT) {
+        let local = normalize(mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u)) * -wi);
+        let angle = acos(clamp(local.z, -1.0, 1.0));
+        let beam = float_at(e + 16u);
+        let cutoff = float_at(e + 17u);
+        if (angle >= cutoff) {
+            return no_light();
+        }
+        if (angle > beam) {
+            intensity *= (cutoff - angle) / (cutoff - beam);
+        }
+        if (word_at(e + 18u) != NONE) {
+            light_value = e + 18u;
+            light_at = nowhere(0.5 + 0.5 * local.xy / (local.z * tan(cutoff)));
+        }
+    } else if (kind > EMITTER_ENVIRONMENT) {
+        let p = vec4<f32>(position, 1.0);
+        var local: vec3<f32>;
+        for (var i = 0u; i < 3u; i += 1u) {
+            local[i] = dot(vec4<f32>(vec3_at(e + 1u + 4u * i), float_at(e + 4u + 4u * i)), p);
+        }
+        let half = vec2<f32>(float_at(e + 24u), float_at(e + 25u));
+        let uv = 0.5 - 0.5 * local.xy / (local.z * half);
+        if (local.z <= 0.0 || any(uv < vec2<f32>(0.0)) || any(uv > vec2<f32>(1.0))) {
+            return no_light();
+        }
+        // Falls with 1/cos^3 so that a wall is lit evenly.
+        let c = -dot(vec3_at(e + 16u), wi);
+        intensity = vec3<f32>(PI * float_at(e + 23u) / (c * c * c));
+        light_value = e + 19u;
+        light_at = nowhere(uv);
+    }
+    return LightSample(wi, distance, intensity / d2, 1.0, true);
+}
+
+// Evenly by area.
+fn area_sample(e: u32, position: vec3<f32>, u: vec2<f32>) -> LightSample {
+    let draw = word_at(e + 1u);
+    let count = word_at(e + 8u);
+    if (draw == NONE || count == 0u) {
+        return no_light();
+    }
+    let which = choose(word_at(e + 7u), count, u.x);
+    let m = draws[draw].to_world;
+    let flags = draws[draw].flags;
+    let triangle = draws[draw].first_triangle + which.entry;
+    let corners = corners_of(triangle);
+    let root = sqrt(which.u);
+    let w = vec2<f32>(root * (1.0 - u.y), root * u.y);
+    let pa = point_to_world(m, vertices[corners.x].position);
+    let e1 = point_to_world(m, vertices[corners.y].position) - pa;
+    let e2 = point_to_world(m, vertices[corners.z].position) - pa;
+    let to = pa + e1 * w.x + e2 * w.y - position;
+    let d2 = dot(to, to);
+    let distance = sqrt(d2);
+    let wi = to / distance;
+    let facing = -dot(wi, draw_normal(flags, e1, e2));
+    if (!(d2 > 0.0) || facing == 0.0 || (facing < 0.0 && word_at(e + 2u) == 0u)) {
+        return no_light();
+    }
+    var at = nowhere(w);
+    if ((flags & HAS_UVS) != 0u) {
+        let uva = vec2<f32>(vertices[corners.x].u, vertices[corners.x].v);
+        let uvb = vec2<f32>(vertices[corners.y].u, vertices[corners.y].v);
+        let uvc = vec2<f32>(vertices[corners.z].u, vertices[corners.z].v);
+        at.uv = uva + w.x * (uvb - uva) + w.y * (uvc - uva);
+    }
+    at.attributes = draws[draw].attributes;
+    at.triangle = triangle;
+    at.barycentric = w;
+    let pdf = d2 / (abs(facing) * float_at(e + 9u));
+    light_value = e + 3u;
+    light_at = at;
+    return LightSample(wi, distance, vec3<f32>(1.0), pdf, false);
+}
+
+// Density per solid angle with which area_sample finds a point of emitter `emitter` at this distance, whose geometric
+// normal has this cosine to the way.
+fn area_pdf(emitter: u32, distance: f32, c: f32) -> f32 {
+    return distance * distance / max(abs(c) * float_at(emitter_at(emitter) + 9u), 1e-30);
+}
+
+// Where the value of the radiance is that a surface of emitter `emitter` with this shading normal sends towards `wo`;
+// NONE where it sends nothing there.
+fn emitted(emitter: u32, normal: vec3<f32>, wo: vec3<f32>) -> u32 {
+    let e = emitter_at(emitter);
+    return select(e + 3u, NONE, word_at(e + 2u) == 0u && dot(normal, wo) <= 0.0);
+}
+
+fn environment_count() -> u32 {
+    return word_at(word_at(7u));
+}
+
+// The emitter of environment `i`, and where its words begin.
+fn environment_of(i: u32) -> vec2<u32> {
+    let emitter = word_at(word_at(7u) + 1u + i);
+    return vec2<u32>(emitter, word_at(emitter_at(emitter) + 1u));
+}
+
+// The same radiance from everywhere.
+fn background() -> vec3<f32> {
+    return vec3_at(8u);
+}

@@ -1,0 +1,168 @@
+//! A scene as rows of plain numbers that shaders read as they are, and the WGSL that reads them.
+//!
+//! | rows | what is in them |
+//! | --- | --- |
+//! | `vertices`, `triangles`, `meshes`, `draws` | shapes |
+//! | `words` | what is looked up by the word: the header, then materials, programs of textures, lights, attributes, tables of environments |
+//! | `numbers` | parameters and tables of reflectance models, sums of areas |
+//! | `texels` | pictures with their pyramids, the moments of cloths, environments |
+
+mod environment;
+mod geometry;
+mod light;
+mod material;
+mod texture;
+
+pub use geometry::{DrawRow, MeshRow, NONE, VertexRow};
+
+use super::{BadEnvironment, GeometryError, MaterialError, Materials, Textures};
+use crate::{MissingAttribute, Scene, Texture};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use yugen_reflectance::{Kind, MAX_SLOTS, wgsl_library};
+
+/// A scene as rows.
+#[derive(Clone, Debug, Default)]
+pub struct Rows {
+    /// Vertices of all meshes.
+    pub vertices: Vec<VertexRow>,
+    /// Triangles of all meshes: indices into `vertices`, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// The meshes.
+    pub meshes: Vec<MeshRow>,
+    /// Where they are.
+    pub draws: Vec<DrawRow>,
+    /// What is looked up by the word, from the header of [`HEADER`] words on.
+    pub words: Vec<u32>,
+    /// Parameters and tables of reflectance models; sums of areas.
+    pub numbers: Vec<f32>,
+    /// Four channels each.
+    pub texels: Vec<[f32; 4]>,
+    /// Reflectance models that occur.
+    pub kinds: Vec<Kind>,
+    /// Most lobes that a material resolves to at one point.
+    pub lobes: u32,
+    /// Most maps of normals or heights over one another.
+    pub turns: u32,
+    /// Whether a material is a cloth.
+    pub has_cloth: bool,
+    /// Whether anything varies over a surface.
+    pub has_programs: bool,
+    /// Emitters, of which the header knows where they begin.
+    pub emitters: u32,
+    /// Attributes of meshes that textures ask for.
+    pub attribute_names: Vec<String>,
+}
+
+/// The structs of shapes.
+pub const GEOMETRY_WGSL: &str = include_str!("geometry.wgsl");
+
+/// Words of the header: weights of luminance (3 floats); where the table of materials begins; where that of emitters
+/// begins, and how many there are; where their chances begin in `numbers`; where the list of environments begins (how
+/// many, then the emitter of each); the radiance of the background (3 floats); unused.
+pub const HEADER: usize = 12;
+
+/// A scene that cannot be made into rows.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum RowsError {
+    /// Shapes.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// Materials.
+    #[error(transparent)]
+    Material(#[from] MaterialError),
+    /// Environments.
+    #[error(transparent)]
+    Environment(#[from] BadEnvironment),
+    /// Attributes of meshes.
+    #[error(transparent)]
+    Attribute(#[from] MissingAttribute),
+    /// Emission on shapes inside a group.
+    #[error("shape '{0}' inside a group emits light; instances cannot: place it in the scene itself")]
+    EmitterInGroup(String),
+    /// Textures made of textures made of textures.
+    #[error("texture {texture} is made of others more than {limit} deep")]
+    Deep {
+        /// Index in the scene.
+        texture: usize,
+        /// How deep it may be.
+        limit: usize,
+    },
+}
+
+impl Rows {
+    /// The rows of `scene`.
+    pub fn new(scene: &Scene) -> Result<Self, RowsError> {
+        scene.check_attributes()?;
+        let textures = Textures::new(scene);
+        let materials = Materials::new(scene)?;
+        let names: BTreeSet<&str> = scene
+            .textures
+            .iter()
+            .filter_map(|t| match t {
+                Texture::MeshAttribute { name } | Texture::At { attribute: name, .. } => Some(name.as_str()),
+                _ => None,
+            })
+            .collect();
+        let mut rows = Self {
+            attribute_names: names.into_iter().map(String::from).collect(),
+            words: vec![0; HEADER],
+            ..Self::default()
+        };
+        let luminance = scene.working_space.luminance_weights();
+        rows.words[..3].copy_from_slice(&luminance.to_array().map(f32::to_bits));
+        let mut programs = texture::Programs::new(&textures);
+        material::write(&materials, &mut programs, &mut rows)?;
+        let of_shape = light::number(scene)?;
+        rows.add_shapes(scene, &|m| materials.see_through(m), &|shape| of_shape[shape])?;
+        light::write(scene, &textures, &mut programs, &of_shape, &mut rows)?;
+        Ok(rows)
+    }
+
+    /// Appends floats to the words.
+    fn push_floats(&mut self, values: &[f32]) {
+        self.words.extend(values.iter().map(|v| v.to_bits()));
+    }
+}
+
+/// Everything a shader needs to know what a surface of these rows reflects and which light comes to it: the library of
+/// reflectance models, lookup of textures, materials, lights and environments. The shader that includes it declares
+/// `vertices: array<Vertex>`, `triangles: array<u32>` and `draws: array<Draw>` of [`GEOMETRY_WGSL`], `words: array<u32>`,
+/// `numbers: array<f32>` and `texels: array<vec4<f32>>`.
+pub fn wgsl(rows: &Rows) -> String {
+    let mut out = wgsl_library(&rows.kinds);
+    let _ = writeln!(
+        out,
+        "const LOBES: u32 = {}u;\nconst TURNS: u32 = {}u;\nconst SLOTS: u32 = {MAX_SLOTS}u;",
+        rows.lobes.max(1),
+        rows.turns.max(1)
+    );
+    // What a scene has not is left out of the shader when it is compiled.
+    let _ = writeln!(
+        out,
+        "const HAS_TURNS: bool = {};\nconst HAS_PROGRAMS: bool = {};\nconst SEES_THROUGH: bool = {};",
+        rows.turns > 0,
+        rows.has_programs,
+        rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0)
+    );
+    let _ = writeln!(out, "const KIND_NOH: u32 = {}u;", Kind::Noh as u32);
+    let laws: [(&str, fn(&Kind) -> bool); 2] =
+        [("is_delta", |k| k.laws().delta), ("transmits", |k| k.laws().transmits)];
+    for (law, holds) in laws {
+        let kinds = rows.kinds.iter().filter(|k| holds(k)).map(|k| format!(" || kind == {}u", *k as u32));
+        let any: String = kinds.collect();
+        let _ = writeln!(out, "fn bsdf_{law}(kind: u32) -> bool {{ return false{any}; }}");
+    }
+    out.push_str(include_str!("rows.wgsl"));
+    out.push_str(include_str!("texture.wgsl"));
+    // A shader without cloths has no texels of cloths.
+    out.push_str(if rows.has_cloth {
+        include_str!("cloth.wgsl")
+    } else {
+        "fn cloth_at(point: ShadingPoint, at: u32, form: f32, own: u32) -> ClothAt { return ClothAt(); }\n"
+    });
+    out.push_str(include_str!("material.wgsl"));
+    out.push_str(include_str!("environment.wgsl"));
+    out.push_str(include_str!("light.wgsl"));
+    out
+}
