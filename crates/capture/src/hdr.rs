@@ -411,10 +411,11 @@ struct Sample {
 
 /// How far the second picture is moved against the first, in pixels (+x right, +y down): Lucas and Kanade 1981, from
 /// coarse to fine. NaN marks pixels that are not to be used. Finds shifts up to about a sixteenth of the picture;
-/// `None` where there is too little to hold on to.
+/// `None` where there is too little to hold on to. The brightness of one may be any rising function of that of the other,
+/// as where the camera's response is not the one that was said.
 pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Option<Vec2> {
     // Down to some 16 pixels.
-    let mut pyramid = vec![(first.to_vec(), second.to_vec(), width, height)];
+    let mut pyramid = vec![(first.to_vec(), matched(first, second), width, height)];
     while let Some((a, b, w, h)) = pyramid.last().filter(|l| l.2.min(l.3) >= 32) {
         let smaller = (halve(a, *w, *h), halve(b, *w, *h), w / 2, h / 2);
         pyramid.push(smaller);
@@ -434,6 +435,36 @@ pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Opti
         }
     }
     Some(moved)
+}
+
+/// Knots of the function that takes the brightness of one picture to that of another.
+const KNOTS: usize = 64;
+
+/// The second picture with the histogram of the first, taken where both have a value.
+fn matched(first: &[f32], second: &[f32]) -> Vec<f32> {
+    let both = first.iter().zip(second).filter(|(a, b)| a.is_finite() && b.is_finite());
+    let (mut to, mut from): (Vec<f32>, Vec<f32>) = both.unzip();
+    if from.len() < 4 * KNOTS {
+        return second.to_vec();
+    }
+    to.sort_unstable_by(f32::total_cmp);
+    from.sort_unstable_by(f32::total_cmp);
+    let at = |k: usize| k * (from.len() - 1) / KNOTS;
+    let all: Vec<[f32; 2]> = (0..=KNOTS).map(|k| [from[at(k)], to[at(k)]]).collect();
+    // Pictures of whole numbers have many pixels of one value: it goes to the middle of what they have in the first.
+    let knots: Vec<[f32; 2]> = all
+        .chunk_by(|a, b| a[0] == b[0])
+        .map(|same| [same[0][0], same.iter().map(|k| k[1]).sum::<f32>() / same.len() as f32])
+        .collect();
+    let value = |v: f32| {
+        let next = knots.partition_point(|k| k[0] <= v);
+        match (next.checked_sub(1).map(|i| knots[i]), knots.get(next)) {
+            (Some(low), Some(high)) => low[1] + (high[1] - low[1]) * (v - low[0]) / (high[0] - low[0]),
+            (Some(end), None) => end[1],
+            (None, _) => knots[0][1],
+        }
+    };
+    second.iter().map(|v| if v.is_finite() { value(*v) } else { f32::NAN }).collect()
 }
 
 fn halve(picture: &[f32], width: usize, height: usize) -> Vec<f32> {
