@@ -174,6 +174,8 @@ struct Task<'a> {
 struct Fitter<'a, R> {
     readings: &'a R,
     common: Option<Shared>,
+    /// Where all texels have the same lamps and cameras in the same order.
+    triplets: Option<Vec<[usize; 3]>>,
 }
 
 /// Where all texels are lit and seen from the same directions.
@@ -182,7 +184,6 @@ struct Shared {
     used: Vec<usize>,
     rays: Vec<Ray>,
     lights: Vec<Light>,
-    triplets: Vec<[usize; 3]>,
 }
 
 /// From where eight texels were read.
@@ -195,14 +196,22 @@ struct Geometry<'a, R> {
 
 impl<'a, R: Readings> Fitter<'a, R> {
     fn new(readings: &'a R) -> Self {
-        let common = (readings.in_common() && readings.texels() > 0).then(|| {
-            let ray = |i: usize| Some((i, ray_of(readings, 0, i)?));
-            let (used, rays): (_, Vec<Ray>) = (0..readings.values(0).len()).filter_map(ray).unzip();
+        let middle = readings.texels() / 2;
+        let all = if readings.texels() == 0 { 0 } else { readings.values(middle).len() };
+        if readings.in_common() {
+            let ray = |i: usize| Some((i, ray_of(readings, middle, i)?));
+            let (used, rays): (_, Vec<Ray>) = (0..all).filter_map(ray).unzip();
             let lights: Vec<Light> = rays.iter().map(|r| Light::of_ray(r.map(F::splat))).collect();
-            let triplets = triplets_of(&lights);
-            Shared { used, rays, lights, triplets }
+            let triplets = Some(triplets_of(&lights));
+            return Self { readings, common: Some(Shared { used, rays, lights }), triplets };
+        }
+        let triplets = readings.in_order().then(|| {
+            let toward = |i: usize| {
+                ray_of(readings, middle, i).map_or(Vec3::ZERO, |r| Vec3::new(r[3], r[4], r[5]).normalize())
+            };
+            stereo::triplets(&(0..all).map(toward).collect::<Vec<_>>())
         });
-        Self { readings, common }
+        Self { readings, common: None, triplets }
     }
 
     /// Fits texels, and those that are in doubt again with more starts.
@@ -244,7 +253,9 @@ impl<'a, R: Readings> Fitter<'a, R> {
     ) {
         for (block, texels) in texels.chunks(LANES).enumerate() {
             let values = |lane: usize| texels.get(lane).map(|t| self.readings.values(*t));
-            let found = if let Some(Shared { used, rays, lights, triplets }) = &self.common {
+            let found = if let (Some(Shared { used, rays, lights }), Some(triplets)) =
+                (&self.common, &self.triplets)
+            {
                 room.gather(used, values, options);
                 work.of(Geometry { rays: Common(rays), lights, triplets }, room)
             } else {
@@ -262,8 +273,15 @@ impl<'a, R: Readings> Fitter<'a, R> {
                     }
                 }
                 let lights: Vec<Light> = own.iter().map(|ray| Light::of_ray(*ray)).collect();
-                let triplets = triplets_of(&lights);
-                let found = work.of(Geometry { rays: Own(&own), lights: &lights, triplets: &triplets }, room);
+                let theirs;
+                let triplets = match &self.triplets {
+                    Some(triplets) => triplets,
+                    None => {
+                        theirs = triplets_of(&lights);
+                        &theirs
+                    }
+                };
+                let found = work.of(Geometry { rays: Own(&own), lights: &lights, triplets }, room);
                 room.own = own;
                 found
             };
