@@ -276,3 +276,83 @@ const EXCEPTION: f32 = -5.0;
 pub(super) fn is_exception(odds: f32) -> bool {
     odds < EXCEPTION
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use yugen_optics::random::Pcg32;
+
+    /// Of fifty readings, all lanes alike: what ground and fit cost, by how much the fit leaves readings off, and by how
+    /// many degrees the ground is expected to be.
+    fn ground(cost: f32, fitted: f32, left: f32, error: f32) -> Ground<'static> {
+        let surface = Surface { ground: normals::Ground::Matte, slack: 0.05 };
+        let [zero, one] = [F::ZERO, F::ONE];
+        let solved = Solved {
+            g: [zero, zero, one],
+            error: F::splat(error),
+            confidence: one,
+            residual: zero,
+            agreeing: F::splat(50.0),
+            cost: zero,
+        };
+        Ground {
+            found: Some(Found { solved, albedo: [one; 3] }),
+            cost: F::splat(cost),
+            fitted: F::splat(fitted),
+            left: F::splat(left),
+            readings: F::splat(50.0),
+            lights: &[],
+            triplets: &[],
+            usable: Vec::new(),
+            task: normals::task(&surface, &normals::Options::default()),
+        }
+    }
+
+    #[test]
+    fn a_wide_highlight_has_to_describe_more_than_a_narrow_one() {
+        let rough = ground(10.0, 0.0, ROUGH, 1.0);
+        assert!(!rough.wins(0, 0.2, 0.0) && rough.wins(0, 0.6, 0.0));
+        // One that is met to a fraction of that is proof by itself; among its like a wide one owes no more than others.
+        assert!(!ground(10.0, 0.0, 0.25 * ROUGH, 1.0).wins(0, 0.6, 0.0));
+        assert!(!rough.wins(0, 0.6, EXCEPTION - 1.0));
+        assert!(ground(0.5, 8.0, ROUGH, 1.0).wins(0, 0.6, EXCEPTION - 1.0), "met by no light");
+    }
+
+    #[test]
+    fn a_ground_that_is_not_believed_needs_nearly_all_of_its_kind() {
+        let metal = ground(0.1, 4.0, 0.001, CREDIBLE[1] + 5.0);
+        assert_eq!(metal.margin(0, 0.2), NO_EVIDENCE);
+        assert!(!metal.wins(0, 0.2, NEARLY_ALL - 0.1) && metal.wins(0, 0.2, NEARLY_ALL + 0.1));
+        // Half believed: half of what is owed.
+        let half = ground(0.0, 0.0, 0.0, 0.5 * (CREDIBLE[0] + CREDIBLE[1]));
+        assert!((half.margin(0, 0.2) - 0.5 * OWED).abs() < 1e-5);
+        // A highlight that can pass for a ground and describes few of the readings is no better than any ground.
+        let poor = |fitted: f32, widest: f32| ground(12.0, fitted, ROUGH, 90.0).credible_beside(0, widest);
+        assert_eq!((poor(1.1 * POOR * 50.0, 0.5), poor(0.9 * POOR * 50.0, 0.5)), (1.0, 0.0));
+        assert_eq!(poor(1.1 * POOR * 50.0, 0.9 * WIDE), 0.0);
+    }
+
+    /// What is decided without a fit, or without a ground, is decided as with it.
+    #[test]
+    fn shortcuts_change_no_choice() {
+        let mut rng = Pcg32::new(5, 5);
+        let (mut certain, mut impossible) = (0, 0);
+        for _ in 0..20_000 {
+            let (u, v) = (rng.next_vec3(), rng.next_vec3());
+            let (cost, fitted, odds) = (20.0 * u.x * u.x, 20.0 * u.y * u.y, 12.5 * u.z - 6.25);
+            let (left, error, widest) = (0.06 * v.x, 30.0 * v.y, 1.2 * v.z);
+            let ground = ground(cost, fitted, left, error);
+            let wins = ground.wins(0, widest, odds);
+            // The most that the ground may cost is no less than what it costs.
+            if ground.is_certain(0, cost, odds) {
+                certain += 1;
+                assert!(wins, "{cost} {fitted} {odds} {left} {error} {widest}");
+            }
+            if !ground.could_win(0, widest, odds) {
+                impossible += 1;
+                assert!(!wins, "{cost} {fitted} {odds} {left} {error} {widest}");
+            }
+        }
+        assert!(certain > 1000 && impossible > 1000, "{certain} {impossible}");
+    }
+}
