@@ -414,13 +414,31 @@ struct Sample {
 /// `None` where there is too little to hold on to. The brightness of one may be any rising function of that of the other,
 /// as where the camera's response is not the one that was said.
 pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Option<Vec2> {
+    let mut moved = Vec2::ZERO;
+    // Something brighter on one side looks like something that moved, and the other way round: the brightness is matched
+    // where the pictures lie on each other, as far as that is known. Each round leaves some half of what was wrong.
+    for _ in 0..ROUNDS_OF_SHIFT {
+        let before = moved;
+        moved = track(first, matched(first, second, width, height, moved), width, height, moved)?;
+        if moved.distance(before) < 0.02 {
+            break;
+        }
+    }
+    Some(moved)
+}
+
+/// Times that brightness and shift are found anew at most.
+const ROUNDS_OF_SHIFT: usize = 16;
+
+/// The shift between pictures of one brightness, near to where it is thought to be.
+fn track(first: &[f32], second: Vec<f32>, width: usize, height: usize, near: Vec2) -> Option<Vec2> {
     // Down to some 16 pixels.
-    let mut pyramid = vec![(first.to_vec(), matched(first, second), width, height)];
+    let mut pyramid = vec![(first.to_vec(), second, width, height)];
     while let Some((a, b, w, h)) = pyramid.last().filter(|l| l.2.min(l.3) >= 32) {
         let smaller = (halve(a, *w, *h), halve(b, *w, *h), w / 2, h / 2);
         pyramid.push(smaller);
     }
-    let mut moved = Vec2::ZERO;
+    let mut moved = near / (1 << pyramid.len()) as f32;
     for (a, b, w, h) in pyramid.iter().rev() {
         moved *= 2.0;
         for _ in 0..8 {
@@ -440,9 +458,13 @@ pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Opti
 /// Knots of the function that takes the brightness of one picture to that of another.
 const KNOTS: usize = 64;
 
-/// The second picture with the histogram of the first, taken where both have a value.
-fn matched(first: &[f32], second: &[f32]) -> Vec<f32> {
-    let both = first.iter().zip(second).filter(|(a, b)| a.is_finite() && b.is_finite());
+/// The second picture with the histogram of the first, taken where both have a value if it is moved so far.
+fn matched(first: &[f32], second: &[f32], width: usize, height: usize, moved: Vec2) -> Vec<f32> {
+    let there = |i: usize| {
+        let (x, y) = ((i % width) as f32 + moved.x, (i / width) as f32 + moved.y);
+        (first[i], sample(second, width, height, x, y))
+    };
+    let both = (0..first.len()).map(there).filter(|(a, b)| a.is_finite() && b.is_finite());
     let (mut to, mut from): (Vec<f32>, Vec<f32>) = both.unzip();
     if from.len() < 4 * KNOTS {
         return second.to_vec();
@@ -478,25 +500,27 @@ fn halve(picture: &[f32], width: usize, height: usize) -> Vec<f32> {
         .collect()
 }
 
+/// Between pixels linearly; NaN outside and next to one.
+fn sample(picture: &[f32], width: usize, height: usize, x: f32, y: f32) -> f32 {
+    let (i, j) = (x.floor(), y.floor());
+    if i < 0.0 || j < 0.0 || i as usize + 1 >= width || j as usize + 1 >= height {
+        return f32::NAN;
+    }
+    let (u, v) = (x - i, y - j);
+    let at = j as usize * width + i as usize;
+    let top = picture[at] * (1.0 - u) + picture[at + 1] * u;
+    let bottom = picture[at + width] * (1.0 - u) + picture[at + width + 1] * u;
+    top * (1.0 - v) + bottom * v
+}
+
 fn lucas_kanade(a: &[f32], b: &[f32], width: usize, height: usize, moved: Vec2) -> Option<Vec2> {
-    let sample = |x: f32, y: f32| -> f32 {
-        let (i, j) = (x.floor(), y.floor());
-        if i < 0.0 || j < 0.0 || i as usize + 1 >= width || j as usize + 1 >= height {
-            return f32::NAN;
-        }
-        let (u, v) = (x - i, y - j);
-        let at = j as usize * width + i as usize;
-        let top = b[at] * (1.0 - u) + b[at + 1] * u;
-        let bottom = b[at + width] * (1.0 - u) + b[at + width + 1] * u;
-        top * (1.0 - v) + bottom * v
-    };
     let (mut xx, mut xy, mut yy, mut bx, mut by) = (0.0f64, 0.0, 0.0, 0.0, 0.0);
     for y in 1..height.saturating_sub(1) {
         for x in 1..width - 1 {
             let at = y * width + x;
             let gx = 0.5 * (a[at + 1] - a[at - 1]);
             let gy = 0.5 * (a[at + width] - a[at - width]);
-            let off = a[at] - sample(x as f32 + moved.x, y as f32 + moved.y);
+            let off = a[at] - sample(b, width, height, x as f32 + moved.x, y as f32 + moved.y);
             if !(gx + gy + off).is_finite() {
                 continue;
             }
