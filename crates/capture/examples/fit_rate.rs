@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use std::time::Instant;
 use yugen_capture::simulate::fibonacci_dome;
-use yugen_capture::{Lights, Stack, fit};
+use yugen_capture::{Eye, Lights, Stack, fit};
 use yugen_optics::Frame;
 use yugen_optics::frame::spherical;
 use yugen_optics::random::Pcg32;
@@ -68,7 +68,7 @@ fn main() -> std::io::Result<()> {
         height: side,
         first_row: 0,
         rows: side,
-        eyes: vec![Vec3::Z; directions.len()],
+        eyes: vec![Eye::ABOVE; directions.len()],
         lights: Lights::Distant(directions),
         values,
     };

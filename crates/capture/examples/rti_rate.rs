@@ -31,7 +31,7 @@ fn main() {
         first_row: 0,
         rows: side,
         lights: Lights::Distant(fibonacci_dome(lights, 1.3)),
-        eyes: vec![glam::Vec3::Z; lights],
+        eyes: vec![yugen_capture::Eye::ABOVE; lights],
         values: (0..side * side * lights).map(|_| rng.next_vec3().to_array()).collect(),
     };
     let texels = (side * side) as f64;

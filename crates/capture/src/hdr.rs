@@ -411,15 +411,34 @@ struct Sample {
 
 /// How far the second picture is moved against the first, in pixels (+x right, +y down): Lucas and Kanade 1981, from
 /// coarse to fine. NaN marks pixels that are not to be used. Finds shifts up to about a sixteenth of the picture;
-/// `None` where there is too little to hold on to.
+/// `None` where there is too little to hold on to. The brightness of one may be any rising function of that of the other,
+/// as where the camera's response is not the one that was said.
 pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Option<Vec2> {
+    let mut moved = Vec2::ZERO;
+    // Something brighter on one side looks like something that moved, and the other way round: the brightness is matched
+    // where the pictures lie on each other, as far as that is known. Each round leaves some half of what was wrong.
+    for _ in 0..ROUNDS_OF_SHIFT {
+        let before = moved;
+        moved = track(first, matched(first, second, width, height, moved), width, height, moved)?;
+        if moved.distance(before) < 0.02 {
+            break;
+        }
+    }
+    Some(moved)
+}
+
+/// Times that brightness and shift are found anew at most.
+const ROUNDS_OF_SHIFT: usize = 16;
+
+/// The shift between pictures of one brightness, near to where it is thought to be.
+fn track(first: &[f32], second: Vec<f32>, width: usize, height: usize, near: Vec2) -> Option<Vec2> {
     // Down to some 16 pixels.
-    let mut pyramid = vec![(first.to_vec(), second.to_vec(), width, height)];
+    let mut pyramid = vec![(first.to_vec(), second, width, height)];
     while let Some((a, b, w, h)) = pyramid.last().filter(|l| l.2.min(l.3) >= 32) {
         let smaller = (halve(a, *w, *h), halve(b, *w, *h), w / 2, h / 2);
         pyramid.push(smaller);
     }
-    let mut moved = Vec2::ZERO;
+    let mut moved = near / (1 << pyramid.len()) as f32;
     for (a, b, w, h) in pyramid.iter().rev() {
         moved *= 2.0;
         for _ in 0..8 {
@@ -436,6 +455,40 @@ pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Opti
     Some(moved)
 }
 
+/// Knots of the function that takes the brightness of one picture to that of another.
+const KNOTS: usize = 64;
+
+/// The second picture with the histogram of the first, taken where both have a value if it is moved so far.
+fn matched(first: &[f32], second: &[f32], width: usize, height: usize, moved: Vec2) -> Vec<f32> {
+    let there = |i: usize| {
+        let (x, y) = ((i % width) as f32 + moved.x, (i / width) as f32 + moved.y);
+        (first[i], sample(second, width, height, x, y))
+    };
+    let both = (0..first.len()).map(there).filter(|(a, b)| a.is_finite() && b.is_finite());
+    let (mut to, mut from): (Vec<f32>, Vec<f32>) = both.unzip();
+    if from.len() < 4 * KNOTS {
+        return second.to_vec();
+    }
+    to.sort_unstable_by(f32::total_cmp);
+    from.sort_unstable_by(f32::total_cmp);
+    let at = |k: usize| k * (from.len() - 1) / KNOTS;
+    let all: Vec<[f32; 2]> = (0..=KNOTS).map(|k| [from[at(k)], to[at(k)]]).collect();
+    // Pictures of whole numbers have many pixels of one value: it goes to the middle of what they have in the first.
+    let knots: Vec<[f32; 2]> = all
+        .chunk_by(|a, b| a[0] == b[0])
+        .map(|same| [same[0][0], same.iter().map(|k| k[1]).sum::<f32>() / same.len() as f32])
+        .collect();
+    let value = |v: f32| {
+        let next = knots.partition_point(|k| k[0] <= v);
+        match (next.checked_sub(1).map(|i| knots[i]), knots.get(next)) {
+            (Some(low), Some(high)) => low[1] + (high[1] - low[1]) * (v - low[0]) / (high[0] - low[0]),
+            (Some(end), None) => end[1],
+            (None, _) => knots[0][1],
+        }
+    };
+    second.iter().map(|v| if v.is_finite() { value(*v) } else { f32::NAN }).collect()
+}
+
 fn halve(picture: &[f32], width: usize, height: usize) -> Vec<f32> {
     let (w, h) = (width / 2, height / 2);
     let at = |x: usize, y: usize| picture[y * width + x];
@@ -447,25 +500,27 @@ fn halve(picture: &[f32], width: usize, height: usize) -> Vec<f32> {
         .collect()
 }
 
+/// Between pixels linearly; NaN outside and next to one.
+fn sample(picture: &[f32], width: usize, height: usize, x: f32, y: f32) -> f32 {
+    let (i, j) = (x.floor(), y.floor());
+    if i < 0.0 || j < 0.0 || i as usize + 1 >= width || j as usize + 1 >= height {
+        return f32::NAN;
+    }
+    let (u, v) = (x - i, y - j);
+    let at = j as usize * width + i as usize;
+    let top = picture[at] * (1.0 - u) + picture[at + 1] * u;
+    let bottom = picture[at + width] * (1.0 - u) + picture[at + width + 1] * u;
+    top * (1.0 - v) + bottom * v
+}
+
 fn lucas_kanade(a: &[f32], b: &[f32], width: usize, height: usize, moved: Vec2) -> Option<Vec2> {
-    let sample = |x: f32, y: f32| -> f32 {
-        let (i, j) = (x.floor(), y.floor());
-        if i < 0.0 || j < 0.0 || i as usize + 1 >= width || j as usize + 1 >= height {
-            return f32::NAN;
-        }
-        let (u, v) = (x - i, y - j);
-        let at = j as usize * width + i as usize;
-        let top = b[at] * (1.0 - u) + b[at + 1] * u;
-        let bottom = b[at + width] * (1.0 - u) + b[at + width + 1] * u;
-        top * (1.0 - v) + bottom * v
-    };
     let (mut xx, mut xy, mut yy, mut bx, mut by) = (0.0f64, 0.0, 0.0, 0.0, 0.0);
     for y in 1..height.saturating_sub(1) {
         for x in 1..width - 1 {
             let at = y * width + x;
             let gx = 0.5 * (a[at + 1] - a[at - 1]);
             let gy = 0.5 * (a[at + width] - a[at - width]);
-            let off = a[at] - sample(x as f32 + moved.x, y as f32 + moved.y);
+            let off = a[at] - sample(b, width, height, x as f32 + moved.x, y as f32 + moved.y);
             if !(gx + gy + off).is_finite() {
                 continue;
             }

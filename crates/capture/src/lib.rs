@@ -18,4 +18,4 @@ pub mod simulate;
 mod stack;
 pub mod weave;
 
-pub use stack::{Lights, Stack};
+pub use stack::{Eye, Lights, Stack};

@@ -5,7 +5,7 @@
 //! the path tracer.
 
 use crate::rows::for_rows;
-use crate::{Lights, Stack};
+use crate::{Eye, Lights, Stack};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -65,18 +65,18 @@ impl<'a> Subject<'a> {
         Ok(Self { btf, relief, form, tables })
     }
 
-    /// The picture under one light, seen from `view` (unit, toward the camera) and laid back flat, texel by texel
+    /// The picture under one light, seen by `eye` (or in a direction from far away) and laid back flat, texel by texel
     /// from the top left: the reflectance factor π f cos θ times the irradiance relative to the centre, as a
     /// [`Stack`] has it. NaN where the camera cannot see the texel.
-    pub fn picture(&self, lights: &Lights, light: usize, view: Vec3) -> Vec<Vec3> {
+    pub fn picture(&self, lights: &Lights, light: usize, eye: impl Into<Eye>) -> Vec<Vec3> {
         let Btf { width, height, .. } = *self.btf;
         // Knows where the lights of a picture of this size stand.
-        let geometry = self.stack(lights.clone(), view, Vec::new());
+        let geometry = self.stack(lights.clone(), eye.into(), Vec::new());
         let mut picture = vec![Vec3::ZERO; width * height];
         for_rows(&mut picture, width, |y, row| {
             for (x, value) in row.iter_mut().enumerate() {
                 let (toward, irradiance) = geometry.light(light, x, y);
-                *value = self.radiance(x, y, toward, view) * irradiance;
+                *value = self.radiance(x, y, toward, geometry.eye(light, x, y)) * irradiance;
             }
         });
         picture
@@ -98,24 +98,24 @@ impl<'a> Subject<'a> {
         texel.noh(self.form).eval(table, wo, wi) * (PI * wi.z)
     }
 
-    fn stack(&self, lights: Lights, view: Vec3, values: Vec<[f32; 3]>) -> Stack {
+    fn stack(&self, lights: Lights, eye: Eye, values: Vec<[f32; 3]>) -> Stack {
         let Btf { width, height, .. } = *self.btf;
-        let eyes = vec![view; lights.len()];
+        let eyes = vec![eye; lights.len()];
         Stack { width, height, first_row: 0, rows: height, lights, eyes, values }
     }
 
     /// All pictures as the camera takes and linearises them.
-    pub fn photograph(&self, lights: &Lights, view: Vec3, camera: &Camera) -> Stack {
-        let n = lights.len();
+    pub fn photograph(&self, lights: &Lights, eye: impl Into<Eye>, camera: &Camera) -> Stack {
+        let (n, eye) = (lights.len(), eye.into());
         let mut values = vec![[0.0; 3]; self.btf.texels.len() * n];
         for light in 0..n {
-            let seen = camera.look(&self.picture(lights, light, view), self.btf.width);
+            let seen = camera.look(&self.picture(lights, light, eye), self.btf.width);
             let developed = camera.develop(&camera.bracket(&seen, light));
             for (samples, value) in values.chunks_exact_mut(n).zip(developed) {
                 samples[light] = value.to_array();
             }
         }
-        self.stack(lights.clone(), view, values)
+        self.stack(lights.clone(), eye, values)
     }
 }
 

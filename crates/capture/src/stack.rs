@@ -27,6 +27,35 @@ impl Lights {
     }
 }
 
+/// Where a camera stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eye {
+    /// Unit, from the centre of the picture toward the camera.
+    pub toward: Vec3,
+    /// How far away, in widths of the whole picture; infinite: all texels see it in the same direction.
+    pub distance: f32,
+}
+
+impl Eye {
+    /// Straight above and far away.
+    pub const ABOVE: Self = Self { toward: Vec3::Z, distance: f32::INFINITY };
+
+    /// Unit vector toward the camera from a point of the sample's plane, in widths of the picture from its centre, +y up.
+    pub fn from(&self, at: Vec2) -> Vec3 {
+        match self.distance.is_finite() {
+            true => (self.toward * self.distance - at.extend(0.0)).normalize(),
+            false => self.toward,
+        }
+    }
+}
+
+impl From<Vec3> for Eye {
+    /// Far away, in this direction (a unit vector).
+    fn from(toward: Vec3) -> Self {
+        Self { toward, ..Self::ABOVE }
+    }
+}
+
 /// A band of rows of linear pictures, one picture a light and camera; all rows make the whole stack.
 ///
 /// A value is the radiance of the texel over that of a white diffuser at the centre of the picture that faces the
@@ -44,8 +73,8 @@ pub struct Stack {
     pub rows: usize,
     /// One a picture.
     pub lights: Lights,
-    /// Unit vectors toward the camera, one a picture.
-    pub eyes: Vec<Vec3>,
+    /// Where the camera stands, one a picture.
+    pub eyes: Vec<Eye>,
     /// Linear RGB, texel after texel from the top left, within a texel light after light:
     /// `values[(y * width + x) * lights + light]`.
     pub values: Vec<[f32; 3]>,
@@ -63,7 +92,7 @@ impl Stack {
             height: band.height,
             first_row: band.first_row,
             rows: folder.height,
-            eyes: vec![folder.options.view; lights.len()],
+            eyes: vec![Eye { toward: folder.options.view, distance: folder.camera_distance }; lights.len()],
             lights,
             values: band.values,
         }
@@ -71,7 +100,7 @@ impl Stack {
 
     /// The same band under some of its lights only, in the order in which they are named.
     pub fn select(&self, lights: &[usize]) -> Self {
-        let chosen = |v: &[Vec3]| lights.iter().map(|l| v[*l]).collect();
+        let chosen = |v: &[Vec3]| lights.iter().map(|l| v[*l]).collect::<Vec<_>>();
         Self {
             lights: match &self.lights {
                 Lights::Distant(v) => Lights::Distant(chosen(v)),
@@ -125,13 +154,28 @@ impl Stack {
         match &self.lights {
             Lights::Distant(toward) => (toward[light], 1.0),
             Lights::Near(positions) => {
-                let width = self.width as f32;
-                let centre = Vec2::new(0.5 * width, 0.5 * self.rows as f32);
-                let at = (Vec2::new(x as f32 + 0.5, (self.first_row + y) as f32 + 0.5) - centre) / width;
-                let toward = positions[light] - Vec3::new(at.x, -at.y, 0.0);
+                let toward = positions[light] - self.place(x, y).extend(0.0);
                 (toward.normalize(), positions[light].length_squared() / toward.length_squared())
             }
         }
+    }
+
+    /// Unit vector from the centre of texel (x, y) of the band to the camera of a picture.
+    pub fn eye(&self, picture: usize, x: usize, y: usize) -> Vec3 {
+        self.eyes[picture].from(self.place(x, y))
+    }
+
+    /// Whether all texels are lit and seen from the same directions.
+    pub fn is_distant(&self) -> bool {
+        matches!(self.lights, Lights::Distant(_)) && self.eyes.iter().all(|e| e.distance.is_infinite())
+    }
+
+    /// The centre of texel (x, y) of the band in widths of the whole picture from its centre, +y up.
+    fn place(&self, x: usize, y: usize) -> Vec2 {
+        let width = self.width as f32;
+        let at = Vec2::new(x as f32 + 0.5, (self.first_row + y) as f32 + 0.5);
+        let off = (at - 0.5 * Vec2::new(width, self.rows as f32)) / width;
+        Vec2::new(off.x, -off.y)
     }
 }
 
@@ -148,7 +192,7 @@ mod tests {
             first_row: 49,
             rows: 99,
             lights: Lights::Near(vec![Vec3::new(0.5, 0.0, 1.0)]),
-            eyes: vec![Vec3::Z],
+            eyes: vec![Eye { distance: 2.0, ..Eye::ABOVE }],
             values: Vec::new(),
         };
         let (toward, irradiance) = stack.light(0, 99, 0);
@@ -157,5 +201,9 @@ mod tests {
         let (toward, irradiance) = stack.light(0, 0, 0);
         assert!((toward.x / toward.z - 0.995).abs() < 1e-6);
         assert!((irradiance - 1.25 / (1.0 + 0.995f32.powi(2))).abs() < 1e-5);
+        // The camera is two widths away: half a width aside makes a slope of a quarter.
+        let eye = stack.eye(0, 99, 0);
+        assert!((eye.x / eye.z + 0.495 / 2.0).abs() < 1e-6 && eye.y.abs() < 1e-6, "{eye}");
+        assert!(!stack.is_distant());
     }
 }

@@ -234,6 +234,7 @@ fn picture(about: About) -> Facts {
         .say("exposure_seconds", camera.seconds.map_or(Value::Null, |s| json!(s)))
         .say("f_number", camera.f_number.map_or(Value::Null, |s| json!(s)))
         .say("iso", camera.iso)
+        .say("focal_length_35mm", camera.focal_35mm.map_or(Value::Null, |f| json!(f)))
         .list("metadata", metadata)
 }
 

@@ -22,6 +22,7 @@
 //! mask = "mask.png"
 //! colour_space = "srgb"   # of the pictures: srgb, rec2020 or acescg; an EXR says so itself
 //! view = [0, 0, 1]        # toward the camera; pictures taken from aside show the sample as if from head on
+//! camera_distance = "far" # or its distance from the sample in widths of the picture; unless said, by Exif
 //! ```
 //! Pictures are read in [bands](Folder::bands) of rows, so that memory does not grow with their height.
 
@@ -29,6 +30,7 @@ mod pictures;
 
 pub use pictures::pictures;
 
+use super::exif;
 use super::image::rows::{Rows, Samples};
 use super::image::{self, ReadOptions};
 use super::lp::{self, Axes};
@@ -52,6 +54,8 @@ const MAX_TEXT: u64 = 16 << 20;
 /// Of the memory for a band, what pictures that cannot be read row by row may hold, all together, as a part of what its
 /// values hold.
 const KEPT: u64 = 3;
+/// The nearest camera, in widths of the picture: wider than 136° none sees straight.
+pub const NEAREST: f32 = 0.2;
 /// Rows that are decoded before they are sorted by texel.
 const SLICE: usize = 16;
 
@@ -105,9 +109,13 @@ pub struct Options {
     pub mask: Option<String>,
     /// Of the pictures; `None`: what they say themselves, else linear sRGB.
     pub colour_space: Option<ColourSpace>,
-    /// Unit, toward the camera, which stands so far away that all texels see it there. Pictures taken from aside are
-    /// straightened: a texel is at the same place in all.
+    /// Unit, from the centre of the picture toward the camera. Pictures taken from aside are straightened: a texel is at
+    /// the same place in all.
     pub view: Vec3,
+    /// How far the camera stands from the centre of the picture, in widths of the picture on the sample: focal length over
+    /// width of the sensor, for one that looks straight on. Infinite: all texels see it in the same direction. `None`: as
+    /// the Exif data of the first picture tell, else as if it were infinite.
+    pub camera_distance: Option<f32>,
 }
 
 impl Default for Options {
@@ -126,6 +134,7 @@ impl Default for Options {
             mask: None,
             colour_space: None,
             view: Vec3::Z,
+            camera_distance: None,
         }
     }
 }
@@ -180,6 +189,10 @@ impl Options {
                     "the camera stands below the sample; expected 'view' with a third number above zero",
                 )),
             })?,
+            camera_distance: keys.or("camera_distance", usual.camera_distance, |i| match i.try_number() {
+                Some(_) => i.number_in(NEAREST, 1e6).map(Some),
+                None => i.one_of("camera distance", &[("far", Some(f32::INFINITY))]),
+            })?,
         };
         keys.finish()?;
         Ok(options)
@@ -197,7 +210,7 @@ impl Options {
     }
 
     /// Every key with its value as TOML; nothing where there is no value to write.
-    fn entries(&self) -> [(&'static str, String); 13] {
+    fn entries(&self) -> [(&'static str, String); 14] {
         let quoted = |t: &str| {
             let one = |c: char| match c {
                 '"' | '\\' => format!("\\{c}"),
@@ -230,6 +243,14 @@ impl Options {
             ("mask", quoted(self.mask.as_deref().unwrap_or_default())),
             ("colour_space", self.colour_space.map(|s| quoted(s.name())).unwrap_or_default()),
             ("view", format!("{:?}", self.view.to_array())),
+            (
+                "camera_distance",
+                match self.camera_distance {
+                    None => String::new(),
+                    Some(far) if far.is_infinite() => quoted("far"),
+                    Some(near) => format!("{near:?}"),
+                },
+            ),
         ]
     }
 
@@ -299,6 +320,8 @@ pub struct Folder {
     pub colour_space: ColourSpace,
     /// Where the sample is, row by row, if there is a mask.
     pub mask: Option<Vec<bool>>,
+    /// How far the camera stands from the centre, in widths of the picture; infinite where nothing tells.
+    pub camera_distance: f32,
     /// Whether pictures are decoded as a whole when they are opened, as JPEGs are.
     kept: bool,
 }
@@ -311,6 +334,26 @@ impl Folder {
 
     /// As [`Folder::open`], with a last word on the options.
     pub fn open_with(path: &Path, adjust: impl FnOnce(&mut Options)) -> Result<Self, Error> {
+        Self::opened(path, None, adjust)
+    }
+
+    /// As [`Folder::open`], under the lights of a list that may lie anywhere, as beside the balls that they were found
+    /// from. What a `stack.toml` beside that list says of it (axes, near lamps and their unit, and the camera's distance,
+    /// unless the stack itself says one) counts here.
+    pub fn open_lit_by(path: &Path, list: &Path) -> Result<Self, Error> {
+        let beside = list.parent().unwrap_or(Path::new(""));
+        let theirs = Options::read(beside)?;
+        let said = beside.join(OPTIONS).exists() && list.file_name() == Path::new(&theirs.lights).file_name();
+        Self::opened(path, Some(list), |own| {
+            own.lights = list.display().to_string();
+            if said {
+                (own.axes, own.near, own.field_width) = (theirs.axes, theirs.near, theirs.field_width);
+                own.camera_distance = own.camera_distance.or(theirs.camera_distance);
+            }
+        })
+    }
+
+    fn opened(path: &Path, lit_by: Option<&Path>, adjust: impl FnOnce(&mut Options)) -> Result<Self, Error> {
         let _span = tracing::info_span!("open_stack", file = %path.display()).entered();
         let list = path.is_file();
         let folder =
@@ -323,7 +366,10 @@ impl Folder {
             options.lights = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         }
         adjust(&mut options);
-        let lights = inside(&folder, &options.lights);
+        let lights = match lit_by {
+            Some(list) => list.to_path_buf(),
+            None => inside(&folder, &options.lights),
+        };
         if !lights.exists() {
             let problem = format!(
                 "there is no list of lights; make one with `yugen capture calibrate`, or name it in {OPTIONS} or on the \
@@ -351,8 +397,29 @@ impl Folder {
             .colour_space
             .or(first.chromaticities.and_then(space_of))
             .unwrap_or(ColourSpace::LinearSrgb);
-        let mut stack =
-            Self { path: folder, options, pictures, width, height, channels, colour_space, mask: None, kept };
+        let camera_distance = match options.camera_distance {
+            Some(said) => said,
+            // An EXR has no Exif data, and may be large.
+            None if pictures[0].path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) => {
+                f32::INFINITY
+            }
+            None => exif::read(&pictures[0].path)?
+                .distance(width, height)
+                .filter(|d| *d >= NEAREST)
+                .unwrap_or(f32::INFINITY),
+        };
+        let mut stack = Self {
+            path: folder,
+            options,
+            pictures,
+            width,
+            height,
+            channels,
+            colour_space,
+            mask: None,
+            camera_distance,
+            kept,
+        };
         stack.mask = stack.read_mask()?;
         let ambient = stack.options.ambient.as_ref().map(|name| inside(&stack.path, name));
         stack.pictures.iter().map(|p| &p.path).chain(&ambient).for_each(|p| will_read(p));

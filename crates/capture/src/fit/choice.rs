@@ -10,7 +10,8 @@ use super::profile::Profile;
 use super::rays::Rays;
 use super::refine::Known;
 use super::room::Room;
-use crate::lanes::{F, Mask};
+use super::{Fitted, Kind};
+use crate::lanes::{F, LANES, Mask};
 use crate::normals::stereo::{self, Light, Solved, Task};
 use crate::normals::{self, Surface};
 use glam::Vec3;
@@ -37,6 +38,11 @@ const PLAIN: f32 = 0.1;
 /// What costs more than this a reading leaves many undescribed.
 const POOR: f32 = 0.2;
 
+/// The greater σ of a texel's numbers.
+pub(super) fn widest(theta: &[F; N], lane: usize) -> f32 {
+    model::surface(&theta.map(|t| t.0[lane])).2.max_element()
+}
+
 /// A texel that has no highlight.
 pub(super) fn of_ground(normal: Vec3, albedo: Vec3, confidence: f32) -> Texel {
     let tangent = Frame::from_normal_tangent(normal, Vec3::X).s;
@@ -44,67 +50,137 @@ pub(super) fn of_ground(normal: Vec3, albedo: Vec3, confidence: f32) -> Texel {
 }
 
 /// The ground of eight texels beside what they were fitted with.
-pub(super) struct Ground {
-    pub solved: Solved,
-    pub albedo: [F; 3],
-    /// What the readings cost with it, and with the fit.
+pub(super) struct Ground<'a> {
+    /// `None` as long as no fit is so bad that the ground could be chosen.
+    found: Option<Found>,
+    /// What the readings cost with the ground, and with the fit.
     cost: F,
     fitted: F,
     /// By what part of their level the fit leaves readings off.
     left: F,
     readings: F,
     /// What both are judged by.
-    lights: Vec<Light>,
+    lights: &'a [Light],
+    triplets: &'a [[usize; 3]],
     usable: Vec<F>,
     task: Task,
 }
 
-impl Ground {
-    /// The ground by itself; [`Ground::compare`] has to follow.
-    pub fn of<R: Rays>(rays: R, room: &Room, triplets: &[[usize; 3]], surface: &Surface) -> Self {
-        let lights: Vec<Light> = (0..room.value.len()).map(|i| Light::of_ray(rays.at(i))).collect();
+/// The ground by itself.
+struct Found {
+    solved: Solved,
+    albedo: [F; 3],
+}
+
+impl<'a> Ground<'a> {
+    /// Not yet found: [`Ground::compare`] or [`Ground::find`] has to follow.
+    pub fn new(lights: &'a [Light], room: &Room, triplets: &'a [[usize; 3]], surface: &Surface) -> Self {
         let usable: Vec<F> = room.stated.iter().map(|w| w.above(F::ZERO)).collect();
         let task = normals::task(surface, &normals::Options::default());
-        let solved = stereo::solve_block(&lights, &room.value, &usable, triplets, &task);
-        let albedo = stereo::albedo(&lights, &room.value, &room.channels, &usable, &solved, &task);
         let readings = usable.iter().fold(F::ZERO, |sum, u| sum + *u);
-        let [cost, fitted, left] = [F::ZERO; 3];
-        Self { solved, albedo, cost, fitted, left, readings, lights, usable, task }
+        let (cost, fitted, left) = (F::splat(f32::INFINITY), F::ZERO, F::ZERO);
+        Self { found: None, cost, fitted, left, readings, lights, triplets, usable, task }
     }
 
-    /// Beside what was fitted, with this profile.
-    pub fn compare<R: Rays>(&mut self, rays: R, room: &Room, theta: &[F; N], profile: &Profile) {
+    /// Whatever the fit is.
+    pub fn find(&mut self, room: &Room) {
+        let Self { lights, triplets, usable, task, .. } = self;
+        self.found.get_or_insert_with(|| {
+            let solved = stereo::solve_block(lights, &room.value, usable, triplets, task);
+            let albedo = stereo::albedo(lights, &room.value, &room.channels, usable, &solved, task);
+            Found { solved, albedo }
+        });
+    }
+
+    /// Beside what was fitted, with this profile. Found only where it might be chosen.
+    pub fn compare<R: Rays>(
+        &mut self,
+        rays: R,
+        room: &Room,
+        theta: &[F; N],
+        profile: &Profile,
+        odds: &[f32; LANES],
+    ) {
         let mut seen = vec![F::ZERO; room.value.len()];
         model::model(rays, theta, profile, &mut seen);
         let slopes = [theta[2], theta[3]];
-        ([self.cost, self.fitted], self.left) =
-            stereo::costs(&self.lights, &room.value, &self.usable, &self.solved, &seen, slopes, &self.task);
+        let other = stereo::cost_of_other(self.lights, &room.value, &self.usable, &seen, slopes, &self.task);
+        (self.fitted, self.left) = (other.cost, other.part);
+        if (0..LANES).any(|lane| self.could_win(lane, widest(theta, lane), odds[lane])) {
+            self.find(room);
+        }
+        if let Some(Found { solved, .. }) = &self.found {
+            self.cost = stereo::cost(self.lights, &room.value, &self.usable, solved, other.slack, &self.task);
+        }
     }
 
-    /// Whether it describes the readings of a texel so well that no second look is needed.
-    pub fn is_plain(&self, lane: usize) -> bool {
-        self.cost.0[lane] < PLAIN * self.readings.0[lane]
+    /// Whether a ground that described all readings would be chosen.
+    fn could_win(&self, lane: usize, widest: f32, odds: f32) -> bool {
+        let widest = if is_exception(odds) { 0.0 } else { widest };
+        self.readings.0[lane] > 0.0 && self.fitted.0[lane] + self.owed(lane, widest) + odds > 0.0
     }
 
-    /// Of the readings that count, in standard deviations.
-    pub fn residual(&self, lane: usize) -> f32 {
-        self.solved.residual.0[lane]
+    /// Whether it is chosen, and no second look is needed: because it describes nearly all readings, or is what most of its
+    /// kind are. Of 94 578 such texels of two matte things, a glazed one and a stone, none got a highlight by a second look.
+    pub fn is_plain(&self, lane: usize, widest: f32, odds: f32) -> bool {
+        self.wins(lane, widest, odds) && (odds > 0.0 || self.cost.0[lane] < PLAIN * self.readings.0[lane])
     }
 
-    /// What it says of a texel by itself; so much of its confidence is left.
-    pub fn texel(&self, lane: usize, left: f32) -> Option<Texel> {
-        let normal = Vec3::from(self.solved.g.map(|g| g.0[lane])).try_normalize().filter(|n| n.z > 0.0)?;
-        let albedo = Vec3::from(self.albedo.map(|c| c.0[lane]));
-        Some(of_ground(normal, albedo, self.solved.confidence.0[lane] * left))
+    /// What it says of a texel by itself that has so many readings; so much of its confidence is left.
+    pub fn fitted(&self, lane: usize, readings: usize, left: f32) -> Option<Fitted> {
+        let Found { solved, albedo } = self.found.as_ref()?;
+        let normal = Vec3::from(solved.g.map(|g| g.0[lane])).try_normalize().filter(|n| n.z > 0.0)?;
+        let albedo = Vec3::from(albedo.map(|c| c.0[lane]));
+        Some(Fitted {
+            kind: Kind::Ground,
+            texel: of_ground(normal, albedo, solved.confidence.0[lane] * left),
+            residual: solved.residual.0[lane],
+            readings: readings as u16,
+            passes: 0,
+        })
+    }
+
+    /// How sure it is, 0 where it was not found.
+    pub fn confidence(&self) -> F {
+        self.found.as_ref().map_or(F::ZERO, |f| f.solved.confidence)
+    }
+
+    /// Whether there can be texels that [`Ground::is_certain`] of.
+    pub fn may_settle(task: &super::Task) -> bool {
+        task.options.surface.is_some() && task.prior.is_none_or(|p| p.most_odds() + OWED > 0.0)
+    }
+
+    /// What the ground costs beside the best fit that there could be.
+    pub fn most_cost(&self, room: &Room) -> F {
+        let slack = stereo::least_slack(&room.value, &self.usable);
+        match &self.found {
+            Some(Found { solved, .. }) => {
+                stereo::cost(self.lights, &room.value, &self.usable, solved, slack, &self.task)
+            }
+            None => self.cost,
+        }
+    }
+
+    /// Whether a texel has no highlight whatever a fit makes of it: one that described all readings and were as narrow as
+    /// could be would not be believed. `most` is what the ground then costs.
+    pub fn is_certain(&self, lane: usize, most: f32, odds: f32) -> bool {
+        let credible = self.credible(lane);
+        let margin = credible * OWED - most;
+        if credible > 0.0 {
+            margin + odds > 0.0
+        } else {
+            odds > NEARLY_ALL && margin.min(NO_EVIDENCE) + odds > 0.0
+        }
     }
 
     /// What is known of a texel before it is fitted once more: where its coat makes a normal of Lambert's law alone lean.
     pub fn held(&self, known: &Known, taken: Mask) -> Known {
-        let [x, y, z] = self.solved.g;
+        let Some(Found { solved, .. }) = &self.found else { return *known };
+        let [x, y, z] = solved.g;
         let steep = F::ONE / z.max(F::splat(1e-6));
         let slopes = [x * steep, y * steep];
         let stretch = slopes[0] * slopes[0] + slopes[1] * slopes[1] + 1.0;
-        let deviation = stretch * self.solved.error * (std::f32::consts::PI / 180.0);
+        let deviation = stretch * solved.error * (std::f32::consts::PI / 180.0);
         let precision = F::ONE / (deviation * deviation).max(F::splat(1e-6));
         let mut held = *known;
         for (i, slope) in [2, 3].into_iter().zip(slopes) {
@@ -121,19 +197,25 @@ impl Ground {
     /// By how much better the ground by itself describes the readings of a texel than the fit, whose highlight is as wide
     /// as this, what that owes taken off: a logarithm of odds, as costs are halves of χ² as far as they grow.
     pub fn margin(&self, lane: usize, widest: f32) -> f32 {
-        let [cost, fitted, n] = [self.cost, self.fitted, self.readings].map(|v| v.0[lane]);
-        let rough = (self.left.0[lane] / ROUGH).clamp(0.25, 1.0);
-        let wide =
-            if widest > WIDE { OWED_WIDE * rough * n * (widest / WIDE).min(SIGMA[1] / WIDE) } else { 0.0 };
         // What the highlight owes it owes to a ground that can be believed: not to one of metal.
         let credible = self.credible_beside(lane, widest);
-        let margin = fitted + credible * (OWED + wide) - cost;
+        let margin = self.fitted.0[lane] + credible * self.owed(lane, widest) - self.cost.0[lane];
         if credible > 0.0 { margin } else { margin.min(NO_EVIDENCE) }
+    }
+
+    /// What a highlight as wide as this owes to a ground.
+    fn owed(&self, lane: usize, widest: f32) -> f32 {
+        if widest <= WIDE {
+            return OWED;
+        }
+        let rough = (self.left.0[lane] / ROUGH).clamp(0.25, 1.0);
+        OWED + OWED_WIDE * rough * self.readings.0[lane] * (widest / WIDE).min(SIGMA[1] / WIDE)
     }
 
     fn credible(&self, lane: usize) -> f32 {
         let [good, bad] = CREDIBLE;
-        ((bad - self.solved.error.0[lane]) / (bad - good)).clamp(0.0, 1.0)
+        let error = self.found.as_ref().map_or(bad, |f| f.solved.error.0[lane]);
+        ((bad - error) / (bad - good)).clamp(0.0, 1.0)
     }
 
     /// The same against a highlight as wide as this. One that can pass for a ground and leaves many readings undescribed
@@ -193,4 +275,84 @@ const EXCEPTION: f32 = -5.0;
 /// Whether grounds that are as common as this are exceptions.
 pub(super) fn is_exception(odds: f32) -> bool {
     odds < EXCEPTION
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use yugen_optics::random::Pcg32;
+
+    /// Of fifty readings, all lanes alike: what ground and fit cost, by how much the fit leaves readings off, and by how
+    /// many degrees the ground is expected to be.
+    fn ground(cost: f32, fitted: f32, left: f32, error: f32) -> Ground<'static> {
+        let surface = Surface { ground: normals::Ground::Matte, slack: 0.05 };
+        let [zero, one] = [F::ZERO, F::ONE];
+        let solved = Solved {
+            g: [zero, zero, one],
+            error: F::splat(error),
+            confidence: one,
+            residual: zero,
+            agreeing: F::splat(50.0),
+            cost: zero,
+        };
+        Ground {
+            found: Some(Found { solved, albedo: [one; 3] }),
+            cost: F::splat(cost),
+            fitted: F::splat(fitted),
+            left: F::splat(left),
+            readings: F::splat(50.0),
+            lights: &[],
+            triplets: &[],
+            usable: Vec::new(),
+            task: normals::task(&surface, &normals::Options::default()),
+        }
+    }
+
+    #[test]
+    fn a_wide_highlight_has_to_describe_more_than_a_narrow_one() {
+        let rough = ground(10.0, 0.0, ROUGH, 1.0);
+        assert!(!rough.wins(0, 0.2, 0.0) && rough.wins(0, 0.6, 0.0));
+        // One that is met to a fraction of that is proof by itself; among its like a wide one owes no more than others.
+        assert!(!ground(10.0, 0.0, 0.25 * ROUGH, 1.0).wins(0, 0.6, 0.0));
+        assert!(!rough.wins(0, 0.6, EXCEPTION - 1.0));
+        assert!(ground(0.5, 8.0, ROUGH, 1.0).wins(0, 0.6, EXCEPTION - 1.0), "met by no light");
+    }
+
+    #[test]
+    fn a_ground_that_is_not_believed_needs_nearly_all_of_its_kind() {
+        let metal = ground(0.1, 4.0, 0.001, CREDIBLE[1] + 5.0);
+        assert_eq!(metal.margin(0, 0.2), NO_EVIDENCE);
+        assert!(!metal.wins(0, 0.2, NEARLY_ALL - 0.1) && metal.wins(0, 0.2, NEARLY_ALL + 0.1));
+        // Half believed: half of what is owed.
+        let half = ground(0.0, 0.0, 0.0, 0.5 * (CREDIBLE[0] + CREDIBLE[1]));
+        assert!((half.margin(0, 0.2) - 0.5 * OWED).abs() < 1e-5);
+        // A highlight that can pass for a ground and describes few of the readings is no better than any ground.
+        let poor = |fitted: f32, widest: f32| ground(12.0, fitted, ROUGH, 90.0).credible_beside(0, widest);
+        assert_eq!((poor(1.1 * POOR * 50.0, 0.5), poor(0.9 * POOR * 50.0, 0.5)), (1.0, 0.0));
+        assert_eq!(poor(1.1 * POOR * 50.0, 0.9 * WIDE), 0.0);
+    }
+
+    /// What is decided without a fit, or without a ground, is decided as with it.
+    #[test]
+    fn shortcuts_change_no_choice() {
+        let mut rng = Pcg32::new(5, 5);
+        let (mut certain, mut impossible) = (0, 0);
+        for _ in 0..20_000 {
+            let (u, v) = (rng.next_vec3(), rng.next_vec3());
+            let (cost, fitted, odds) = (20.0 * u.x * u.x, 20.0 * u.y * u.y, 12.5 * u.z - 6.25);
+            let (left, error, widest) = (0.06 * v.x, 30.0 * v.y, 1.2 * v.z);
+            let ground = ground(cost, fitted, left, error);
+            let wins = ground.wins(0, widest, odds);
+            // The most that the ground may cost is no less than what it costs.
+            if ground.is_certain(0, cost, odds) {
+                certain += 1;
+                assert!(wins, "{cost} {fitted} {odds} {left} {error} {widest}");
+            }
+            if !ground.could_win(0, widest, odds) {
+                impossible += 1;
+                assert!(!wins, "{cost} {fitted} {odds} {left} {error} {widest}");
+            }
+        }
+        assert!(certain > 1000 && impossible > 1000, "{certain} {impossible}");
+    }
 }

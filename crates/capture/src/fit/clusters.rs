@@ -160,12 +160,12 @@ impl Cluster {
         let texels: Vec<(Matrix, [f64; N])> = members
             .iter()
             .map(|o| {
-                let h = o.information.map(|row| row.map(f64::from));
+                let h = o.lesson.information.map(|row| row.map(f64::from));
                 let at = o.theta.map(f64::from);
                 (
                     h,
                     std::array::from_fn(|i| {
-                        (0..N).map(|j| h[i][j] * at[j]).sum::<f64>() - f64::from(o.slope[i])
+                        (0..N).map(|j| h[i][j] * at[j]).sum::<f64>() - f64::from(o.lesson.slope[i])
                     }),
                 )
             })

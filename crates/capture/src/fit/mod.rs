@@ -33,14 +33,14 @@ pub use readings::{Reading, Readings};
 pub use smooth::smooth_tangents;
 
 use crate::lanes::{F, LANES, Mask};
-use crate::normals::{self, Surface, stereo};
+use crate::normals::{self, Surface, stereo, stereo::Light};
 use crate::parallel::parallel_in;
-use choice::Ground;
+use choice::{Ground, widest};
 use clusters::Features;
 use confidence::confidence;
 use descent::{Descent, chi2, ward_of};
 use glam::Vec3;
-use model::{N, Theta, linear, robust_weights, scale, surface};
+use model::{N, Theta, linear_of, robust_weights, scale, surface};
 use noise::Tally;
 use profile::{Products, Profile, products};
 use rays::{Common, Own, Ray, Rays, ray};
@@ -136,10 +136,11 @@ pub fn fit(
         let found = normals::find(readings, surface, &normals::Options::default(), threads, progress);
         return found.iter().map(of_found).collect();
     }
-    let task = Task { options, prior, learning: false, twice: true };
+    let fitter = Fitter::new(readings);
+    let task = Task { options, prior, learning: false, twice: true, settle: true };
     let piece = |i: usize, room: &mut Room| -> Vec<Fitted> {
         let texels: Vec<usize> = (i * PIECE..((i + 1) * PIECE).min(texels)).collect();
-        fit_twice(readings, &task, &texels, room).into_iter().map(|o| o.fitted).collect()
+        fitter.fit(&task, &texels, room).into_iter().map(|o| o.fitted).collect()
     };
     let done = |pieces: usize| progress((pieces * PIECE).min(texels));
     parallel_in(threads, texels.div_ceil(PIECE), piece, &done).into_iter().flatten().collect()
@@ -165,106 +166,251 @@ struct Task<'a> {
     learning: bool,
     /// Whether texels in doubt get a second chance.
     twice: bool,
+    /// Whether texels are left alone whose ground is certain to be chosen; by how much it is better is then not known.
+    settle: bool,
 }
 
-/// Fits texels, and those that are in doubt again with more starts.
-fn fit_twice(readings: &impl Readings, task: &Task, texels: &[usize], room: &mut Room) -> Vec<Outcome> {
-    let mut outcomes = fit_texels(readings, &Task { twice: false, ..*task }, texels, room);
-    if task.twice {
-        // Put together anew, so that eight in doubt go in step.
-        let places: Vec<usize> = (0..texels.len()).filter(|i| outcomes[*i].doubtful).collect();
-        let doubtful: Vec<usize> = places.iter().map(|i| texels[*i]).collect();
-        for (place, outcome) in places.into_iter().zip(fit_texels(readings, task, &doubtful, room)) {
-            outcomes[place] = outcome;
+/// What the texels of a band have in common.
+struct Fitter<'a, R> {
+    readings: &'a R,
+    common: Option<Shared>,
+    /// Where all texels have the same lamps and cameras in the same order.
+    triplets: Option<Vec<[usize; 3]>>,
+}
+
+/// Where all texels are lit and seen from the same directions.
+struct Shared {
+    /// Indices of the readings that are used.
+    used: Vec<usize>,
+    rays: Vec<Ray>,
+    lights: Vec<Light>,
+}
+
+/// From where eight texels were read.
+#[derive(Clone, Copy)]
+struct Geometry<'a, R> {
+    rays: R,
+    lights: &'a [Light],
+    triplets: &'a [[usize; 3]],
+}
+
+impl<'a, R: Readings> Fitter<'a, R> {
+    fn new(readings: &'a R) -> Self {
+        let middle = readings.texels() / 2;
+        let all = if readings.texels() == 0 { 0 } else { readings.values(middle).len() };
+        if readings.in_common() {
+            let ray = |i: usize| Some((i, ray_of(readings, middle, i)?));
+            let (used, rays): (_, Vec<Ray>) = (0..all).filter_map(ray).unzip();
+            let lights: Vec<Light> = rays.iter().map(|r| Light::of_ray(r.map(F::splat))).collect();
+            let triplets = Some(triplets_of(&lights));
+            return Self { readings, common: Some(Shared { used, rays, lights }), triplets };
         }
+        let triplets = readings.in_order().then(|| {
+            let toward = |i: usize| {
+                ray_of(readings, middle, i).map_or(Vec3::ZERO, |r| Vec3::new(r[3], r[4], r[5]).normalize())
+            };
+            stereo::triplets(&(0..all).map(toward).collect::<Vec<_>>())
+        });
+        Self { readings, common: None, triplets }
     }
-    outcomes
-}
 
-fn fit_texels(readings: &impl Readings, task: &Task, texels: &[usize], room: &mut Room) -> Vec<Outcome> {
-    let ray_of = |texel: usize, i: usize| {
-        let Reading { light, eye, irradiance } = readings.reading(texel, i);
-        ray(light, eye, irradiance)
-    };
-    let common: Option<(Vec<usize>, Vec<Ray>)> = match texels.first() {
-        Some(&t) if readings.in_common() => {
-            Some((0..readings.values(t).len()).filter_map(|i| Some((i, ray_of(t, i)?))).unzip())
+    /// Fits texels, and those that are in doubt again with more starts.
+    fn fit(&self, task: &Task, texels: &[usize], room: &mut Room) -> Vec<Outcome> {
+        let masked = |texel: usize| !self.readings.values(texel).iter().flatten().any(|v| v.is_finite());
+        let mut outcomes: Vec<Option<Outcome>> =
+            texels.iter().map(|t| masked(*t).then_some(Outcome::NONE)).collect();
+        let mut rest: Vec<usize> = (0..texels.len()).filter(|i| outcomes[*i].is_none()).collect();
+        // Texels of each step are put together anew, so that eight of them go in step.
+        if task.settle && Ground::may_settle(task) {
+            let chosen: Vec<usize> = rest.iter().map(|i| texels[*i]).collect();
+            self.blocks(&chosen, task.options, room, Settle { task }, |i, settled| {
+                outcomes[rest[i]] = settled
+            });
+            rest.retain(|i| outcomes[*i].is_none());
         }
-        _ => None,
-    };
-    let toward = |rays: &[Ray]| -> Vec<Vec3> {
-        rays.iter().map(|r| Vec3::new(r[3], r[4], r[5]).normalize_or_zero()).collect()
-    };
-    let triplets = common.as_ref().map_or(Vec::new(), |(_, rays)| stereo::triplets(&toward(rays)));
-    let mut out = Vec::with_capacity(texels.len());
-    for texels in texels.chunks(LANES) {
-        let values = |lane: usize| texels.get(lane).map(|t| readings.values(*t));
-        let fitted = if let Some((used, rays)) = &common {
-            room.gather(used, values, task.options);
-            block(Common(rays), task, &triplets, room)
-        } else {
-            let most = texels.iter().map(|t| readings.values(*t).len()).max().unwrap_or(0);
-            room.gather(&(0..most).collect::<Vec<_>>(), values, task.options);
-            let mut own = std::mem::take(&mut room.own);
-            own.clear();
-            own.resize(most, BESIDE.map(F::splat));
-            for (lane, &t) in texels.iter().enumerate() {
-                for (i, own) in own.iter_mut().enumerate().take(readings.values(t).len()) {
-                    match ray_of(t, i) {
-                        Some(ray) => own.iter_mut().zip(ray).for_each(|(to, v)| to.0[lane] = v),
-                        None => room.stated[i].0[lane] = 0.0,
+        for twice in [false, true] {
+            if twice && !task.twice {
+                break;
+            }
+            let task = Task { twice, ..*task };
+            let chosen: Vec<usize> = rest.iter().map(|i| texels[*i]).collect();
+            self.blocks(&chosen, task.options, room, Full { task: &task }, |i, outcome| {
+                outcomes[rest[i]] = Some(outcome);
+            });
+            rest.retain(|i| outcomes[*i].as_ref().is_some_and(|o| o.doubtful));
+        }
+        outcomes.into_iter().flatten().collect()
+    }
+
+    /// Does something with the readings of eight texels after the other; `put` hears what comes out, and of which.
+    fn blocks<W: OfBlock>(
+        &self,
+        texels: &[usize],
+        options: &Options,
+        room: &mut Room,
+        work: W,
+        mut put: impl FnMut(usize, W::Out),
+    ) {
+        for (block, texels) in texels.chunks(LANES).enumerate() {
+            let values = |lane: usize| texels.get(lane).map(|t| self.readings.values(*t));
+            let found = if let (Some(Shared { used, rays, lights }), Some(triplets)) =
+                (&self.common, &self.triplets)
+            {
+                room.gather(used, values, options);
+                work.of(Geometry { rays: Common(rays), lights, triplets }, room)
+            } else {
+                let most = texels.iter().map(|t| self.readings.values(*t).len()).max().unwrap_or(0);
+                room.gather(&(0..most).collect::<Vec<_>>(), values, options);
+                let mut own = std::mem::take(&mut room.own);
+                own.clear();
+                own.resize(most, BESIDE.map(F::splat));
+                for (lane, &t) in texels.iter().enumerate() {
+                    for (i, own) in own.iter_mut().enumerate().take(self.readings.values(t).len()) {
+                        match ray_of(self.readings, t, i) {
+                            Some(ray) => own.iter_mut().zip(ray).for_each(|(to, v)| to.0[lane] = v),
+                            None => room.stated[i].0[lane] = 0.0,
+                        }
                     }
                 }
+                let lights: Vec<Light> = own.iter().map(|ray| Light::of_ray(*ray)).collect();
+                let theirs;
+                let triplets = match &self.triplets {
+                    Some(triplets) => triplets,
+                    None => {
+                        theirs = triplets_of(&lights);
+                        &theirs
+                    }
+                };
+                let found = work.of(Geometry { rays: Own(&own), lights: &lights, triplets }, room);
+                room.own = own;
+                found
+            };
+            for (i, found) in found.into_iter().take(texels.len()).enumerate() {
+                put(block * LANES + i, found);
             }
-            let first: Vec<Ray> = own.iter().map(|ray| ray.map(|v| v.0[0])).collect();
-            let fitted = block(Own(&own), task, &stereo::triplets(&toward(&first)), room);
-            room.own = own;
-            fitted
-        };
-        out.extend(fitted.into_iter().take(texels.len()));
+        }
     }
-    out
+}
+
+fn ray_of(readings: &impl Readings, texel: usize, i: usize) -> Option<Ray> {
+    let Reading { light, eye, irradiance } = readings.reading(texel, i);
+    ray(light, eye, irradiance)
+}
+
+fn triplets_of(lights: &[Light]) -> Vec<[usize; 3]> {
+    stereo::triplets(&lights.iter().map(Light::toward).collect::<Vec<_>>())
+}
+
+/// What is done with the readings of eight texels.
+trait OfBlock {
+    type Out;
+    fn of<R: Rays>(&self, geometry: Geometry<R>, room: &mut Room) -> [Self::Out; LANES];
+}
+
+/// The fit.
+struct Full<'a> {
+    task: &'a Task<'a>,
+}
+
+impl OfBlock for Full<'_> {
+    type Out = Outcome;
+    fn of<R: Rays>(&self, geometry: Geometry<R>, room: &mut Room) -> [Outcome; LANES] {
+        block(geometry, self.task, room)
+    }
+}
+
+/// The ground of those that are certain to have nothing else.
+struct Settle<'a> {
+    task: &'a Task<'a>,
+}
+
+impl OfBlock for Settle<'_> {
+    type Out = Option<Outcome>;
+    fn of<R: Rays>(&self, geometry: Geometry<R>, room: &mut Room) -> [Option<Outcome>; LANES] {
+        let Task { options, prior, .. } = self.task;
+        let Some(surface) = &options.surface else { return Default::default() };
+        let usable = room.usable();
+        let (features, cluster) = look(geometry.rays, room, *prior);
+        let odds = odds(*prior, &cluster);
+        let mut ground = Ground::new(geometry.lights, room, geometry.triplets, surface);
+        ground.find(room);
+        let most = ground.most_cost(room);
+        std::array::from_fn(|lane| {
+            let settled =
+                usable[lane] >= options.least_readings && ground.is_certain(lane, most.0[lane], odds[lane]);
+            let fitted = settled.then(|| ground.fitted(lane, usable[lane], 1.0)).flatten()?;
+            Some(Outcome { fitted, features: features[lane], ..Outcome::NONE })
+        })
+    }
+}
+
+/// What eight texels look like, and which cluster of the prior does as well.
+fn look<R: Rays>(rays: R, room: &Room, prior: Option<&Prior>) -> ([Features; LANES], [Option<usize>; LANES]) {
+    let features: [Features; LANES] = std::array::from_fn(|lane| {
+        clusters::features(
+            |i| rays.of(i, lane),
+            |i| room.stated[i].0[lane] > 0.0,
+            room.value.len(),
+            |i| [0, 1, 2].map(|c| room.channels[c][i].0[lane]),
+        )
+    });
+    let cluster = features.map(|f| prior.and_then(|p| p.nearest(&f)));
+    (features, cluster)
+}
+
+/// How common texels without a highlight are among those that look alike.
+fn odds(prior: Option<&Prior>, cluster: &[Option<usize>; LANES]) -> [f32; LANES] {
+    cluster.map(|c| prior.zip(c).map_or(0.0, |(p, c)| p.ground(c)))
 }
 
 /// Stands where there is no reading.
 const BESIDE: Ray = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0];
 
-/// A texel's fit with what the prior is learned from.
-#[derive(Clone, Copy)]
+/// A texel's fit.
+#[derive(Clone)]
 struct Outcome {
     fitted: Fitted,
     theta: Theta,
-    /// Curvature of ½χ² of the readings alone, in units of the noise that was found.
-    information: [[f32; N]; N],
-    /// Half the gradient, in the same units: what the prior had to hold against.
-    slope: Theta,
     features: Features,
-    /// What the profile of its highlight is learned from.
-    products: Products,
-    /// What the noise of the readings is learned from.
-    noise: Tally,
     /// By how much better its ground by itself describes it, see [`Ground::margin`].
     margin: f32,
     /// Whether another start might lead elsewhere: the readings are described badly, or do not decide.
     doubtful: bool,
+    /// Where a prior is to be learned, and there were enough readings.
+    lesson: Option<Box<Lesson>>,
+}
+
+impl Outcome {
+    const NONE: Self = Self {
+        fitted: NOTHING,
+        theta: [0.0; N],
+        features: [0.0; 7],
+        margin: 0.0,
+        doubtful: false,
+        lesson: None,
+    };
+}
+
+/// What the prior is learned from.
+#[derive(Clone)]
+struct Lesson {
+    /// Curvature of ½χ² of the readings alone, in units of the noise that was found.
+    information: [[f32; N]; N],
+    /// Half the gradient, in the same units: what the prior had to hold against.
+    slope: Theta,
+    /// What the profile of its highlight is learned from.
+    products: Products,
+    /// What the noise of the readings is learned from.
+    noise: Tally,
 }
 
 /// Fits eight texels whose readings lie in `room`.
-fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room) -> [Outcome; LANES] {
-    let Task { options, prior, learning, twice } = *task;
-    let n = room.value.len();
+fn block<R: Rays>(geometry: Geometry<R>, task: &Task, room: &mut Room) -> [Outcome; LANES] {
+    let Geometry { rays, lights, triplets } = geometry;
+    let Task { options, prior, learning, twice, settle } = *task;
     room.weight.clone_from(&room.stated);
-    let usable: [usize; LANES] =
-        std::array::from_fn(|lane| room.weight.iter().filter(|w| w.0[lane] > 0.0).count());
-    let features: [Features; LANES] = std::array::from_fn(|lane| {
-        clusters::features(
-            |i| rays.of(i, lane),
-            |i| room.weight[i].0[lane] > 0.0,
-            n,
-            |i| [0, 1, 2].map(|c| room.channels[c][i].0[lane]),
-        )
-    });
-    let cluster: [Option<usize>; LANES] = features.map(|f| prior.and_then(|p| p.nearest(&f)));
+    let usable = room.usable();
+    let (features, cluster) = look(rays, room, prior);
     let known = prior::known(prior, &cluster);
     let usual = cluster.map(|c| prior.zip(c).map(|(p, c)| p.shape(c)));
 
@@ -273,20 +419,24 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
     let found_noise = &prior.map_or(*options, |p| p.noise(options));
     let descent = Descent { rays, profile, known: &known, found: found_noise };
     let mut done = descent.from(start, room);
-    let odds = cluster.map(|c| prior.zip(c).map_or(0.0, |(p, c)| p.ground(c)));
+    let odds = odds(prior, &cluster);
     let mut ground =
-        options.surface.as_ref().filter(|_| !learning).map(|s| Ground::of(rays, room, triplets, s));
+        options.surface.as_ref().filter(|_| !learning).map(|s| Ground::new(lights, room, triplets, s));
+    let coated = options.surface.is_some_and(|s| s.ground == normals::Ground::Coated);
+    if let Some(ground) = ground.as_mut().filter(|_| coated || !settle) {
+        ground.find(room);
+    }
     let compare = |ground: &mut Option<Ground>, done: &Refined, room: &Room| {
         if let Some(ground) = ground {
-            ground.compare(rays, room, &done.theta, profile);
+            ground.compare(rays, room, &done.theta, profile, &odds);
         }
     };
     compare(&mut ground, &done.refined, room);
     let doubtful: Mask = F(std::array::from_fn(|lane| {
         let poor = done.refined.sums.cost.0[lane] > 4.0 * usable[lane] as f32;
         let unsure = confidence(&done.information(lane, usable[lane]), 0.0, 0.0) < 0.8;
-        let widest = surface(&done.refined.theta.map(|t| t.0[lane])).2.max_element();
-        let plain = ground.as_ref().is_some_and(|g| g.is_plain(lane) && g.wins(lane, widest, odds[lane]));
+        let widest = widest(&done.refined.theta, lane);
+        let plain = ground.as_ref().is_some_and(|g| g.is_plain(lane, widest, odds[lane]));
         if usable[lane] > 0 && (poor || unsure) && !plain { 1.0 } else { 0.0 }
     }));
     if twice && doubtful.any() {
@@ -298,10 +448,8 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
         compare(&mut ground, &done.refined, room);
     }
     // From here on normals may be held to the ground's; it is the free fit that stood against the ground.
-    if let Some(found) = &ground
-        && options.surface.is_some_and(|s| s.ground == normals::Ground::Coated)
-    {
-        let taken = found.solved.confidence.above(F::splat(0.5));
+    if let Some(found) = ground.as_ref().filter(|_| coated) {
+        let taken = found.confidence().above(F::splat(0.5));
         let held = found.held(&known, taken);
         let mut start = done.refined.theta;
         for i in [2, 3] {
@@ -314,7 +462,7 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
     let mut unmet = F::ZERO;
     if let Some(found) = &ground {
         unmet = F(std::array::from_fn(|lane| {
-            let widest = surface(&done.refined.theta.map(|t| t.0[lane])).2.max_element();
+            let widest = widest(&done.refined.theta, lane);
             let leans = choice::is_exception(odds[lane]) && found.wins(lane, widest, odds[lane]);
             if leans { 1.0 } else { 0.0 }
         }));
@@ -344,19 +492,10 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
     let colours = colours(rays, room, &shown);
     std::array::from_fn(|lane| {
         let theta = done.theta.map(|t| t.0[lane]);
-        let products = products.map(|p| p.0[lane]);
+        let doubtful = doubtful.0[lane] > 0.5;
+        let none = Outcome { theta, features: features[lane], doubtful, ..Outcome::NONE };
         if usable[lane] < options.least_readings && (cluster[lane].is_none() || usable[lane] < 3) {
-            return Outcome {
-                fitted: NOTHING,
-                theta,
-                information: [[0.0; N]; N],
-                slope: [0.0; N],
-                features: features[lane],
-                products,
-                noise: noise[lane],
-                margin: 0.0,
-                doubtful: doubtful.0[lane] > 0.5,
-            };
+            return none;
         }
         let seen = shown.theta.map(|t| t.0[lane]);
         let height = scale(&seen);
@@ -386,31 +525,26 @@ fn block<R: Rays>(rays: R, task: &Task, triplets: &[[usize; 3]], room: &mut Room
                 // Its colour no reading tells.
                 fitted.texel.specular = Vec3::splat((seen[1].exp() / height).min(BRIGHTEST));
                 fitted.kind = kind_of(&fitted.texel);
-                fitted.texel.confidence = ground.solved.confidence.0[lane] * RARE;
+                fitted.texel.confidence = ground.confidence().0[lane] * RARE;
             } else if absurd && choice::is_exception(odds[lane]) {
                 // Shape and direction are those of its kin.
                 fitted.texel.specular /= texel.specular.max_element();
                 fitted.texel.confidence = texel.confidence.min(UNDECIDED);
             } else if absurd || ground.wins(lane, sigma.max_element(), odds[lane]) {
-                if let Some(texel) = ground.texel(lane, if absurd { UNMET } else { 1.0 }) {
-                    fitted = Fitted { kind: Kind::Ground, texel, residual: ground.residual(lane), ..fitted };
+                let left = if absurd { UNMET } else { 1.0 };
+                if let Some(found) = ground.fitted(lane, usable[lane], left) {
+                    fitted = Fitted { passes: fitted.passes, ..found };
                 }
             } else {
                 let most = choice::most_confidence(sigma.max_element(), odds[lane]);
                 fitted.texel.confidence = texel.confidence.min(most);
             }
         }
-        Outcome {
-            fitted,
-            theta,
-            information,
-            slope,
-            features: features[lane],
-            products,
-            noise: noise[lane],
-            margin,
-            doubtful: doubtful.0[lane] > 0.5,
-        }
+        let lesson = learning.then(|| {
+            let (products, noise) = (products.map(|p| p.0[lane]), noise[lane]);
+            Box::new(Lesson { information, slope, products, noise })
+        });
+        Outcome { fitted, margin, lesson, ..none }
     })
 }
 
@@ -432,11 +566,9 @@ const RARE: f32 = 0.3;
 
 /// D and A of each channel.
 fn colours<R: Rays>(rays: R, room: &Room, done: &Refined) -> ([F; 3], [F; 3]) {
-    let (mut d, mut a) = ([F::ZERO; 3], [F::ZERO; 3]);
-    for c in 0..3 {
-        (d[c], a[c], _) = linear(rays, &room.channels[c], &room.counted, &done.theta, &Profile::GAUSSIAN);
-    }
-    (d, a)
+    let [r, g, b] = &room.channels;
+    let found = linear_of(rays, [r, g, b], &room.counted, &done.theta, &Profile::GAUSSIAN);
+    (found.map(|(d, ..)| d), found.map(|(_, a, _)| a))
 }
 
 #[cfg(test)]

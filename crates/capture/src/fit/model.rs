@@ -104,29 +104,30 @@ pub(super) fn theta(rho_d: f32, rho_s: f32, n: Vec3, t: Vec3, sigma: Vec2) -> Th
 /// Calls a kernel compiled for AVX2 where the machine has it. The operations and their order are the same, nothing is
 /// fused, and so are the bits.
 macro_rules! wide {
-    ($kernel:ident::<$r:ident>($($name:ident: $kind:ty),*) -> $out:ty; $($value:expr),*) => {{
+    ($kernel:ident$(::<$r:ident: $bound:ident $(, $c:ident)?>)?($($name:ident: $kind:ty),*) -> $out:ty; $($value:expr),*) => {{
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2")]
-            fn avx2<$r: Rays>($($name: $kind),*) -> $out {
-                $kernel::<$r>($($name),*)
+            fn avx2$(<$r: $bound $(, const $c: usize)?>)?($($name: $kind),*) -> $out {
+                $kernel$(::<$r $(, $c)?>)?($($name),*)
             }
             if std::arch::is_x86_feature_detected!("avx2") {
                 // SAFETY: asked in the line above.
                 #[allow(unsafe_code)]
-                unsafe { avx2::<$r>($($value),*) }
+                unsafe { avx2$(::<$r $(, $c)?>)?($($value),*) }
             } else {
-                $kernel::<$r>($($value),*)
+                $kernel$(::<$r $(, $c)?>)?($($value),*)
             }
         }
         #[cfg(not(target_arch = "x86_64"))]
-        $kernel::<$r>($($value),*)
+        $kernel$(::<$r $(, $c)?>)?($($value),*)
     }};
 }
+pub(super) use wide;
 
 /// What the model computes with, eight texels at a time.
 #[derive(Clone, Copy)]
-pub(super) struct Natural {
+pub(super) struct Natural<'a> {
     pub d: F,
     pub amplitude: F,
     a: F,
@@ -136,11 +137,12 @@ pub(super) struct Natural {
     p: [F; 3],
     /// ∂P/∂(m, p, q), one row a number of P.
     turn: [[F; 3]; 3],
-    profile: Profile,
+    profile: &'a Profile,
 }
 
-impl Natural {
-    pub fn of(t: &[F; N], profile: &Profile) -> Self {
+impl<'a> Natural<'a> {
+    #[inline(always)]
+    pub fn of(t: &[F; N], profile: &'a Profile) -> Self {
         let [d, log_a, a, b, m, p, q] = *t;
         let r = (p * p + q * q + 1e-6).sqrt();
         let (up, down) = (r.exp(), (-r).exp());
@@ -150,14 +152,16 @@ impl Natural {
         let series = F::splat(1.0 / 3.0) + r * r * (1.0 / 30.0);
         let ds = r.above(F::splat(0.05)).choose((cosh - s) / (r * r), series);
         let scale = m.exp();
-        let form = [cosh + s * p, s * q, cosh - s * p].map(|v| v * scale);
+        let form = [(cosh + s * p) * scale, s * q * scale, (cosh - s * p) * scale];
         let (dp, dq) = (s * p, s * q);
-        let by_p = [dp + ds * p * p + s, ds * p * q, dp - ds * p * p - s].map(|v| v * scale);
-        let by_q = [dq + ds * q * p, ds * q * q + s, dq - ds * q * p].map(|v| v * scale);
-        let turn = [0, 1, 2].map(|i| [form[i], by_p[i], by_q[i]]);
+        let turn = [
+            [form[0], (dp + ds * p * p + s) * scale, (dq + ds * q * p) * scale],
+            [form[1], ds * p * q * scale, (ds * q * q + s) * scale],
+            [form[2], (dp - ds * p * p - s) * scale, (dq - ds * q * p) * scale],
+        ];
         let nu = (a * a + b * b + 1.0).sqrt();
         let nu = [nu, F::ONE / nu, F::ONE / (nu + 1.0)];
-        Self { d, amplitude: log_a.exp(), a, b, nu, p: form, turn, profile: *profile }
+        Self { d, amplitude: log_a.exp(), a, b, nu, p: form, turn, profile }
     }
 }
 
@@ -245,57 +249,57 @@ fn robust(loss: &Loss, r: F) -> (F, F) {
     (cost * loss.knee * loss.knee, weight)
 }
 
+/// Half the derivative of the squared residual by each of the numbers of [`Natural`], and products of these: sums over
+/// the readings. Everything is spelled out or of constant length, and nothing is a closure: only so is it compiled for
+/// the instructions of the kernel that it is part of.
 #[inline(always)]
 fn sums<R: Rays>(rays: R, value: &[F], weight: &[F], n: &Natural, loss: &Loss) -> Sums {
     let mut cost = F::ZERO;
     let mut g = [F::ZERO; N];
     let mut h = [F::ZERO; N * (N + 1) / 2];
+    let [nu, flat, turn] = n.nu;
+    let (flat2, turn_flat) = (flat * flat, turn * flat);
     for (i, (value, weight)) in value.iter().zip(weight).enumerate() {
         let ray = rays.at(i);
-        let [x, y, ..] = ray;
         let s = predict(n, ray);
         let shine = n.amplitude * s.lobe;
         let both = n.d + shine;
         let r = (s.cos * both - *value) * *weight;
-        let (loss, robust) = robust(loss, r);
-        cost += loss;
+        let (lost, robust) = robust(loss, r);
+        cost += lost;
         let steep = s.cos * n.amplitude * s.fall;
         // ½ ∂u/∂a = c w·∂(ν d − (s·d)/(1 + ν) s)/∂a − x c u, with ∂ν/∂a = a/ν.
-        let [nu, flat, turn] = n.nu;
-        let [(dx, dy), (wx, wy), (ex, ey)] = [s.d, s.w, s.e].map(|[x, y]| (x, y));
+        let ([dx, dy], [wx, wy], [ex, ey]) = (s.d, s.w, s.e);
         let ws = (wx * n.a + wy * n.b) * turn;
-        let common = (wx * dx + wy * dy) * flat + ws * (F::ONE + s.along * turn * flat);
+        let common = (wx * dx + wy * dy) * flat + ws * (F::ONE + s.along * turn_flat);
         let away = nu + s.along * turn;
         let (ua, ub) = (n.a * common - away * wx - ws * dx, n.b * common - away * wy - ws * dy);
-        let flat2 = flat * flat;
         let bend = steep * s.c * 2.0;
         // cos itself, and (ν c)⁴, whose logarithm's derivative is 4 (a/ν² − x c).
         let turned = s.cos * shine * 4.0;
-        let slope = |l: F, a: F, x: F, ua: F| {
-            (l * flat - s.cos * a * flat2) * both + turned * (a * flat2 - x * s.c) - bend * (ua - x * s.u)
-        };
+        let [x, y, ..] = ray;
+        let by_a = (s.light[0] * flat - s.cos * n.a * flat2) * both + turned * (n.a * flat2 - x * s.c)
+            - bend * (ua - x * s.u);
+        let by_b = (s.light[1] * flat - s.cos * n.b * flat2) * both + turned * (n.b * flat2 - y * s.c)
+            - bend * (ub - y * s.u);
         let part = steep * ex;
-        let mut j = [
-            s.cos,
-            s.cos * s.lobe,
-            slope(s.light[0], n.a, x, ua),
-            slope(s.light[1], n.b, y, ub),
-            -(part * ex),
-            -(part * ey * 2.0),
-            -(steep * ey * ey),
+        let w = *weight;
+        let j = [
+            s.cos * w,
+            s.cos * s.lobe * w,
+            by_a * w,
+            by_b * w,
+            -(part * ex) * w,
+            -(part * ey * 2.0) * w,
+            -(steep * ey * ey) * w,
         ];
-        for j in &mut j {
-            *j = *j * *weight;
-        }
-        let mut at = 0;
-        for a in 0..N {
-            let ja = j[a] * robust;
-            g[a] += ja * r;
-            for b in 0..=a {
-                h[at] += ja * j[b];
-                at += 1;
-            }
-        }
+        row::<0>(&mut g, &mut h, &j, robust, r);
+        row::<1>(&mut g, &mut h, &j, robust, r);
+        row::<2>(&mut g, &mut h, &j, robust, r);
+        row::<3>(&mut g, &mut h, &j, robust, r);
+        row::<4>(&mut g, &mut h, &j, robust, r);
+        row::<5>(&mut g, &mut h, &j, robust, r);
+        row::<6>(&mut g, &mut h, &j, robust, r);
     }
     let mut curvature = [[F::ZERO; N]; N];
     let mut at = 0;
@@ -308,6 +312,45 @@ fn sums<R: Rays>(rays: R, value: &[F], weight: &[F], n: &Natural, loss: &Loss) -
     Sums { cost, gradient: g, curvature }
 }
 
+/// One row of the lower half of the curvature, and of the gradient.
+#[inline(always)]
+fn row<const A: usize>(g: &mut [F; N], h: &mut [F; N * (N + 1) / 2], j: &[F; N], robust: F, r: F) {
+    let ja = j[A] * robust;
+    g[A] += ja * r;
+    for b in 0..=A {
+        h[A * (A + 1) / 2 + b] += ja * j[b];
+    }
+}
+
+/// Robust sums by θ: from A to ln A, from P to m, p, q; rows, then columns.
+#[inline(always)]
+fn sums_by_theta<R: Rays>(
+    rays: R,
+    value: &[F],
+    weight: &[F],
+    theta: &[F; N],
+    profile: &Profile,
+    loss: &Loss,
+) -> Sums {
+    let n = Natural::of(theta, profile);
+    let mut s = sums(rays, value, weight, &n, loss);
+    s.gradient = chain(&n, &s.gradient);
+    for row in &mut s.curvature {
+        *row = chain(&n, row);
+    }
+    for column in 0..N {
+        let mut by = [F::ZERO; N];
+        for row in 0..N {
+            by[row] = s.curvature[row][column];
+        }
+        let turned = chain(&n, &by);
+        for row in 0..N {
+            s.curvature[row][column] = turned[row];
+        }
+    }
+    s
+}
+
 /// Robust sums over the readings at θ, by θ.
 pub(super) fn evaluate<R: Rays>(
     rays: R,
@@ -317,29 +360,28 @@ pub(super) fn evaluate<R: Rays>(
     profile: &Profile,
     loss: &Loss,
 ) -> Sums {
-    let n = Natural::of(theta, profile);
-    let mut s = wide!(sums::<R>(rays: R, value: &[F], weight: &[F], n: &Natural, loss: &Loss) -> Sums; rays, value, weight, &n, loss);
-    // From A to ln A, from P to m, p, q: rows, then columns.
-    s.gradient = chain(&n, &s.gradient);
-    for row in &mut s.curvature {
-        *row = chain(&n, row);
-    }
-    for column in 0..N {
-        let turned = chain(&n, &std::array::from_fn(|row| s.curvature[row][column]));
-        for (row, value) in turned.into_iter().enumerate() {
-            s.curvature[row][column] = value;
-        }
-    }
-    s
-}
-
-fn chain(n: &Natural, by: &[F; N]) -> [F; N] {
-    let turn = |j: usize| by[4] * n.turn[0][j] + by[5] * n.turn[1][j] + by[6] * n.turn[2][j];
-    [by[0], by[1] * n.amplitude, by[2], by[3], turn(0), turn(1), turn(2)]
+    wide!(
+        sums_by_theta::<R: Rays>(rays: R, value: &[F], weight: &[F], theta: &[F; N], profile: &Profile, loss: &Loss) -> Sums;
+        rays, value, weight, theta, profile, loss)
 }
 
 #[inline(always)]
-fn values<R: Rays>(rays: R, n: &Natural, out: &mut [F]) {
+fn chain(n: &Natural, by: &[F; N]) -> [F; N] {
+    let [m, p, q] = [0, 1, 2];
+    [
+        by[0],
+        by[1] * n.amplitude,
+        by[2],
+        by[3],
+        by[4] * n.turn[0][m] + by[5] * n.turn[1][m] + by[6] * n.turn[2][m],
+        by[4] * n.turn[0][p] + by[5] * n.turn[1][p] + by[6] * n.turn[2][p],
+        by[4] * n.turn[0][q] + by[5] * n.turn[1][q] + by[6] * n.turn[2][q],
+    ]
+}
+
+#[inline(always)]
+fn values<R: Rays>(rays: R, theta: &[F; N], profile: &Profile, out: &mut [F]) {
+    let n = &Natural::of(theta, profile);
     for (i, out) in out.iter_mut().enumerate() {
         let s = predict(n, rays.at(i));
         *out = s.cos * (n.d + n.amplitude * s.lobe);
@@ -348,8 +390,9 @@ fn values<R: Rays>(rays: R, n: &Natural, out: &mut [F]) {
 
 /// What the model says for each reading.
 pub(super) fn model<R: Rays>(rays: R, theta: &[F; N], profile: &Profile, out: &mut [F]) {
-    let n = Natural::of(theta, profile);
-    wide!(values::<R>(rays: R, n: &Natural, out: &mut [F]) -> (); rays, &n, out)
+    wide!(
+        values::<R: Rays>(rays: R, theta: &[F; N], profile: &Profile, out: &mut [F]) -> ();
+        rays, theta, profile, out)
 }
 
 /// The weight of each residual: 1/σ times the square root of the robust weight.
@@ -368,32 +411,36 @@ pub(super) fn robust_weights<R: Rays>(
     }
 }
 
-/// Products of n·l, that times the highlight, and the value, weighted: what [`linear`] solves.
+/// Products of n·l, that times the highlight, and each value, weighted: what [`non_negative`] solves.
 #[inline(always)]
-fn linear_sums<R: Rays>(rays: R, value: &[F], weight: &[F], n: &Natural) -> [F; 6] {
-    let mut s = [F::ZERO; 6];
-    for (i, (value, weight)) in value.iter().zip(weight).enumerate() {
-        let seen = predict(n, rays.at(i));
-        let (d, v) = (seen.cos * *weight, *value * *weight);
-        let a = d * seen.lobe;
-        for (s, term) in s.iter_mut().zip([d * d, d * a, a * a, d * v, a * v, v * v]) {
-            *s += term;
-        }
-    }
-    s
-}
-
-/// Non-negative D and A that fit the readings best, the rest of θ given, and the χ² that remains.
-pub(super) fn linear<R: Rays>(
+fn linear_sums<R: Rays, const C: usize>(
     rays: R,
-    value: &[F],
+    values: [&[F]; C],
     weight: &[F],
     theta: &[F; N],
     profile: &Profile,
-) -> (F, F, F) {
+) -> ([F; 3], [[F; 3]; C]) {
     let n = Natural::of(theta, profile);
-    let [dd, da, aa, dv, av, vv] = wide!(
-        linear_sums::<R>(rays: R, value: &[F], weight: &[F], n: &Natural) -> [F; 6]; rays, value, weight, &n);
+    let (mut left, mut right) = ([F::ZERO; 3], [[F::ZERO; 3]; C]);
+    for (i, weight) in weight.iter().enumerate() {
+        let seen = predict(&n, rays.at(i));
+        let d = seen.cos * *weight;
+        let a = d * seen.lobe;
+        left[0] += d * d;
+        left[1] += d * a;
+        left[2] += a * a;
+        for c in 0..C {
+            let v = values[c][i] * *weight;
+            right[c][0] += d * v;
+            right[c][1] += a * v;
+            right[c][2] += v * v;
+        }
+    }
+    (left, right)
+}
+
+/// Non-negative D and A that leave least of χ², and what they leave.
+fn non_negative([dd, da, aa]: [F; 3], [dv, av, vv]: [F; 3]) -> (F, F, F) {
     let tiny = F::splat(1e-20);
     let det = dd * aa - da * da;
     let sound: Mask = det.above(dd * aa * 1e-6);
@@ -407,6 +454,32 @@ pub(super) fn linear<R: Rays>(
     let a = inside.choose(a, keep_d.choose(F::ZERO, only_a.max(F::ZERO)));
     let left = vv - d * dv * 2.0 - a * av * 2.0 + d * d * dd + d * a * da * 2.0 + a * a * aa;
     (d, a, left.max(F::ZERO))
+}
+
+/// Non-negative D and A that fit the readings best, the rest of θ given, and the χ² that remains.
+pub(super) fn linear<R: Rays>(
+    rays: R,
+    value: &[F],
+    weight: &[F],
+    theta: &[F; N],
+    profile: &Profile,
+) -> (F, F, F) {
+    linear_of(rays, [value], weight, theta, profile)[0]
+}
+
+/// The same of several values with the same weights.
+pub(super) fn linear_of<R: Rays, const C: usize>(
+    rays: R,
+    values: [&[F]; C],
+    weight: &[F],
+    theta: &[F; N],
+    profile: &Profile,
+) -> [(F, F, F); C] {
+    let (left, right) = wide!(
+        linear_sums::<R: Rays, C>(rays: R, values: [&[F]; C], weight: &[F], theta: &[F; N], profile: &Profile)
+            -> ([F; 3], [[F; 3]; C]);
+        rays, values, weight, theta, profile);
+    right.map(|right| non_negative(left, right))
 }
 
 #[cfg(test)]

@@ -55,7 +55,7 @@ pub(super) fn of_texels(outcomes: &[Member], options: &Options, quantum: f32, ta
     for bin in 0..BINS {
         let (mut sum, mut count, mut freedom) = (0.0, 0.0, 0.0);
         for o in outcomes {
-            let [s, c] = o.noise[bin].map(f64::from);
+            let [s, c] = o.lesson.noise[bin].map(f64::from);
             let n = f64::from(o.fitted.readings);
             sum += s;
             count += c;

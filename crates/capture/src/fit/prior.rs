@@ -11,7 +11,7 @@ use super::clusters::{Cluster, Features, distance, k_means, nearest};
 use super::model::{N, Theta};
 use super::profile::{self, Profile};
 use super::refine::Known;
-use super::{Options, Outcome, Readings, Task, choice, fit_twice, noise};
+use super::{Fitter, Lesson, Options, Outcome, Readings, Task, choice, noise};
 use crate::lanes::{F, LANES};
 use crate::parallel::parallel_in;
 
@@ -36,6 +36,7 @@ pub(super) struct Member {
     band: usize,
     texel: usize,
     found: Outcome,
+    pub lesson: Box<Lesson>,
 }
 
 impl std::ops::Deref for Member {
@@ -69,6 +70,7 @@ impl Prior {
             .collect();
         let wanted = (SAMPLE / LANES).min(groups.len());
         let chosen: Vec<_> = (0..wanted).map(|i| groups[i * groups.len() / wanted]).collect();
+        let fitters: Vec<_> = bands.iter().map(Fitter::new).collect();
         let quantum = noise::quantum(bands);
         let mut prior: Option<Self> = None;
         let mut centres = Vec::new();
@@ -77,21 +79,21 @@ impl Prior {
         let (mut left, mut tails) = (3, false);
         while left > 0 {
             left -= 1;
-            let task = Task { options, prior: prior.as_ref(), learning: true, twice: left < 2 };
+            let task =
+                Task { options, prior: prior.as_ref(), learning: true, twice: left < 2, settle: false };
             let group = |i: usize, room: &mut _| {
                 let (band, group) = chosen[i];
                 let end = ((group + 1) * LANES).min(bands[band].texels());
-                fit_twice(&bands[band], &task, &(group * LANES..end).collect::<Vec<_>>(), room)
+                fitters[band].fit(&task, &(group * LANES..end).collect::<Vec<_>>(), room)
             };
             let outcomes = parallel_in(threads, chosen.len(), group, &|_| {});
             let found = outcomes.into_iter().zip(&chosen).flat_map(|(group, &(band, first))| {
-                group.into_iter().enumerate().map(move |(i, o)| Member {
-                    band,
-                    texel: first * LANES + i,
-                    found: o,
+                group.into_iter().enumerate().filter_map(move |(i, mut found)| {
+                    let lesson = found.lesson.take()?;
+                    Some(Member { band, texel: first * LANES + i, found, lesson })
                 })
             });
-            let outcomes: Vec<Member> = found.filter(|o| o.fitted.readings > 0).collect();
+            let outcomes: Vec<Member> = found.collect();
             if centres.is_empty() {
                 if outcomes.len() < FEWEST {
                     return None;
@@ -121,17 +123,17 @@ impl Prior {
             };
             if left == 0 || tails {
                 let members: Vec<&[&Member]> = of_some.map(|(_, m)| m.as_slice()).collect();
-                found.share(&members, bands, options, threads);
+                found.share(&members, &fitters, options, threads);
             }
             prior = Some(found);
         }
         let mut prior = prior.filter(|p| !p.clusters.is_empty())?;
         if options.surface.is_some() {
-            let task = Task { options, prior: Some(&prior), learning: false, twice: true };
+            let task = Task { options, prior: Some(&prior), learning: false, twice: true, settle: false };
             let group = |i: usize, room: &mut _| {
                 let (band, group) = chosen[i];
                 let end = ((group + 1) * LANES).min(bands[band].texels());
-                fit_twice(&bands[band], &task, &(group * LANES..end).collect::<Vec<_>>(), room)
+                fitters[band].fit(&task, &(group * LANES..end).collect::<Vec<_>>(), room)
             };
             let outcomes = parallel_in(threads, chosen.len(), group, &|_| {});
             let mut margins = vec![Vec::new(); prior.clusters.len()];
@@ -149,7 +151,13 @@ impl Prior {
     /// as well described by what another is made of, of which its texels are surer, that is what it is made of as well.
     /// Width and height of a highlight with tails are known only together, and of its flank alone not at all: then this
     /// goes for all clusters, each time before the profile is learned anew.
-    fn share(&mut self, members: &[&[&Member]], bands: &[impl Readings], options: &Options, threads: usize) {
+    fn share<R: Readings>(
+        &mut self,
+        members: &[&[&Member]],
+        bands: &[Fitter<R>],
+        options: &Options,
+        threads: usize,
+    ) {
         let sure = |c: usize| members[c].iter().filter(|m| m.fitted.texel.confidence > 0.5).count();
         let mut order: Vec<usize> = (0..members.len()).collect();
         order.sort_by_key(|c| std::cmp::Reverse(sure(*c)));
@@ -172,10 +180,11 @@ impl Prior {
                     noise: self.noise,
                     grounds: Vec::new(),
                 };
-                let task = Task { options: bare, prior: Some(&alone), learning: false, twice: true };
+                let prior = Some(&alone);
+                let task = Task { options: bare, prior, learning: false, twice: true, settle: false };
                 let band = |i: usize, room: &mut _| {
                     let (band, texels) = &texels[i];
-                    fit_twice(&bands[*band], &task, texels, room)
+                    bands[*band].fit(&task, texels, room)
                 };
                 let again = parallel_in(threads, texels.len(), band, &|_| {});
                 let again: Vec<Outcome> = again.into_iter().flatten().collect();
@@ -222,6 +231,11 @@ impl Prior {
     /// How common texels without a highlight are in a cluster: a logarithm of odds.
     pub(super) fn ground(&self, cluster: usize) -> f32 {
         self.grounds.get(cluster).copied().unwrap_or(0.0)
+    }
+
+    /// The most of these.
+    pub(super) fn most_odds(&self) -> f32 {
+        self.grounds.iter().copied().reduce(f32::max).unwrap_or(0.0)
     }
 
     /// m, p and q of a cluster's mean.

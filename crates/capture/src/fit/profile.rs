@@ -47,10 +47,11 @@ impl Profile {
             return (e, e);
         }
         let (mut sum, mut slope) = (F::ZERO, F::ZERO);
-        for ((share, e), narrow) in self.share.iter().zip(gaussians(u)).zip(NARROW) {
-            let part = *share * e;
+        let e = gaussians(u);
+        for i in 0..TERMS {
+            let part = self.share[i] * e[i];
             sum += part;
-            slope += part * narrow;
+            slope += part * NARROW[i];
         }
         (sum, slope)
     }
@@ -59,14 +60,16 @@ impl Profile {
 /// exp(−narrowᵢ u), each the fourth power of the next.
 #[inline(always)]
 fn gaussians(u: F) -> [F; TERMS] {
-    let fourth = |e: F| {
-        let e2 = e * e;
-        e2 * e2
-    };
     let (one, wide) = ((-u).exp(), (u * -NARROW[TERMS - 1]).exp());
     let (four, wider) = (fourth(one), fourth(wide));
     let sixteen = fourth(four);
     [fourth(sixteen), sixteen, four, one, fourth(wider), wider, wide]
+}
+
+#[inline(always)]
+fn fourth(e: F) -> F {
+    let e2 = e * e;
+    e2 * e2
 }
 
 /// What a profile is learned from: the ground as it was found, the Gaussians under the amplitude that was found, and what
@@ -126,7 +129,7 @@ pub(super) fn of_texels(outcomes: &[Member]) -> Profile {
         let mut at = 0;
         for a in 0..=COLUMNS {
             for b in 0..=a {
-                h[a][b] += weight * f64::from(o.products[at]);
+                h[a][b] += weight * f64::from(o.lesson.products[at]);
                 h[b][a] = h[a][b];
                 at += 1;
             }

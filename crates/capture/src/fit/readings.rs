@@ -1,6 +1,6 @@
 //! Where readings come from: pictures that show all texels, or a table in which each has its own.
 
-use crate::{Lights, Stack};
+use crate::Stack;
 use glam::Vec3;
 use yugen_archive::formats::goniometer_csv::Texels;
 
@@ -25,6 +25,8 @@ pub trait Readings: Sync {
     fn reading(&self, texel: usize, i: usize) -> Reading;
     /// Whether that is the same for all texels.
     fn in_common(&self) -> bool;
+    /// Whether it is at least the same lamp and camera for all of them, near as they may be.
+    fn in_order(&self) -> bool;
 }
 
 impl Readings for Stack {
@@ -35,11 +37,15 @@ impl Readings for Stack {
         self.samples(texel % self.width, texel / self.width)
     }
     fn reading(&self, texel: usize, i: usize) -> Reading {
-        let (light, irradiance) = self.light(i, texel % self.width, texel / self.width);
-        Reading { light, eye: self.eyes[i], irradiance }
+        let (x, y) = (texel % self.width, texel / self.width);
+        let (light, irradiance) = self.light(i, x, y);
+        Reading { light, eye: self.eye(i, x, y), irradiance }
     }
     fn in_common(&self) -> bool {
-        matches!(self.lights, Lights::Distant(_))
+        self.is_distant()
+    }
+    fn in_order(&self) -> bool {
+        true
     }
 }
 
@@ -55,6 +61,9 @@ impl Readings for Texels {
         Reading { light, eye, irradiance: 1.0 }
     }
     fn in_common(&self) -> bool {
+        false
+    }
+    fn in_order(&self) -> bool {
         false
     }
 }

@@ -1,6 +1,6 @@
 //! Levenberg 1944, Marquardt 1963: damped Gauss-Newton, every texel with a damping of its own.
 
-use super::model::{Loss, N, SIGMA, STEEPEST, Sums, evaluate};
+use super::model::{Loss, N, SIGMA, STEEPEST, Sums, evaluate, wide};
 use super::profile::Profile;
 use super::rays::Rays;
 use crate::lanes::{F, Mask};
@@ -52,7 +52,9 @@ pub(crate) fn refine<R: Rays>(
     let mut active: Mask = F::ONE;
     let mut passes = F::ONE;
     for _ in 0..limit {
-        let trial = bound(step(&theta, &sums, known, damping));
+        let trial = wide!(
+            bounded_step(theta: &[F; N], sums: &Sums, known: &Known, damping: F) -> [F; N];
+            &theta, &sums, known, damping);
         let at = evaluate(rays, value, weight, &trial, profile, loss);
         passes += active;
         let trial_cost = at.cost + known.cost(&trial);
@@ -90,20 +92,33 @@ impl Known {
         (0..N).fold(F::ZERO, |sum, i| sum + pull[i] * (theta[i] - self.mean[i]))
     }
 
+    #[inline(always)]
     fn pull(&self, theta: &[F; N]) -> [F; N] {
-        let off: [F; N] = std::array::from_fn(|i| theta[i] - self.mean[i]);
-        std::array::from_fn(|i| (0..N).fold(F::ZERO, |sum, j| sum + self.precision[i][j] * off[j]))
+        let mut pull = [F::ZERO; N];
+        for i in 0..N {
+            for j in 0..N {
+                pull[i] += self.precision[i][j] * (theta[j] - self.mean[j]);
+            }
+        }
+        pull
     }
 }
 
 /// How far one step may go: the model is no parabola further out.
 const LONGEST: [f32; N] = [f32::INFINITY, 1.5, 0.2, 0.2, 1.0, 0.7, 0.7];
 
+#[inline(always)]
+fn bounded_step(theta: &[F; N], sums: &Sums, known: &Known, damping: F) -> [F; N] {
+    bound(step(theta, sums, known, damping))
+}
+
+#[inline(always)]
 fn step(theta: &[F; N], sums: &Sums, known: &Known, damping: F) -> [F; N] {
     let pull = known.pull(theta);
     let mut h = sums.curvature;
-    let mut g: [F; N] = std::array::from_fn(|i| -(sums.gradient[i] + pull[i]));
+    let mut g = [F::ZERO; N];
     for i in 0..N {
+        g[i] = -(sums.gradient[i] + pull[i]);
         for j in 0..N {
             h[i][j] += known.precision[i][j];
         }
@@ -119,15 +134,21 @@ fn step(theta: &[F; N], sums: &Sums, known: &Known, damping: F) -> [F; N] {
     g[0] = g[0] * free;
     let step = solve(&factor(&h), g);
     let steep = theta[2] * theta[2] + theta[3] * theta[3] + 1.0;
-    let shrink = (1..N).fold(F::ONE, |shrink, i| {
+    let mut shrink = F::ONE;
+    for i in 1..N {
         // A slope of s is an angle whose tangent it is: it may change by as much more.
         let longest = if i == 2 || i == 3 { steep * LONGEST[i] } else { F::splat(LONGEST[i]) };
-        shrink.min(longest / step[i].abs().max(F::splat(1e-12)))
-    });
-    std::array::from_fn(|i| theta[i] + step[i] * shrink)
+        shrink = shrink.min(longest / step[i].abs().max(F::splat(1e-12)));
+    }
+    let mut to = *theta;
+    for i in 0..N {
+        to[i] = theta[i] + step[i] * shrink;
+    }
+    to
 }
 
 /// Keeps the numbers where they mean something.
+#[inline(always)]
 fn bound(theta: [F; N]) -> [F; N] {
     let [d, log_a, a, b, m, p, q] = theta;
     let (low, high) = (-2.0 * SIGMA[1].ln(), -2.0 * SIGMA[0].ln());
@@ -147,6 +168,7 @@ fn bound(theta: [F; N]) -> [F; N] {
 }
 
 /// Cholesky's factor, its diagonal inverted.
+#[inline(always)]
 pub(crate) fn factor(h: &[[F; N]; N]) -> [[F; N]; N] {
     let mut l = *h;
     for i in 0..N {
@@ -163,6 +185,7 @@ pub(crate) fn factor(h: &[[F; N]; N]) -> [[F; N]; N] {
 }
 
 /// Solves with what [`factor`] made.
+#[inline(always)]
 pub(crate) fn solve(l: &[[F; N]; N], mut g: [F; N]) -> [F; N] {
     for i in 0..N {
         for k in 0..i {

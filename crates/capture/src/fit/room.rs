@@ -49,4 +49,9 @@ impl Room {
             }
         }
     }
+
+    /// How many readings each texel has.
+    pub fn usable(&self) -> [usize; LANES] {
+        std::array::from_fn(|lane| self.stated.iter().filter(|w| w.0[lane] > 0.0).count())
+    }
 }

@@ -1,12 +1,14 @@
 use super::compare::{HEADING, errors, failed, quantile, row};
 use super::*;
-use crate::{Lights, Stack};
+use crate::simulate::{Camera, Sensor, Subject};
+use crate::{Eye, Lights, Stack};
 use glam::{Quat, Vec2};
 use std::f32::consts::{PI, TAU};
 use yugen_archive::formats::goniometer_csv::Texels;
-use yugen_optics::Frame;
 use yugen_optics::frame::spherical;
 use yugen_optics::random::Pcg32;
+use yugen_optics::{ColourSpace, Frame};
+use yugen_reflectance::btf::Btf;
 use yugen_reflectance::{Choice, Model};
 
 /// Down to 15° above the table.
@@ -55,7 +57,7 @@ fn photograph(texels: &[Texel], lights: &[Vec3], rng: &mut Pcg32) -> Stack {
         }
     }
     let (width, height) = (texels.len(), 1);
-    let eyes = vec![Vec3::Z; lights.len()];
+    let eyes = vec![Eye::ABOVE; lights.len()];
     Stack {
         width,
         height,
@@ -369,4 +371,28 @@ fn few_lights_give_grounds() {
     println!("{} of {} sure, {wrong} of them wrongly", sure.len(), truth.len());
     // A third of a dozen readings is spoilt: 4 % were measured.
     assert!(sure.len() > 100 && 10 * wrong < sure.len());
+}
+
+/// A camera as near as one with a normal lens (50 mm for 35 mm film) that the sample fills: it sees the sample's edges from
+/// 20° aside, and a highlight there as that of a normal which leans by half of that.
+#[test]
+fn a_near_camera_sees_each_texel_from_elsewhere() {
+    let mut rng = Pcg32::new(17, 0);
+    let texels: Vec<Texel> = (0..24 * 24).map(|_| random_texel(&mut rng)).collect();
+    let cloth = Btf { width: 24, height: 24, colour_space: ColourSpace::LinearSrgb, texels };
+    let subject = Subject::new(&cloth, None, Choice(0.0)).unwrap();
+    let lights = Lights::Distant(dome(50));
+    let eye = Eye { distance: 50.0 / 36.0, ..Eye::ABOVE };
+    let camera = Camera { sensor: Some(Sensor { white: 8.0, ..Sensor::default() }), ..Camera::default() };
+    let stack = subject.photograph(&lights, eye, &camera);
+    let off = |stack: &Stack| {
+        let fitted = fit(stack, &Options::default(), None, 2, &|_| {});
+        let off = fitted.iter().zip(&cloth.texels).map(|(f, t)| errors(&f.texel, t)[2]);
+        let mut off: Vec<f32> = off.collect();
+        (off.iter().sum::<f32>() / off.len() as f32, quantile(&mut off, 0.9).unwrap())
+    };
+    let known = off(&stack);
+    let unknown = off(&Stack { eyes: vec![Eye::ABOVE; 50], ..stack.clone() });
+    println!("normals off by {known:?} degrees (mean, 90th), {unknown:?} as if the camera were far away");
+    assert!(known.0 < 0.3 && known.1 < 0.4 && unknown.0 > 3.0, "{known:?} {unknown:?}");
 }

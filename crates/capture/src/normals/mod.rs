@@ -201,7 +201,8 @@ struct Finder<'a, R> {
     task: Task,
     /// Indices of the readings that are used and their lights, where these are the same for all texels.
     common: Option<(Vec<usize>, Vec<Light>)>,
-    triplets: Vec<[usize; 3]>,
+    /// Where they are at least in the same order.
+    triplets: Option<Vec<[usize; 3]>>,
 }
 
 impl<'a, R: Readings> Finder<'a, R> {
@@ -211,11 +212,17 @@ impl<'a, R: Readings> Finder<'a, R> {
             Light::of(r.light, r.eye, r.irradiance).map(|l| (i, l))
         };
         let middle = readings.texels() / 2;
-        let all = || if readings.texels() == 0 { 0 } else { readings.values(middle).len() };
-        let seen: Vec<(usize, Light)> = (0..all()).filter_map(|i| light(middle, i)).collect();
-        let triplets = stereo::triplets(&seen.iter().map(|(_, l)| l.toward()).collect::<Vec<_>>());
-        let common = readings.in_common().then(|| seen.into_iter().unzip());
-        Self { readings, task: task(surface, options), common, triplets }
+        let all = if readings.texels() == 0 { 0 } else { readings.values(middle).len() };
+        if readings.in_common() {
+            let (used, lights): (Vec<usize>, Vec<Light>) = (0..all).filter_map(|i| light(middle, i)).unzip();
+            let triplets = stereo::triplets(&lights.iter().map(Light::toward).collect::<Vec<_>>());
+            let (common, triplets) = (Some((used, lights)), Some(triplets));
+            return Self { readings, task: task(surface, options), common, triplets };
+        }
+        let toward = |i: usize| light(middle, i).map_or(Vec3::ZERO, |(_, l)| l.toward());
+        let triplets =
+            readings.in_order().then(|| stereo::triplets(&(0..all).map(toward).collect::<Vec<_>>()));
+        Self { readings, task: task(surface, options), common: None, triplets }
     }
 
     /// Turns the readings of up to eight texels on their side, for lights of their own into `own`.
@@ -244,8 +251,8 @@ impl<'a, R: Readings> Finder<'a, R> {
         let (mut own, theirs);
         own = Vec::new();
         let lights = self.gather(texels, room, &mut own);
-        let triplets = match self.common {
-            Some(_) => &self.triplets,
+        let triplets = match &self.triplets {
+            Some(triplets) => triplets,
             None => {
                 // Readings of a table are in any order, and each texel has its own.
                 theirs = stereo::triplets(&lights.iter().map(Light::toward).collect::<Vec<_>>());

@@ -6,7 +6,7 @@ use glam::Vec3;
 use yugen_optics::random::Pcg32;
 
 /// A light as eight texels see it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Light {
     /// The direction toward it times its irradiance.
     l: [F; 3],
@@ -168,6 +168,19 @@ struct Beside {
     shiny: Mask,
 }
 
+impl Beside {
+    /// Whether it is brighter than anything explains.
+    #[inline(always)]
+    fn strange(&self) -> Mask {
+        self.bright * (F::ONE - self.shiny)
+    }
+
+    #[inline(always)]
+    fn loss(&self) -> F {
+        loss(self.variance, self.off, self.strange())
+    }
+}
+
 /// The length of g, one over it, and the cosine's threshold times it.
 #[derive(Clone, Copy)]
 struct Size {
@@ -234,27 +247,32 @@ fn rough_ln(a: F, b: F) -> F {
 
 /// Geman and McClure's loss, and the logarithm (Cauchy's) where a reading is brighter than anything explains.
 #[inline(always)]
-fn loss(b: &Beside) -> F {
-    let sum = b.variance + b.off;
-    let strange = b.bright * (F::ONE - b.shiny);
-    strange.choose(rough_ln(sum, b.variance), b.off / sum)
+fn loss(variance: F, off: F, strange: Mask) -> F {
+    let sum = variance + off;
+    strange.choose(rough_ln(sum, variance), off / sum)
 }
 
 /// The weight of a reading in least squares: over its variance and, where the loss has it so, less.
 #[inline(always)]
 fn weight(b: &Beside) -> F {
     let w = F::ONE / (b.variance + b.off);
-    let strange = b.bright * (F::ONE - b.shiny);
-    strange.choose(w, w * w * b.variance)
+    b.strange().choose(w, w * w * b.variance)
 }
 
 #[inline(always)]
-fn cost(lights: &[Light], value: &[F], usable: &[F], g: &[F; 3], slack: f32, options: &Options) -> F {
+fn cost_of_candidate(
+    lights: &[Light],
+    value: &[F],
+    usable: &[F],
+    g: &[F; 3],
+    slack: f32,
+    options: &Options,
+) -> F {
     let size = Size::of(g);
     let mut sum = F::ZERO;
     for ((light, value), usable) in lights.iter().zip(value).zip(usable) {
         // Without the coat: what differs is little beside what shadows do.
-        sum += loss(&beside(light, *value, g, size, slack, false, options)) * *usable;
+        sum += beside(light, *value, g, size, slack, false, options).loss() * *usable;
     }
     // What looks away from the camera cannot be seen; NaN fails as well.
     g[2].above(F::ZERO).choose(sum, F::splat(f32::INFINITY))
@@ -364,7 +382,7 @@ fn start(
             // Of texels of which a triplet is never whole.
             None => (least_squares(lights, value, usable), F::ONE),
         };
-        let cost = there.choose(cost(lights, value, usable, &g, slack, &task.options), far);
+        let cost = there.choose(cost_of_candidate(lights, value, usable, &g, slack, &task.options), far);
         let better = least.above(cost);
         // Elsewhere: 15° and more.
         let apart = (Size::of(&g).length * Size::of(&best).length * 0.966).above(dot(&g, &best));
@@ -430,7 +448,7 @@ fn judge(lights: &[Light], value: &[F], usable: &[F], g: [F; 3], least: F, secon
     let (mut agreeing, mut against, mut squares, mut weights) = (F::ZERO, F::ZERO, F::ZERO, F::ZERO);
     for ((light, value), usable) in lights.iter().zip(value).zip(usable) {
         let at = beside(light, *value, &g, size, task.slack, task.coated, &task.options);
-        sum += loss(&at) * *usable;
+        sum += at.loss() * *usable;
         all += *usable;
         let agrees = (at.variance * 4.0).above(at.off);
         let lit = at.lit.above(F::ZERO);
@@ -529,36 +547,64 @@ pub(crate) fn albedo(
     up.map(|v| (v / down).max(F::ZERO))
 }
 
-/// What readings cost with what was found, and with what another model, whose slopes of the normal are `a` and `b`, makes of
-/// them; by the same measure, which is as strict as the other model can bear: it has more numbers. And by what part of
-/// their level that lets readings be off.
-pub(crate) fn costs(
+/// What readings cost with a model that is no [`Solved`].
+pub(crate) struct Other {
+    pub cost: F,
+    /// By how much readings may be off besides their noise: as strict as the model can bear, which has more numbers.
+    pub slack: F,
+    /// That as a part of their level.
+    pub part: F,
+}
+
+/// What readings cost with a model that says what is `seen`, and whose normal has the slopes `a` and `b`.
+pub(crate) fn cost_of_other(
     lights: &[Light],
     value: &[F],
     usable: &[F],
-    solved: &Solved,
     seen: &[F],
     [a, b]: [F; 2],
     task: &Task,
-) -> ([F; 2], F) {
-    let size = Size::of(&solved.g);
+) -> Other {
     let (slack, part) = bearable(value, usable, seen, task.slack);
     let steep = (a * a + b * b + 1.0).sqrt() * SHINY;
-    let mut costs = [F::ZERO; 2];
+    let mut cost = F::ZERO;
+    for (i, light) in lights.iter().enumerate() {
+        let shiny = (light.half[2] + light.half[0] * a + light.half[1] * b).above(steep);
+        cost += cost_of_reading(value[i], seen[i], shiny, slack, &task.options) * usable[i];
+    }
+    Other { cost, slack, part }
+}
+
+/// What they cost by the same measure with what was found.
+pub(crate) fn cost(lights: &[Light], value: &[F], usable: &[F], solved: &Solved, slack: F, task: &Task) -> F {
+    let size = Size::of(&solved.g);
+    let mut cost = F::ZERO;
     for (i, light) in lights.iter().enumerate() {
         let at = beside(light, value[i], &solved.g, size, task.slack, task.coated, &task.options);
-        let there = light.half[2] + light.half[0] * a + light.half[1] * b;
-        let models = [(at.lit * at.through, at.shiny), (seen[i], there.above(steep))];
-        for (cost, (seen, shiny)) in costs.iter_mut().zip(models) {
-            let deviation = seen.max(value[i]) * task.options.noise + slack + task.options.floor;
-            let off = value[i] - seen;
-            let bright = off.above(F::ZERO);
-            *cost += loss(&Beside { variance: deviation * deviation, off: off * off, bright, shiny, ..at })
-                * usable[i];
-        }
+        cost += cost_of_reading(value[i], at.lit * at.through, at.shiny, slack, &task.options) * usable[i];
     }
-    (costs, part)
+    cost
 }
+
+/// The least slack that there may be: for [`cost`], so that it is the most that it may be.
+pub(crate) fn least_slack(value: &[F], usable: &[F]) -> F {
+    let (mut sum, mut count) = (F::ZERO, F::ZERO);
+    for (value, usable) in value.iter().zip(usable) {
+        sum += *value * *usable;
+        count += *usable;
+    }
+    (sum / count.max(F::ONE)).max(F::ZERO) * (LEVEL * super::SLACK[0])
+}
+
+#[inline(always)]
+fn cost_of_reading(value: F, seen: F, shiny: Mask, slack: F, options: &Options) -> F {
+    let deviation = seen.max(value) * options.noise + slack + options.floor;
+    let off = value - seen;
+    loss(deviation * deviation, off * off, off.above(F::ZERO) * (F::ONE - shiny))
+}
+
+/// A matte texel reads two thirds of its albedo in the mean.
+const LEVEL: f32 = 1.6;
 
 /// How much readings are off that a model describes, besides their noise: from a hundredth of their level to `most` of it.
 fn bearable(value: &[F], usable: &[F], seen: &[F], most: f32) -> (F, F) {
@@ -577,8 +623,7 @@ fn bearable(value: &[F], usable: &[F], seen: &[F], most: f32) -> (F, F) {
             continue;
         }
         let (count, middle) = (off.len() as f32, off.len() / 2);
-        // A matte texel reads two thirds of its albedo in the mean.
-        let level = (1.6 * sum / count).max(0.0);
+        let level = (LEVEL * sum / count).max(0.0);
         let median = *off.select_nth_unstable_by(middle, f32::total_cmp).1;
         let needed = super::OF_MEDIAN * median / level.max(1e-12);
         part.0[lane] = needed.clamp(super::SLACK[0], most.max(super::SLACK[0]));

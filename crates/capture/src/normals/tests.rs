@@ -1,6 +1,6 @@
 use super::*;
 use crate::simulate::fibonacci_dome;
-use crate::{Lights, Stack};
+use crate::{Eye, Lights, Stack};
 use yugen_optics::random::Pcg32;
 
 const SIZE: usize = 48;
@@ -34,7 +34,7 @@ fn photograph(lights: &Lights, spoilt: Spoilt) -> Stack {
         first_row: 0,
         rows: SIZE,
         lights: lights.clone(),
-        eyes: vec![Vec3::Z; lights.len()],
+        eyes: vec![Eye::ABOVE; lights.len()],
         values: Vec::new(),
     };
     for i in 0..SIZE * SIZE {

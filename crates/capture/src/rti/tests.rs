@@ -5,8 +5,8 @@ use super::holdout::{Method, score, split, spread};
 use super::light::{Lamp, panorama, picture, values};
 use super::rbf::{Kernel, Rbf};
 use super::*;
-use crate::Lights;
 use crate::simulate::fibonacci_dome;
+use crate::{Eye, Lights};
 use glam::{Vec2, Vec3};
 use yugen_archive::formats::relightable::{Basis, Colouring, Relightable};
 use yugen_optics::random::Pcg32;
@@ -42,7 +42,7 @@ fn photograph(r: &Relightable, lights: Lights) -> Stack {
         height,
         first_row: 0,
         rows: height,
-        eyes: vec![Vec3::Z; lights.len()],
+        eyes: vec![Eye::ABOVE; lights.len()],
         lights,
         values: Vec::new(),
     };
@@ -261,7 +261,7 @@ fn cloth_is_predicted_best_by_its_maps() {
         first_row: 0,
         rows: 24,
         lights: Lights::Distant(dome.clone()),
-        eyes: vec![Vec3::Z; dome.len()],
+        eyes: vec![Eye::ABOVE; dome.len()],
         values: vec![[0.0; 3]; 24 * 24 * 50],
     };
     for (l, toward) in dome.iter().enumerate() {

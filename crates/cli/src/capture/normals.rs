@@ -31,11 +31,16 @@ use yugen_optics::{ColourSpace, Image, Vec3};
 /// The folder then holds normal.png and normal.exr (+x right, +y up, as OpenGL has them; the PNG as (n + 1)/2 in 16
 /// bits), albedo.png and .exr, height.exr in widths of a texel about their mean (height.png from the lowest, black, to
 /// the highest, white), error.exr, by how many degrees each normal is expected to be off (error.png: 10° is white),
-/// and confidence.png, 0 to 1. The camera is taken to be far away.
+/// and confidence.png, 0 to 1. How near the camera stood is taken from stack.toml or Exif.
 #[derive(Args)]
 pub struct Normals {
     /// The stack: its folder or its list of lights (.lp).
     stack: PathBuf,
+
+    /// A list of lights that lies elsewhere, as beside the balls that were photographed for themselves, instead of the
+    /// stack's own.
+    #[arg(long, value_name = "LP")]
+    lights: Option<PathBuf>,
 
     /// The folder to write.
     #[arg(short, long, value_name = "FOLDER")]
@@ -102,7 +107,7 @@ impl Normals {
         if self.noise >= 1.0 {
             bail!("--noise {}: expected a part between 0 and 1", self.noise);
         }
-        let source = Source::open(&self.stack)?;
+        let source = Source::open(&self.stack, self.lights.as_deref())?;
         self.truth.iter().for_each(|t| will_read(t));
         check_outputs(self.files())?;
         let folder = &source.folder;
@@ -182,6 +187,7 @@ impl Normals {
                 "width": width,
                 "height": height,
                 "lights": lights,
+                "camera_distance": Some(folder.camera_distance).filter(|d| d.is_finite()),
                 "ground": surface.ground.name(),
                 "ground_asked": asked.is_some(),
                 "slack": surface.slack,
@@ -225,6 +231,7 @@ impl Normals {
              by less than {:.1}°)",
             report.masked, report.undecided, report.error[0], report.error[1]
         );
+        println!("{}", super::stack::camera(folder.camera_distance));
         if let Some([low, high]) = report.heights {
             println!(
                 "heights from {low:.1} to {high:.1} widths of a texel about their mean, in {integration:.2} s"

@@ -190,7 +190,7 @@ impl Relight {
             let [width, _] = picture.size();
             return Ok((width, lit(&picture, lamps, self.json, encoding)?));
         }
-        let source = Source::open(&self.source)?;
+        let source = Source::open(&self.source, None)?;
         check_outputs([output])?;
         let stack = source.whole(self.memory << 20)?;
         let method = match self.method.as_slice() {

@@ -25,6 +25,11 @@ pub struct Rti {
     /// The stack: its folder or its list of lights (.lp).
     stack: PathBuf,
 
+    /// A list of lights that lies elsewhere, as beside the balls that were photographed for themselves, instead of the
+    /// stack's own.
+    #[arg(long, value_name = "LP")]
+    lights: Option<PathBuf>,
+
     /// NAME.ptm, NAME.rti, or a folder.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
@@ -66,7 +71,7 @@ impl Rti {
             bail!("--lrgb: a .rti has a function of light for each colour; write a .ptm or a folder");
         }
         let encoding = if self.linear { Encoding::Linear } else { Encoding::Srgb };
-        let source = Source::open(&self.stack)?;
+        let source = Source::open(&self.stack, self.lights.as_deref())?;
         // A stack with an info.json would pass for a folder that is fitted already.
         let place = self.output.canonicalize();
         if place.is_ok() && place.ok() == source.folder.path.canonicalize().ok() {

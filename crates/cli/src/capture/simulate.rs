@@ -13,8 +13,8 @@ use std::time::Instant;
 use yugen_archive::formats::image::{self, NonFinite, WriteOptions};
 use yugen_archive::formats::{btf, lp, readings, stack};
 use yugen_archive::{atomic_write, check_new, check_outputs, read_bounded};
-use yugen_capture::Lights;
 use yugen_capture::simulate::{Camera, Sensor, Subject, fibonacci_dome};
+use yugen_capture::{Eye, Lights};
 use yugen_optics::Vec3;
 use yugen_optics::frame::spherical;
 use yugen_reflectance::{Choice, Kind, ParamType};
@@ -71,6 +71,11 @@ pub struct Simulate {
     /// folder of its own [default: 0,0].
     #[arg(long, value_name = "POLAR,AZIMUTH", allow_hyphen_values = true, value_parser = parse_view)]
     view: Vec<[f32; 2]>,
+
+    /// How far the camera stands from the middle of the picture, in widths of it (focal length over width of the sensor),
+    /// instead of far away.
+    #[arg(long, value_name = "D", conflicts_with_all = ["trace", "pairs"], value_parser = parse_camera_distance)]
+    camera_distance: Option<f32>,
 
     /// How the maps reflect: a form of the model `noh`.
     #[arg(long, value_name = "FORM", default_value = "ward_gmd", value_parser = forms())]
@@ -171,8 +176,8 @@ impl Simulate {
         let bar = progress::bar(pictures, self.json);
         let mut counts = Counts::default();
         let mut index = String::from("folder,polar,azimuth,x,y,z\n");
-        for (v, (view, lights)) in stacks.iter().enumerate() {
-            let name = view_name(v);
+        for (v, (eye, lights)) in stacks.iter().enumerate() {
+            let (name, view) = (view_name(v), eye.toward);
             let (polar, azimuth) = (view.z.clamp(-1.0, 1.0).acos(), view.y.atan2(view.x));
             writeln!(
                 index,
@@ -191,16 +196,16 @@ impl Simulate {
                     // One seed a picture, or their noise would be the same.
                     Some(tracer) => {
                         let seed = self.weaving.seed.wrapping_add(counts.pictures as u32);
-                        tracer.picture(lights, light, *view, seed)?
+                        tracer.picture(lights, light, view, seed)?
                     }
-                    None => subject.picture(lights, light, *view),
+                    None => subject.picture(lights, light, *eye),
                 };
                 counts.hidden += ideal.iter().filter(|p| p.is_nan()).count() as u64;
                 let seen = camera.look(&ideal, sample.btf.width);
                 self.write(&place, &sample, &camera, &seen, light, &mut times, &mut counts)?;
                 bar.inc(1);
             }
-            self.finish(&place, &sample, &camera, lights, *view, &times)?;
+            self.finish(&place, &sample, &camera, lights, *eye, &times)?;
         }
         if stacks.len() > 1 {
             atomic_write(&self.output.join("views.csv"), index.as_bytes())?;
@@ -215,7 +220,7 @@ impl Simulate {
     }
 
     /// Every file that will be written.
-    fn outputs(&self, stacks: &[(Vec3, Lights)], camera: &Camera, heights: bool) -> Vec<PathBuf> {
+    fn outputs(&self, stacks: &[(Eye, Lights)], camera: &Camera, heights: bool) -> Vec<PathBuf> {
         let brackets = camera.sensor.as_ref().map_or(1, |s| s.seconds.len());
         let mut all = vec![self.output.join("truth.exr")];
         all.extend(heights.then(|| self.output.join("height.exr")));
@@ -260,7 +265,7 @@ impl Simulate {
     }
 
     /// Where the camera stands, and the lights it sees the sample under from there.
-    fn stacks(&self) -> Result<Vec<(Vec3, Lights)>> {
+    fn stacks(&self) -> Result<Vec<(Eye, Lights)>> {
         let lamps = |toward: Vec<Vec3>| match self.near {
             None => Lights::Distant(toward),
             Some(distance) => Lights::Near(toward.into_iter().map(|d| d * distance).collect()),
@@ -278,7 +283,7 @@ impl Simulate {
                     None => stacks.push((line.wo, vec![line.wi])),
                 }
             }
-            return Ok(stacks.into_iter().map(|(view, lights)| (view, lamps(lights))).collect());
+            return Ok(stacks.into_iter().map(|(view, lights)| (view.into(), lamps(lights))).collect());
         }
         let toward: Vec<Vec3> = match &self.lp {
             None => fibonacci_dome(self.lights as usize, self.max_polar.to_radians()),
@@ -292,8 +297,12 @@ impl Simulate {
         }
         let lights = lamps(toward);
         let views = if self.view.is_empty() { &[[0.0, 0.0]][..] } else { &self.view };
-        let view = |[polar, azimuth]: &[f32; 2]| spherical(polar.to_radians(), azimuth.to_radians());
-        Ok(views.iter().map(|angles| (view(angles), lights.clone())).collect())
+        let distance = self.camera_distance.unwrap_or(f32::INFINITY);
+        let eye = |[polar, azimuth]: &[f32; 2]| Eye {
+            toward: spherical(polar.to_radians(), azimuth.to_radians()),
+            distance,
+        };
+        Ok(views.iter().map(|angles| (eye(angles), lights.clone())).collect())
     }
 
     /// The files of one picture.
@@ -344,7 +353,7 @@ impl Simulate {
         sample: &Sample,
         camera: &Camera,
         lights: &Lights,
-        view: Vec3,
+        eye: Eye,
         times: &str,
     ) -> Result<()> {
         let (Lights::Distant(all) | Lights::Near(all)) = lights;
@@ -353,7 +362,8 @@ impl Simulate {
         let bracketed = camera.sensor.as_ref().filter(|s| s.seconds.len() > 1);
         let options = stack::Options {
             near: matches!(lights, Lights::Near(_)),
-            view,
+            view: eye.toward,
+            camera_distance: self.camera_distance,
             response: if bracketed.is_some() { stack::Response::Linear } else { stack::Response::Srgb },
             // EXR says so itself.
             colour_space: bracketed.map(|_| sample.btf.colour_space),
@@ -442,6 +452,12 @@ fn number(text: &str, expected: &str, ok: impl Fn(f32) -> bool) -> Result<f32, S
 
 fn parse_polar(text: &str) -> Result<f32, String> {
     number(text, "degrees above 0 and below 90", |v| v > 0.0 && v < 90.0)
+}
+
+fn parse_camera_distance(text: &str) -> Result<f32, String> {
+    number(text, "a distance from 0.2 to 1000000 widths of the picture", |v| {
+        (stack::NEAREST..=1e6).contains(&v)
+    })
 }
 
 fn parse_distance(text: &str) -> Result<f32, String> {

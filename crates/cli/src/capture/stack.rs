@@ -15,11 +15,15 @@ pub struct Source {
 }
 
 impl Source {
-    pub fn open(path: &Path) -> Result<Self> {
+    /// With its own lights, or those of a list that lies elsewhere.
+    pub fn open(path: &Path, lights: Option<&Path>) -> Result<Self> {
         if relightable::recognises(path) {
             bail!("{}: this is fitted already; expected a stack of photographs", path.display());
         }
-        let folder = Folder::open(path)?;
+        let folder = match lights {
+            Some(list) => Folder::open_lit_by(path, list)?,
+            None => Folder::open(path)?,
+        };
         let to_srgb = folder.colour_space.matrix_to(ColourSpace::LinearSrgb);
         Ok(Self { folder, to_srgb })
     }
@@ -51,6 +55,14 @@ impl Source {
             );
         }
         self.middle(height)
+    }
+}
+
+/// Where the camera was taken to stand: so far away, in widths of the picture.
+pub fn camera(distance: f32) -> String {
+    match distance.is_finite() {
+        true => format!("the camera stood {distance:.2} widths of the picture away"),
+        false => "the camera is taken to be far away (else say camera_distance in stack.toml)".into(),
     }
 }
 

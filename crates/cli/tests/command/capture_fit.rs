@@ -212,6 +212,57 @@ fn three_sides_tell_more_than_one() {
     assert!(aside[2] < 2.0, "{aside:?}");
 }
 
+/// A camera as near as one with a normal lens sees half vectors turn by ten degrees across the picture.
+#[test]
+fn a_near_camera_is_told_by_the_stack() {
+    let folder = scratch("capture_fit_near");
+    let path = |name: &str| folder.join(name).display().to_string();
+    let stack = path("stack");
+    let simulate = "simulate kinran --size 40x40 --lights 50 --camera-distance 1.4 --json -o";
+    let args: Vec<&str> = simulate.split(' ').chain([stack.as_str()]).collect();
+    crate::good(yugen(&args));
+    let options = folder.join("stack/stack.toml");
+    let said = std::fs::read_to_string(&options).unwrap();
+    let fit = || {
+        let (output, truth) = (path("cloth.btf"), path("stack/truth.exr"));
+        crate::report(yugen(&["fit", &stack, "-o", &output, "--truth", &truth, "--json"]))
+    };
+    let near = fit();
+    std::fs::write(&options, said.replace("= 1.4", "= \"far\"")).unwrap();
+    let far = fit();
+    assert_eq!(
+        (near["camera_distance"].as_f64().map(|d| d as f32), &far["camera_distance"]),
+        (Some(1.4), &serde_json::Value::Null)
+    );
+    let off = |json: &serde_json::Value| json["normals"]["ninety"].as_f64().unwrap();
+    println!("normals, 90th percentile: {} degrees, {} as if far", off(&near), off(&far));
+    assert!(off(&near) < 0.5 && off(&far) > 4.0, "{} {}", off(&near), off(&far));
+}
+
+/// The lights of a list that lies beside the balls.
+#[test]
+fn lights_of_another_folder_serve() {
+    let folder = scratch("capture_lights");
+    let path = |name: &str| folder.join(name).display().to_string();
+    photograph(&folder.join("stack"), &cloth(), 20);
+    std::fs::create_dir(folder.join("balls")).unwrap();
+    std::fs::rename(folder.join("stack/lights.lp"), folder.join("balls/lights.lp")).unwrap();
+    btf::save(&folder.join("truth.btf"), &cloth(), &btf::About::default()).unwrap();
+    let (stack, lights, truth) = (path("stack"), path("balls/lights.lp"), path("truth.btf"));
+    let (maps, relief, ptm) = (path("cloth.btf"), path("relief"), path("cloth.ptm"));
+    let fit = ["fit", &stack, "-o", &maps, "--truth", &truth, "--json"];
+    let Run { success, err, .. } = yugen(&fit);
+    assert!(!success && err.contains("there is no list of lights"), "{err}");
+    let json = crate::report(yugen(&[&fit[..], &["--lights", &lights]].concat()));
+    assert_eq!((json["errors"]["failed"].as_u64(), json["lights"].as_u64()), (Some(0), Some(20)), "{json}");
+    for verb in [["normals", &stack, "-o", &relief], ["rti", &stack, "-o", &ptm]] {
+        let json = crate::report(yugen(&[&verb[..], &["--lights", &lights, "--json"]].concat()));
+        assert_eq!(json["lights"], 20, "{json}");
+    }
+    let Run { success, err, .. } = yugen(&["fit", &stack, &stack, "-o", &maps, "--lights", &lights]);
+    assert!(!success && err.contains("--lights is for a stack from one side"), "{err}");
+}
+
 #[test]
 fn killed_and_resumed_it_is_the_same_to_the_bit() {
     let folder = scratch("capture_fit_kill");

@@ -252,6 +252,10 @@ fn options_say_how_the_numbers_are_meant() {
         ..Options::default()
     };
     assert_eq!(Options::parse(odd.text().as_bytes(), "a".as_ref()).unwrap(), odd);
+    for distance in [Some(1.4), Some(f32::INFINITY)] {
+        let near = Options { camera_distance: distance, ..Options::default() };
+        assert_eq!(Options::parse(near.text().as_bytes(), "a".as_ref()).unwrap(), near, "{}", near.text());
+    }
     let aside = Options { view: Vec3::new(0.6, 0.0, 0.8), ..Options::default() };
     let back = Options::parse(aside.text().as_bytes(), "a".as_ref()).unwrap();
     assert!(back.view.abs_diff_eq(aside.view, 1e-6), "{}", back.view);
@@ -262,6 +266,8 @@ fn options_say_how_the_numbers_are_meant() {
         ("response = \"sgrb\"", "s.toml:1:12: unknown response 'sgrb'; did you mean 'srgb'?"),
         ("near = 1", "s.toml:1:8: 'near' is 1; expected true or false"),
         ("near =", "s.toml:1:7: "),
+        ("camera_distance = 0", "s.toml:1:19: 'camera_distance' is 0; expected a number from 0.2 to 1000000"),
+        ("camera_distance = \"fra\"", "s.toml:1:19: unknown camera distance 'fra'; did you mean 'far'?"),
     ] {
         let got = Options::parse(text.as_bytes(), "s.toml".as_ref()).unwrap_err().to_string();
         assert!(got.starts_with(want), "{got}");
@@ -434,4 +440,49 @@ fn names_of_other_computers_find_their_pictures() {
     let folder = listed(["shot1.png", "shot2.jpg", "shot10.png"]);
     fs::copy(folder.0.join("shot2.png"), folder.0.join("shot2.tif")).unwrap();
     folder.fails(&["shot2.jpg' is not there"]);
+}
+
+/// As a camera writes it: what the options say comes first, then Exif; of a cropped picture that says nothing.
+#[test]
+fn exif_tells_how_near_the_camera_stood() {
+    let temporary = Temporary::new();
+    let folder = &temporary.0;
+    let photograph = |width: usize, options: Options| {
+        let file = folder.join("a.jpg");
+        image::write(&file, &Image::rgb(width, 4), &WriteOptions::default()).unwrap();
+        let jpeg = fs::read(&file).unwrap();
+        let with = [&jpeg[..2], &crate::formats::exif::tests::segment(), &jpeg[2..]].concat();
+        fs::write(&file, with).unwrap();
+        write(folder, &[lp::Entry { file: "a.jpg".into(), light: Vec3::Z }], &options).unwrap();
+        Folder::open(folder).unwrap().camera_distance
+    };
+    assert!((photograph(6, Options::default()) - 50.0 / 36.0).abs() < 1e-4);
+    assert_eq!(photograph(5, Options::default()), f32::INFINITY);
+    for said in [3.0, f32::INFINITY] {
+        assert_eq!(photograph(6, Options { camera_distance: Some(said), ..Options::default() }), said);
+    }
+}
+
+/// A list beside balls serves the pictures of another folder, with what is said of it there.
+#[test]
+fn lights_of_another_folder_serve() {
+    let (object, balls) = (Temporary::new(), Temporary::new());
+    let picture = write_bytes("a.exr".as_ref(), &Image::rgb(6, 4), &WriteOptions::default()).unwrap();
+    ["a.exr", "b.exr"].iter().for_each(|name| object.put(name, &picture));
+    object.put(OPTIONS, "response = \"linear\"\n");
+    let entry = |file: &str, light| lp::Entry { file: file.into(), light };
+    let lamps = [Vec3::new(0.0, 4.0, 4.0), Vec3::new(2.0, 0.0, 4.0)];
+    let options = Options { near: true, field_width: 2.0, camera_distance: Some(1.5), ..Options::default() };
+    write(&balls.0, &[entry("ball1.jpg", lamps[0]), entry("ball2.jpg", lamps[1])], &options).unwrap();
+    let list = balls.0.join(LIGHTS);
+    let stack = Folder::open_lit_by(&object.0, &list).unwrap();
+    assert!(stack.options.near && stack.options.response == Response::Linear);
+    assert_eq!((stack.positions(), stack.camera_distance), (lamps.map(|l| l * 0.5).to_vec(), 1.5));
+    // What the stack says of its camera comes first; a list without options beside it is as the stack has it.
+    object.put(OPTIONS, "camera_distance = \"far\"\n");
+    assert_eq!(Folder::open_lit_by(&object.0, &list).unwrap().camera_distance, f32::INFINITY);
+    fs::remove_file(balls.0.join(OPTIONS)).unwrap();
+    assert!(!Folder::open_lit_by(&object.0, &list).unwrap().options.near);
+    let missing = Folder::open_lit_by(&object.0, &balls.0.join("none.lp")).unwrap_err().to_string();
+    assert!(missing.contains("there is no list of lights") && missing.contains("none.lp"), "{missing}");
 }

@@ -205,12 +205,16 @@ impl Calibrate {
             found.iter().map(|f| lp::Entry { file: f.file.clone(), light: f.light }).collect();
         let near = self.near || self.dome.is_some();
         if output.file_name().is_some_and(|n| n == stack::LIGHTS) {
+            let said = stack::Options::read(&beside)?;
+            // The balls prove the focal length; pictures of another stack are taken with the same camera.
+            let distance = view.focal.map(|f| f / width as f32).filter(|d| *d >= stack::NEAREST);
             let options = stack::Options {
+                camera_distance: distance.or(said.camera_distance),
                 lights: stack::LIGHTS.into(),
                 axes: lp::Axes::default(),
                 near,
                 field_width: 1.0,
-                ..stack::Options::read(&beside)?
+                ..said
             };
             stack::amend(&beside, &entries, &options)?;
         } else {

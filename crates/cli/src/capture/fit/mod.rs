@@ -51,6 +51,11 @@ pub struct Fit {
     #[arg(required = true, value_name = "STACK")]
     stacks: Vec<PathBuf>,
 
+    /// Of one STACK: a list of lights that lies elsewhere, as beside the balls that were photographed for themselves, instead of the
+    /// stack's own.
+    #[arg(long, value_name = "LP")]
+    lights: Option<PathBuf>,
+
     /// The maps: cloth.btf, or the same as .exr.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -258,7 +263,7 @@ impl Fit {
         check_writable(&self.output)?;
         let started = Instant::now();
         let options = Options { noise: self.noise, floor: self.floor, ..Options::default() };
-        let source = Source::open(&self.stacks)?;
+        let source = Source::open(&self.stacks, self.lights.as_deref())?;
         self.truth.iter().for_each(|t| will_read(t));
         let pictures = self.report.iter().flat_map(|folder| report::files(folder, self.truth.is_some()));
         let outputs = [self.output.clone(), checkpoint::place(&self.output)?];
@@ -336,6 +341,7 @@ impl Fit {
             residuals: &residuals,
             kinds: &kinds,
             lights,
+            camera_distance: source.camera_distance(),
             learned: learned.as_ref().is_some_and(|l| l.prior.is_some()),
             surface: learned.map(|l| l.surface),
             seconds: seconds.as_secs_f64(),

@@ -1,5 +1,6 @@
 //! What a fit says about itself.
 
+use super::super::stack::camera;
 use super::page;
 use anyhow::Result;
 use serde_json::{Map as Json, json};
@@ -21,6 +22,8 @@ pub struct Report<'a> {
     /// What each texel is made of.
     pub kinds: &'a [Kind],
     pub lights: usize,
+    /// How far the camera stood, in widths of the picture; `None` of a table of readings, infinite if far away.
+    pub camera_distance: Option<f32>,
     pub learned: bool,
     /// What the ground is like; `None` where all was done before.
     pub surface: Option<Surface>,
@@ -211,6 +214,7 @@ impl Report<'_> {
                 residual[1]
             ),
         ];
+        all.extend(self.camera_distance.map(|d| camera(d)));
         if self.few_lights() {
             all.push(format!(
                 "{} lights are too few for highlights ({FEWEST_FOR_HIGHLIGHTS} are not): normals and grounds are those of \
@@ -269,6 +273,7 @@ impl Report<'_> {
             "width": self.maps.width,
             "height": self.maps.height,
             "lights": self.lights,
+            "camera_distance": self.camera_distance.filter(|d| d.is_finite()),
             "masked": masked,
             "kinds": { "ground": ground, "ground_and_highlight": both, "highlight": bare },
             "few_lights": self.few_lights(),

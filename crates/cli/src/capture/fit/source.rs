@@ -21,16 +21,26 @@ pub enum Source {
 const LARGEST_TABLE: u64 = 4 << 30;
 
 impl Source {
-    /// Finds out which it is.
-    pub fn open(paths: &[PathBuf]) -> Result<Self> {
+    /// Finds out which it is. `lights`: a list that lies elsewhere, for a single stack.
+    pub fn open(paths: &[PathBuf], lights: Option<&Path>) -> Result<Self> {
         let is_table = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-        match paths {
-            [path] if is_table(path) => {
+        match (paths, lights) {
+            ([path], Some(_)) if is_table(path) => {
+                bail!("{}: every line of a table has its light; leave out --lights", path.display())
+            }
+            ([path], Some(list)) => {
+                if sides(path)?.is_some() {
+                    bail!("{}: --lights is for a stack from one side; put a list into each", path.display());
+                }
+                Ok(Self::Photographs(vec![Folder::open_lit_by(path, list)?]))
+            }
+            (_, Some(_)) => bail!("--lights is for a stack from one side; put a list into each of several"),
+            ([path], None) if is_table(path) => {
                 let bytes = read_bounded(path, LARGEST_TABLE)?;
                 let texels = goniometer_csv::read_texels(&bytes, path, ColourSpace::LinearSrgb)?;
                 Ok(Self::Table { path: path.clone(), texels })
             }
-            _ => match paths.iter().find(|p| is_table(p)) {
+            (_, None) => match paths.iter().find(|p| is_table(p)) {
                 Some(table) => bail!(
                     "{}: a table is fitted by itself; put the lines of several into one file",
                     table.display()
@@ -45,6 +55,14 @@ impl Source {
         match self {
             Self::Photographs(folders) => (folders[0].width, folders[0].height),
             Self::Table { texels, .. } => (texels.width, texels.height),
+        }
+    }
+
+    /// How far the camera stood, in widths of the picture: the nearest of several. `None` of a table.
+    pub fn camera_distance(&self) -> Option<f32> {
+        match self {
+            Self::Photographs(folders) => folders.iter().map(|f| f.camera_distance).reduce(f32::min),
+            Self::Table { .. } => None,
         }
     }
 

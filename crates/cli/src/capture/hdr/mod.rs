@@ -12,10 +12,11 @@ use correct::{colours, flatten, turn};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions, WriteOptions};
-use yugen_archive::formats::{response, stack};
+use yugen_archive::formats::{exif, response, stack};
 use yugen_archive::{Error, atomic_write, check_new, check_outputs, check_writable, make_folder, will_read};
 use yugen_capture::hdr::{Response, Tally};
 use yugen_capture::lens::{Lens, straighten};
+use yugen_capture::simulate::Sensor;
 use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
 
 /// Merges exposure brackets to linear pictures with their uncertainty.
@@ -96,11 +97,11 @@ pub struct Hdr {
     lights: Option<PathBuf>,
 
     /// Electrons of the sensor at full scale, for the noise.
-    #[arg(long, default_value_t = 30_000.0, value_name = "E")]
+    #[arg(long, default_value_t = Sensor::default().full_well, value_name = "E")]
     full_well: f32,
 
     /// Noise of reading in electrons.
-    #[arg(long, default_value_t = 5.0, value_name = "E")]
+    #[arg(long, default_value_t = Sensor::default().read_noise, value_name = "E")]
     read_noise: f32,
 
     /// Levels from this part of full scale on are saturated [default: what FOLDER/stack.toml says, else 0.99].
@@ -233,10 +234,11 @@ impl Hdr {
             check_writable(path)?;
         }
         let bar = progress::bar(lights.len() as u64, self.json);
-        let mut outcomes = Vec::new();
+        let (mut outcomes, mut size) = (Vec::new(), [0; 2]);
         for light in &lights {
             bar.set_message(light.name.clone());
             let mut merged = self.merge(light, &response, saturated, &darks)?;
+            size = [merged.image.width, merged.image.height];
             if let Some(flat) = self.flat_of(light)? {
                 flatten(&mut merged.image, &flat)
                     .with_context(|| format!("--flat does not fit the pictures of '{}'", light.name))?;
@@ -257,7 +259,7 @@ impl Hdr {
         }
         bar.finish_and_clear();
         if folder {
-            self.pass_on(&usual, mask.as_deref(), listed.as_ref())?;
+            self.pass_on(&usual, &lights, size, mask.as_deref(), listed.as_ref())?;
         }
         if let Some(path) = &self.save_response {
             let levels: Vec<[f32; 3]> = match &response {
@@ -268,6 +270,15 @@ impl Hdr {
         }
         self.report(&lights, &outcomes, matrix.map(|m| m.1), listed.is_some() || !folder);
         Ok(())
+    }
+
+    /// How far away the camera stood, as the lens or the Exif data of a photograph tell: the merged pictures have none.
+    fn camera_distance(&self, photograph: &Path, [width, height]: [usize; 2]) -> Result<Option<f32>> {
+        let told = match &self.lens {
+            Some(lens) => Some(lens.focal / width as f32),
+            None => exif::read(photograph)?.distance(width, height),
+        };
+        Ok(told.filter(|d| *d >= stack::NEAREST))
     }
 
     /// Undoes the lens, if there is one.
@@ -286,7 +297,14 @@ impl Hdr {
     }
 
     /// Writes the lists of the stack: what the folder of the exposures says and the merge has left true.
-    fn pass_on(&self, usual: &stack::Options, mask: Option<&Path>, listed: Option<&Listed>) -> Result<()> {
+    fn pass_on(
+        &self,
+        usual: &stack::Options,
+        lights: &[Light],
+        size: [usize; 2],
+        mask: Option<&Path>,
+        listed: Option<&Listed>,
+    ) -> Result<()> {
         if let Some(mask) = mask {
             let mut mask = image::read(mask, &ReadOptions::raw())?;
             self.straighten(&mut mask)?;
@@ -299,6 +317,10 @@ impl Hdr {
             );
         }
         let mut options = stack::Options { view: usual.view, ..stack::Options::default() };
+        options.camera_distance = match usual.camera_distance {
+            None => self.camera_distance(&lights[0].photographs[0].path, size)?,
+            said => said,
+        };
         match &self.white[..] {
             [] => (options.white, options.level_white) = (usual.white, usual.level_white),
             _ => options.level_white = !self.white_turns,

@@ -20,7 +20,7 @@ const WORST: f32 = 0.2;
 
 impl Relight {
     pub(super) fn compare(&self) -> Result<()> {
-        let source = Source::open(&self.source)?;
+        let source = Source::open(&self.source, None)?;
         let lights = source.folder.pictures.len();
         let left_out = parse_hold_out(self.hold_out.as_deref().unwrap_or_default(), &source.folder)?;
         if left_out.len() >= lights {
