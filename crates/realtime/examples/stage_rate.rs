@@ -2,7 +2,7 @@
 //!
 //! `stage_rate` prints how the time grows with triangles, from a thousand to two millions.
 //! `stage_rate rays SCENE…` prints how many random rays a second shaders trace: nearest hit, and any hit.
-//! `stage_rate SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]` shows a scene and writes its AOVs.
+//! `stage_rate SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]` shows a scene and writes its picture and AOVs.
 
 use glam::{Mat4, Vec2, Vec3};
 use std::path::Path;
@@ -64,7 +64,7 @@ fn picture(
     frames: u32,
 ) -> Result<()> {
     let scene = load_scene(path, &Default::default())?;
-    let rows = rows_of(&scene)?;
+    let rows = Rows::new(&scene)?;
     let mut camera = match scene.cameras.first() {
         Some(camera) => camera.clone(),
         None => scene.framing_camera(Film::default()),
@@ -78,7 +78,7 @@ fn picture(
         aovs: AOVS.to_vec(),
         trace_camera: false,
         threads: 2,
-        bounces: None,
+        bounces: Some(8),
         hide_emitters: false,
         seed: 0,
     };
