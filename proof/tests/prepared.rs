@@ -337,7 +337,7 @@ fn differing(gpu: &Gpu, library: impl Fn(String) -> String) -> Vec<(usize, f32, 
                 }
             }
             // Directions and flags are about one, f and pdf anything.
-            let off = apart(a, b, if i < 4 || i > 16 { 0.05 } else { 1.0 });
+            let off = apart(a, b, if (4..=16).contains(&i) { 1.0 } else { 0.05 });
             if off > worst.0 {
                 worst = (off, i);
             }

@@ -91,6 +91,10 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         width = length(vector_to_world(view.to_world, vec3<f32>(view.scale.x, 0.0, 0.0)));
         spread = 0.0;
     }
+    // The frames of a picture share its footprint, as the samples of a pixel do in the reference.
+    let sharpen = 1.0 / clamp(sqrt(f32(view.index + 1u)), 1.0, 8.0);
+    width *= sharpen;
+    spread *= sharpen;
     // Surfaces passed straight through count as little as those before the camera.
     var null_steps = 0u;
     for (var depth = 0u; depth <= BOUNCES;) {

@@ -17,6 +17,7 @@ mod normals;
 mod overwrite;
 mod render;
 mod render_interrupt;
+mod render_realtime;
 
 use serde_json::Value;
 use std::ffi::OsStr;

@@ -33,7 +33,7 @@ fn pack(rows: &mut Rows, edges: &[Edge]) -> u32 {
     rows.words.extend(
         edges
             .chunks(2)
-            .map(|pair| u32::from(pair[0]) | u32::from(pair.get(1).copied().unwrap_or(Edge::MAX)) << 16),
+            .map(|pair| u32::from(pair[0]) | (u32::from(pair.get(1).copied().unwrap_or(Edge::MAX)) << 16)),
     );
     at
 }

@@ -53,7 +53,7 @@ pub(super) fn write(
         for end in ends {
             // So that one that is left can be skipped; the highest bit says that light goes straight through.
             let open = end.last() == Some(&(Op::Through as u32));
-            rows.words.push(end.len() as u32 + 1 | u32::from(open) << 31);
+            rows.words.push((end.len() as u32 + 1) | (u32::from(open) << 31));
             rows.words.extend(end);
         }
     }
@@ -179,5 +179,5 @@ impl Writer<'_, '_> {
 
 /// 1: normals that look away are mirrored; 2: the shadowing function is on.
 fn flags(turned: TurnedNormals) -> u32 {
-    u32::from(turned.flip_invalid_normals) | u32::from(turned.use_shadowing_function) << 1
+    u32::from(turned.flip_invalid_normals) | (u32::from(turned.use_shadowing_function) << 1)
 }

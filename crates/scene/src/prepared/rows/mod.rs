@@ -146,13 +146,15 @@ pub fn wgsl(rows: &Rows) -> String {
         rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0)
     );
     let _ = writeln!(out, "const KIND_NOH: u32 = {}u;", Kind::Noh as u32);
-    let laws: [(&str, fn(&Kind) -> bool); 2] =
-        [("is_delta", |k| k.laws().delta), ("transmits", |k| k.laws().transmits)];
-    for (law, holds) in laws {
-        let kinds = rows.kinds.iter().filter(|k| holds(k)).map(|k| format!(" || kind == {}u", *k as u32));
-        let any: String = kinds.collect();
-        let _ = writeln!(out, "fn bsdf_{law}(kind: u32) -> bool {{ return false{any}; }}");
-    }
+    let any_of = |holds: &dyn Fn(&Kind) -> bool| -> String {
+        rows.kinds.iter().filter(|k| holds(k)).map(|k| format!(" || kind == {}u", *k as u32)).collect()
+    };
+    let (delta, transmits) = (any_of(&|k| k.laws().delta), any_of(&|k| k.laws().transmits));
+    let _ = writeln!(
+        out,
+        "fn bsdf_is_delta(kind: u32) -> bool {{ return false{delta}; }}\n\
+         fn bsdf_transmits(kind: u32) -> bool {{ return false{transmits}; }}"
+    );
     out.push_str(include_str!("rows.wgsl"));
     out.push_str(include_str!("texture.wgsl"));
     // A shader without cloths has no texels of cloths.
