@@ -5,12 +5,12 @@
 //! often be described by seven numbers where three cannot. So the ground by itself, found by robust photometric stereo,
 //! stands against ground and highlight, and these must describe more of the readings to be believed.
 
+use super::fitted::{Fitted, Kind, NOTHING};
 use super::model::{self, N, SIGMA};
 use super::profile::Profile;
 use super::rays::Rays;
-use super::refine::Known;
-use super::room::Room;
-use super::{Fitted, Kind};
+use super::refine::GaussianPrior;
+use super::scratch::Scratch;
 use crate::lanes::{F, LANES, Mask};
 use crate::normals::stereo::{self, Light, Solved, Task};
 use crate::normals::{self, Surface};
@@ -31,12 +31,19 @@ const ROUGH: f32 = 0.03;
 const CREDIBLE: [f32; 2] = [10.0, 20.0];
 /// The margin of a ground that is not believed is at most this, however little it costs: it tells nothing of its kind.
 const NO_EVIDENCE: f32 = -1.0;
+/// What the confidence of a highlight is at most that is taken from its kind, or that is wide among grounds.
+pub(super) const RARE: f32 = 0.3;
 /// Odds of nineteen to one.
 const NEARLY_ALL: f32 = 3.0;
 /// A ground that costs less than this a reading describes nearly all of them.
 const PLAIN: f32 = 0.1;
 /// What costs more than this a reading leaves many undescribed.
 const POOR: f32 = 0.2;
+
+/// Whether there can be texels that [`Ground::is_certain`] of, if grounds are as common as this at most.
+pub(super) fn may_settle(most_odds: f32) -> bool {
+    most_odds + OWED > 0.0
+}
 
 /// The greater σ of a texel's numbers.
 pub(super) fn widest(theta: &[F; N], lane: usize) -> f32 {
@@ -46,7 +53,7 @@ pub(super) fn widest(theta: &[F; N], lane: usize) -> f32 {
 /// A texel that has no highlight.
 pub(super) fn of_ground(normal: Vec3, albedo: Vec3, confidence: f32) -> Texel {
     let tangent = Frame::from_normal_tangent(normal, Vec3::X).s;
-    Texel { diffuse: albedo, normal, tangent, confidence, ..super::NOTHING.texel }
+    Texel { diffuse: albedo, normal, tangent, confidence, ..NOTHING.texel }
 }
 
 /// The ground of eight texels beside what they were fitted with.
@@ -74,8 +81,13 @@ struct Found {
 
 impl<'a> Ground<'a> {
     /// Not yet found: [`Ground::compare`] or [`Ground::find`] has to follow.
-    pub fn new(lights: &'a [Light], room: &Room, triplets: &'a [[usize; 3]], surface: &Surface) -> Self {
-        let usable: Vec<F> = room.stated.iter().map(|w| w.above(F::ZERO)).collect();
+    pub fn new(
+        lights: &'a [Light],
+        scratch: &Scratch,
+        triplets: &'a [[usize; 3]],
+        surface: &Surface,
+    ) -> Self {
+        let usable: Vec<F> = scratch.stated.iter().map(|w| w.above(F::ZERO)).collect();
         let task = normals::task(surface, &normals::Options::default());
         let readings = usable.iter().fold(F::ZERO, |sum, u| sum + *u);
         let (cost, fitted, left) = (F::splat(f32::INFINITY), F::ZERO, F::ZERO);
@@ -83,11 +95,11 @@ impl<'a> Ground<'a> {
     }
 
     /// Whatever the fit is.
-    pub fn find(&mut self, room: &Room) {
+    pub fn find(&mut self, scratch: &Scratch) {
         let Self { lights, triplets, usable, task, .. } = self;
         self.found.get_or_insert_with(|| {
-            let solved = stereo::solve_block(lights, &room.value, usable, triplets, task);
-            let albedo = stereo::albedo(lights, &room.value, &room.channels, usable, &solved, task);
+            let solved = stereo::solve_block(lights, &scratch.value, usable, triplets, task);
+            let albedo = stereo::albedo(lights, &scratch.value, &scratch.channels, usable, &solved, task);
             Found { solved, albedo }
         });
     }
@@ -96,21 +108,23 @@ impl<'a> Ground<'a> {
     pub fn compare<R: Rays>(
         &mut self,
         rays: R,
-        room: &Room,
+        scratch: &Scratch,
         theta: &[F; N],
         profile: &Profile,
         odds: &[f32; LANES],
     ) {
-        let mut seen = vec![F::ZERO; room.value.len()];
+        let mut seen = vec![F::ZERO; scratch.value.len()];
         model::model(rays, theta, profile, &mut seen);
         let slopes = [theta[2], theta[3]];
-        let other = stereo::cost_of_other(self.lights, &room.value, &self.usable, &seen, slopes, &self.task);
+        let other =
+            stereo::cost_of_other(self.lights, &scratch.value, &self.usable, &seen, slopes, &self.task);
         (self.fitted, self.left) = (other.cost, other.part);
         if (0..LANES).any(|lane| self.could_win(lane, widest(theta, lane), odds[lane])) {
-            self.find(room);
+            self.find(scratch);
         }
         if let Some(Found { solved, .. }) = &self.found {
-            self.cost = stereo::cost(self.lights, &room.value, &self.usable, solved, other.slack, &self.task);
+            self.cost =
+                stereo::cost(self.lights, &scratch.value, &self.usable, solved, other.slack, &self.task);
         }
     }
 
@@ -145,17 +159,12 @@ impl<'a> Ground<'a> {
         self.found.as_ref().map_or(F::ZERO, |f| f.solved.confidence)
     }
 
-    /// Whether there can be texels that [`Ground::is_certain`] of.
-    pub fn may_settle(task: &super::Task) -> bool {
-        task.options.surface.is_some() && task.prior.is_none_or(|p| p.most_odds() + OWED > 0.0)
-    }
-
     /// What the ground costs beside the best fit that there could be.
-    pub fn most_cost(&self, room: &Room) -> F {
-        let slack = stereo::least_slack(&room.value, &self.usable);
+    pub fn most_cost(&self, scratch: &Scratch) -> F {
+        let slack = stereo::least_slack(&scratch.value, &self.usable);
         match &self.found {
             Some(Found { solved, .. }) => {
-                stereo::cost(self.lights, &room.value, &self.usable, solved, slack, &self.task)
+                stereo::cost(self.lights, &scratch.value, &self.usable, solved, slack, &self.task)
             }
             None => self.cost,
         }
@@ -174,7 +183,7 @@ impl<'a> Ground<'a> {
     }
 
     /// What is known of a texel before it is fitted once more: where its coat makes a normal of Lambert's law alone lean.
-    pub fn held(&self, known: &Known, taken: Mask) -> Known {
+    pub fn with_normal_prior(&self, known: &GaussianPrior, taken: Mask) -> GaussianPrior {
         let Some(Found { solved, .. }) = &self.found else { return *known };
         let [x, y, z] = solved.g;
         let steep = F::ONE / z.max(F::splat(1e-6));
@@ -237,7 +246,7 @@ impl<'a> Ground<'a> {
 
 /// The most that the confidence of a highlight of this width may be among texels that mostly have none.
 pub(super) fn most_confidence(widest: f32, odds: f32) -> f32 {
-    if widest > WIDE && odds > 0.0 { super::RARE } else { 1.0 }
+    if widest > WIDE && odds > 0.0 { RARE } else { 1.0 }
 }
 
 /// How common texels without a highlight are in each cluster of these margins, as logarithms of odds. Threads are of one
