@@ -237,7 +237,8 @@ const BARE: f32 = 0.02;
 const BRIGHTEST: f32 = 2.0;
 /// What the confidence of a texel is at most whose highlight is a guess.
 const UNDECIDED: f32 = 0.05;
-/// What is left of the confidence of a ground below a highlight that no light met, and where that is taken from its kind.
+/// What is left of the confidence of a ground below a highlight that no light met. Of the glazed cow 18 of 5564 texels that
+/// are sure of themselves are off by more than 5°; with nothing taken off 26 of 5627, with half 14 of 5462.
 const UNMET: f32 = 0.8;
 
 /// D and A of each channel.

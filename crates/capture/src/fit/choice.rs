@@ -18,20 +18,30 @@ use glam::Vec3;
 use yugen_optics::Frame;
 use yugen_reflectance::btf::Texel;
 
-/// Readings that a highlight must describe which the ground does not: one for each two of its five numbers.
+// How much hangs on these constants: each was halved and doubled, or nearly so, and the rendered matte cow (50 lights), the
+// glazed one (24), kinran (20), karaori (50) and kinran through a blurred lens (50) fitted again. Means of normals stay
+// within .001° on the matte cow and 1.58° to 1.61° on the glazed one, failed texels at 52 to 70 of 16384 (66 as it is) and
+// 101 to 102; what changes more is said below. That is the blurred cloth, whose texels no highlight describes: of 16384, 6005
+// are sure of themselves, and 832 of these off by more than 5°.
+
+/// Readings that a highlight must describe which the ground does not: one for each two of its five numbers. Twice as many
+/// make 52 texels of kinran fail instead of 66.
 const OWED: f32 = 2.5;
-/// From this width on, of the greater σ, it owes this part of all readings besides: it can pass for a ground.
+/// From this width on, of the greater σ, it owes this part of all readings besides: it can pass for a ground. From .25 on, or
+/// twice as much, 644 and 668 texels of the blurred cloth are sure and wrong; from .5 on, or half as much, 1955 and 1378.
 const WIDE: f32 = 0.35;
 const OWED_WIDE: f32 = 0.3;
 /// So much it owes where it leaves this part of the level of the readings and more, and down to a quarter of it where it
-/// describes them better: a law that is met to a hundredth is proof by itself.
+/// describes them better: a law that is met to a hundredth is proof by itself. At .06 1131 texels of the blurred cloth are
+/// sure and wrong.
 const ROUGH: f32 = 0.03;
 
 /// A ground is believed whose normal is expected to be off by no more degrees than the first, and not at all from the second on.
 const CREDIBLE: [f32; 2] = [10.0, 20.0];
 /// The margin of a ground that is not believed is at most this, however little it costs: it tells nothing of its kind.
 const NO_EVIDENCE: f32 = -1.0;
-/// What the confidence of a highlight is at most that is taken from its kind, or that is wide among grounds.
+/// What the confidence of a highlight is at most that is taken from its kind, or that is wide among grounds. At .6 19 texels
+/// of karaori are sure and wrong, here none.
 pub(super) const RARE: f32 = 0.3;
 /// Odds of nineteen to one.
 const NEARLY_ALL: f32 = 3.0;
