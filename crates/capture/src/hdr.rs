@@ -414,9 +414,13 @@ struct Sample {
 /// `None` where there is too little to hold on to. The brightness of one may be any rising function of that of the other,
 /// as where the camera's response is not the one that was said.
 pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Option<Vec2> {
-    let mut moved = Vec2::ZERO;
-    // Something brighter on one side looks like something that moved, and the other way round: the brightness is matched
-    // where the pictures lie on each other, as far as that is known. Each round leaves some half of what was wrong.
+    // Something brighter on one side looks like something that moved, and the other way round. So a shift is believed that
+    // shows however brightness is matched: not at all, as the pictures lie, and as they lie on each other.
+    let plain = track(first, second.to_vec(), width, height, Vec2::ZERO)?;
+    let as_they_lie = matched(first, second, width, height, Vec2::ZERO);
+    let once = track(first, as_they_lie, width, height, Vec2::ZERO)?;
+    let mut moved = once;
+    // Each round leaves some half of what was wrong.
     for _ in 0..ROUNDS_OF_SHIFT {
         let before = moved;
         moved = track(first, matched(first, second, width, height, moved), width, height, moved)?;
@@ -424,9 +428,12 @@ pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Opti
             break;
         }
     }
-    Some(moved)
+    let least = if plain.length() < once.length() { plain } else { once };
+    Some(if least.length() < MOVED { least } else { moved })
 }
 
+/// Exposures that are shifted by more pixels than this have moved; less is the error of finding it.
+pub const MOVED: f32 = 0.5;
 /// Times that brightness and shift are found anew at most.
 const ROUNDS_OF_SHIFT: usize = 16;
 

@@ -12,6 +12,7 @@ pub mod lens;
 pub mod normals;
 pub mod parallel;
 pub mod pca;
+mod readings;
 mod rows;
 pub mod rti;
 pub mod simulate;

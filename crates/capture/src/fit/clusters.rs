@@ -1,97 +1,45 @@
 //! Texels that look alike, and what their numbers are drawn from.
 
-use super::Outcome;
+use super::features::{Features, distance, nearest};
 use super::model::{N, Theta};
-use super::prior::Member;
-use super::rays::Ray;
+use super::outcome::{Evidence, Outcome};
 use super::start::solve;
 use yugen_optics::random::Pcg32;
-
-/// What a texel looks like, in units in which a difference of one is a different thread.
-pub(super) type Features = [f32; 7];
 
 type Matrix = [[f64; N]; N];
 
 /// The numbers of θ that belong to the material, and those that belong to the normal.
 const MATERIAL: [usize; 5] = [0, 1, 4, 5, 6];
 const NORMAL: [usize; 2] = [2, 3];
-/// A ground as dark as this is black, whatever hue its noise has: else one metal would look like many.
-const BLACK: f32 = 0.002;
-
-/// The look of a texel: how bright its ground is, the hues of its darker and brighter readings, and which way half
-/// vectors shine.
-pub(super) fn features(
-    ray: impl Fn(usize) -> Ray,
-    usable: impl Fn(usize) -> bool,
-    n: usize,
-    rgb: impl Fn(usize) -> [f32; 3],
-) -> Features {
-    let level = |i: usize| rgb(i).iter().sum::<f32>().max(0.0) / ray(i)[5];
-    let (mut sum, mut count) = (0.0, 0);
-    for i in (0..n).filter(|&i| usable(i)) {
-        sum += level(i).sqrt();
-        count += 1;
-    }
-    if count == 0 {
-        return [0.0; 7];
-    }
-    // The mean of roots divides ground from highlight well enough and needs no sorting.
-    let border = (sum / count as f32).powi(2);
-    let (mut dark, mut bright, mut darks) = ([1e-4; 3], [1e-4; 3], 0.0);
-    let (mut weight, mut first, mut second) = (1e-6, [0.0; 2], [0.0; 3]);
-    for i in (0..n).filter(|&i| usable(i)) {
-        let (l, c, [x, y, ..]) = (level(i), rgb(i), ray(i));
-        let to = if l < border { &mut dark } else { &mut bright };
-        for (to, c) in to.iter_mut().zip(c) {
-            *to += c.max(0.0);
-        }
-        darks += if l < border { ray(i)[5] } else { 0.0 };
-        weight += l;
-        first = [first[0] + l * x, first[1] + l * y];
-        second = [second[0] + l * x * x, second[1] + l * x * y, second[2] + l * y * y];
-    }
-    let hue = |c: [f32; 3]| [c[0], c[1]].map(|v| v / (c[0] + c[1] + c[2]) / 0.05);
-    let dark = dark.map(|c| c + BLACK * darks);
-    let ground = (dark.iter().sum::<f32>() / f32::max(darks, 1e-3)).max(1e-3).ln() / 0.5;
-    let [mx, my] = first.map(|v| v / weight);
-    let [xx, xy, yy] = second.map(|v| v / weight);
-    let (xx, xy, yy) = (xx - mx * mx, xy - mx * my, yy - my * my);
-    let long = [xx - yy, 2.0 * xy].map(|v| v / (xx + yy).max(1e-6) / 0.2);
-    let ([dr, dg], [br, bg]) = (hue(dark), hue(bright));
-    [ground, dr, dg, br, bg, long[0], long[1]]
-}
-
-pub(super) fn distance(a: &Features, b: &Features) -> f32 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
-}
-
-pub(super) fn nearest(centres: &[Features], features: &Features) -> usize {
-    let far = |i: &usize| distance(&centres[*i], features);
-    (0..centres.len()).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0)
+/// A texel that a cluster is learned from.
+#[derive(Clone, Copy)]
+pub(super) struct Member<'a> {
+    pub theta: &'a Theta,
+    pub evidence: &'a Evidence,
 }
 
 /// Lloyd 1982, started as Arthur and Vassilvitskii 2007.
-pub(super) fn k_means(outcomes: &[Member], k: usize) -> Vec<Features> {
+pub(super) fn k_means(texels: &[Features], k: usize) -> Vec<Features> {
     let mut rng = Pcg32::new(1, 7);
-    let mut centres = vec![outcomes[0].features];
+    let mut centres = vec![texels[0]];
     while centres.len() < k {
-        let far = |o: &Member| distance(&centres[nearest(&centres, &o.features)], &o.features);
-        let total: f32 = outcomes.iter().map(far).sum();
+        let far = |t: &Features| distance(&centres[nearest(&centres, t)], t);
+        let total: f32 = texels.iter().map(far).sum();
         if total <= 0.0 {
             break;
         }
         let mut left = rng.next_f32() * total;
-        let next = outcomes.iter().find(|o| {
-            left -= far(o);
+        let next = texels.iter().find(|t| {
+            left -= far(t);
             left <= 0.0
         });
-        centres.push(next.unwrap_or(&outcomes[outcomes.len() - 1]).features);
+        centres.push(*next.unwrap_or(&texels[texels.len() - 1]));
     }
     for _ in 0..20 {
         let mut sums = vec![([0.0f64; 7], 0.0f64); centres.len()];
-        for o in outcomes {
-            let (sum, count) = &mut sums[nearest(&centres, &o.features)];
-            sum.iter_mut().zip(o.features).for_each(|(s, f)| *s += f64::from(f));
+        for t in texels {
+            let (sum, count) = &mut sums[nearest(&centres, t)];
+            sum.iter_mut().zip(t).for_each(|(s, f)| *s += f64::from(*f));
             *count += 1.0;
         }
         for (centre, (sum, count)) in centres.iter_mut().zip(sums) {
@@ -124,7 +72,7 @@ impl Cluster {
     }
 
     /// A material with the normals of texels that were fitted with it.
-    pub fn leaning(&self, centre: Features, texels: &[Outcome]) -> Self {
+    pub fn with_normals(&self, centre: Features, texels: &[Outcome]) -> Self {
         let mut spread = inverse(&self.precision).unwrap_or([[0.0; N]; N]);
         let mut mean = self.mean;
         let count = texels.len().max(1) as f64;
@@ -155,17 +103,17 @@ impl Cluster {
         (0..N).map(|i| (0..N).map(|j| off[i] * self.precision[i][j] * off[j]).sum::<f64>()).sum()
     }
 
-    pub fn of(centre: Features, members: &[&Member]) -> Self {
+    pub fn of(centre: Features, members: &[Member]) -> Self {
         // What the readings of a texel say by themselves: curvature H, and H times where its parabola is lowest.
         let texels: Vec<(Matrix, [f64; N])> = members
             .iter()
             .map(|o| {
-                let h = o.lesson.information.map(|row| row.map(f64::from));
+                let h = o.evidence.information.map(|row| row.map(f64::from));
                 let at = o.theta.map(f64::from);
                 (
                     h,
                     std::array::from_fn(|i| {
-                        (0..N).map(|j| h[i][j] * at[j]).sum::<f64>() - f64::from(o.lesson.slope[i])
+                        (0..N).map(|j| h[i][j] * at[j]).sum::<f64>() - f64::from(o.evidence.slope[i])
                     }),
                 )
             })

@@ -6,14 +6,21 @@ use yugen_reflectance::btf::Texel;
 /// What [`errors`] are of, in its order.
 pub const NAMES: [&str; 6] = ["rho_d", "rho_s", "n", "t", "sigma_x", "sigma_y"];
 
+/// Which of them is the normal's.
+pub const NORMAL: usize = 2;
+
+/// Which of them are degrees; the others are parts of the truth.
+pub const IN_DEGREES: [bool; 6] = [false, false, true, true, false, false];
+
 /// The heading over [`row`]s.
 pub const HEADING: &str = "     rho_d      rho_s         n         t    sigma_x    sigma_y";
 
 /// [`errors`] or quantiles of them to read, each by itself.
 pub fn numbers(e: &[f32; 6]) -> [String; 6] {
-    let percent = |v: f32| format!("{:.2} %", 100.0 * v);
-    let degrees = |v: f32| format!("{v:.3}°");
-    [percent(e[0]), percent(e[1]), degrees(e[2]), degrees(e[3]), percent(e[4]), percent(e[5])]
+    std::array::from_fn(|i| match IN_DEGREES[i] {
+        true => format!("{:.3}°", e[i]),
+        false => format!("{:.2} %", 100.0 * e[i]),
+    })
 }
 
 /// The same in columns below [`HEADING`].
@@ -102,6 +109,43 @@ pub fn calibration(texels: &[(f32, f32)]) -> Vec<Step> {
         .collect()
 }
 
+/// How far normals were off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalErrors {
+    /// Texels that were compared.
+    pub texels: usize,
+    /// Mean degrees.
+    pub mean: f64,
+    /// Half are off by no more.
+    pub median: f32,
+    /// Nine in ten are off by no more.
+    pub ninety: f32,
+    /// Texels with a confidence above [`SURE`].
+    pub sure: usize,
+    /// Their mean degrees.
+    pub sure_mean: f64,
+    /// How many of them are off by more than [`WRONG`].
+    pub sure_and_wrong: usize,
+}
+
+impl NormalErrors {
+    /// Of pairs of confidence (0 to 1) and degrees by which the normal was off; `None` without any.
+    pub fn of(texels: &[(f32, f32)]) -> Option<Self> {
+        let mean = |off: &[f32]| off.iter().map(|o| f64::from(*o)).sum::<f64>() / off.len().max(1) as f64;
+        let mut all: Vec<f32> = texels.iter().map(|t| t.1).collect();
+        let sure: Vec<f32> = texels.iter().filter(|t| t.0 > SURE).map(|t| t.1).collect();
+        Some(Self {
+            texels: all.len(),
+            mean: mean(&all),
+            median: quantile(&mut all, 0.5)?,
+            ninety: quantile(&mut all, 0.9)?,
+            sure: sure.len(),
+            sure_mean: mean(&sure),
+            sure_and_wrong: sure.iter().filter(|o| **o > WRONG).count(),
+        })
+    }
+}
+
 /// The value below which a part `q` of `all` lies, `None` without any. Sorts them.
 pub fn quantile(all: &mut [f32], q: f32) -> Option<f32> {
     all.sort_unstable_by(f32::total_cmp);
@@ -111,6 +155,16 @@ pub fn quantile(all: &mut [f32], q: f32) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn errors_of_normals_are_counted() {
+        let all = [(0.9, 1.0), (0.9, 7.0), (0.5, 30.0), (0.2, 2.0)];
+        let found = NormalErrors::of(&all).unwrap();
+        assert_eq!((found.texels, found.mean, found.ninety), (4, 10.0, 30.0));
+        assert_eq!((found.sure, found.sure_mean, found.sure_and_wrong), (2, 4.0, 1));
+        assert_eq!(NormalErrors::of(&[]), None);
+        assert_eq!(numbers(&[0.5; 6])[..3], ["50.00 %", "50.00 %", "0.500°"]);
+    }
 
     #[test]
     fn confidences_are_put_beside_what_came_of_them() {

@@ -183,7 +183,7 @@ pub(super) struct Sums {
 }
 
 /// What a reading shows under the numbers of a texel.
-pub(super) struct Seen {
+pub(super) struct Prediction {
     /// n·l, where it is lit, and the light's direction there.
     pub cos: F,
     light: [F; 2],
@@ -201,7 +201,7 @@ pub(super) struct Seen {
 }
 
 #[inline(always)]
-pub(super) fn predict(n: &Natural, [x, y, k, lx, ly, lz]: [F; 6]) -> Seen {
+pub(super) fn predict(n: &Natural, [x, y, k, lx, ly, lz]: [F; 6]) -> Prediction {
     let [nu, flat, turn] = n.nu;
     let cos = (lz + n.a * lx + n.b * ly) * flat;
     let lit = cos.above(F::ZERO);
@@ -216,7 +216,7 @@ pub(super) fn predict(n: &Natural, [x, y, k, lx, ly, lz]: [F; 6]) -> Seen {
     let near = nu * c;
     let near = near * near;
     let jacobian = k * near * near;
-    Seen {
+    Prediction {
         cos: cos * lit,
         light: [lx * lit, ly * lit],
         jacobian,

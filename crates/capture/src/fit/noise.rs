@@ -1,13 +1,13 @@
 //! How noisy the readings are.
 
+use super::fitted::Options;
 use super::model::{N, model};
-use super::prior::Member;
 use super::profile::Profile;
 use super::rays::Rays;
-use super::room::Room;
+use super::scratch::Scratch;
 use super::start::solve;
-use super::{Options, Readings};
 use crate::lanes::{F, LANES};
+use crate::readings::Readings;
 
 /// Residuals of readings by how bright they are: how large in sum, and how many.
 pub(super) type Tally = [[f32; 2]; BINS];
@@ -20,14 +20,19 @@ const DARKEST: f32 = 1.0 / 16384.0;
 const LEAST_NOISE: [f32; 2] = [5e-4, 2e-5];
 
 /// Residuals of eight texels, without those that the robust loss takes for something else than noise.
-pub(super) fn tally<R: Rays>(rays: R, room: &Room, theta: &[F; N], profile: &Profile) -> [Tally; LANES] {
-    let mut seen = vec![F::ZERO; room.value.len()];
+pub(super) fn tally<R: Rays>(
+    rays: R,
+    scratch: &Scratch,
+    theta: &[F; N],
+    profile: &Profile,
+) -> [Tally; LANES] {
+    let mut seen = vec![F::ZERO; scratch.value.len()];
     model(rays, theta, profile, &mut seen);
     std::array::from_fn(|lane| {
         let mut tally = Tally::default();
         for (i, seen) in seen.iter().enumerate() {
             let [seen, value, weight, counted] =
-                [seen, &room.value[i], &room.weight[i], &room.counted[i]].map(|v| v.0[lane]);
+                [seen, &scratch.value[i], &scratch.weight[i], &scratch.counted[i]].map(|v| v.0[lane]);
             if weight > 0.0 && counted > 0.7 * weight {
                 let bin = ((seen / DARKEST).max(1.0).log2() as usize).min(BINS - 1);
                 tally[bin] = [tally[bin][0] + (seen - value).abs(), tally[bin][1] + 1.0];
@@ -49,14 +54,14 @@ pub(super) fn quantum(bands: &[impl Readings]) -> f32 {
 }
 
 /// The noise, as a part of the reading and of black, that makes the residuals what they are.
-pub(super) fn of_texels(outcomes: &[Member], options: &Options, quantum: f32, tails: bool) -> [f32; 2] {
+pub(super) fn of_texels(texels: &[(u16, &Tally)], options: &Options, quantum: f32, tails: bool) -> [f32; 2] {
     let mut h = [[0.0; 2]; 2];
     let mut g = [0.0; 2];
     for bin in 0..BINS {
         let (mut sum, mut count, mut freedom) = (0.0, 0.0, 0.0);
-        for o in outcomes {
-            let [s, c] = o.lesson.noise[bin].map(f64::from);
-            let n = f64::from(o.fitted.readings);
+        for (readings, tally) in texels {
+            let [s, c] = tally[bin].map(f64::from);
+            let n = f64::from(*readings);
             sum += s;
             count += c;
             freedom += c * (1.0 - N as f64 / n).max(0.1);

@@ -7,7 +7,7 @@ use crate::lanes::{F, Mask};
 
 /// What is known beforehand: a Gaussian about `mean` with inverse covariance `precision`.
 #[derive(Clone, Copy)]
-pub(crate) struct Known {
+pub(crate) struct GaussianPrior {
     pub mean: [F; N],
     pub precision: [[F; N]; N],
 }
@@ -40,7 +40,7 @@ pub(crate) fn refine<R: Rays>(
     weight: &[F],
     start: [F; N],
     profile: &Profile,
-    known: &Known,
+    known: &GaussianPrior,
     loss: &Loss,
     limit: usize,
     enough: F,
@@ -53,7 +53,7 @@ pub(crate) fn refine<R: Rays>(
     let mut passes = F::ONE;
     for _ in 0..limit {
         let trial = wide!(
-            bounded_step(theta: &[F; N], sums: &Sums, known: &Known, damping: F) -> [F; N];
+            bounded_step(theta: &[F; N], sums: &Sums, known: &GaussianPrior, damping: F) -> [F; N];
             &theta, &sums, known, damping);
         let at = evaluate(rays, value, weight, &trial, profile, loss);
         passes += active;
@@ -86,7 +86,7 @@ fn better_sums(better: Mask, new: &Sums, old: &Sums) -> Sums {
     }
 }
 
-impl Known {
+impl GaussianPrior {
     pub fn cost(&self, theta: &[F; N]) -> F {
         let pull = self.pull(theta);
         (0..N).fold(F::ZERO, |sum, i| sum + pull[i] * (theta[i] - self.mean[i]))
@@ -108,12 +108,12 @@ impl Known {
 const LONGEST: [f32; N] = [f32::INFINITY, 1.5, 0.2, 0.2, 1.0, 0.7, 0.7];
 
 #[inline(always)]
-fn bounded_step(theta: &[F; N], sums: &Sums, known: &Known, damping: F) -> [F; N] {
+fn bounded_step(theta: &[F; N], sums: &Sums, known: &GaussianPrior, damping: F) -> [F; N] {
     bound(step(theta, sums, known, damping))
 }
 
 #[inline(always)]
-fn step(theta: &[F; N], sums: &Sums, known: &Known, damping: F) -> [F; N] {
+fn step(theta: &[F; N], sums: &Sums, known: &GaussianPrior, damping: F) -> [F; N] {
     let pull = known.pull(theta);
     let mut h = sums.curvature;
     let mut g = [F::ZERO; N];
@@ -153,9 +153,9 @@ fn bound(theta: [F; N]) -> [F; N] {
     let [d, log_a, a, b, m, p, q] = theta;
     let (low, high) = (-2.0 * SIGMA[1].ln(), -2.0 * SIGMA[0].ln());
     let m = m.clamp(low, high);
-    let room = (m - low).min(F::splat(high) - m).max(F::splat(1e-3));
+    let margin = (m - low).min(F::splat(high) - m).max(F::splat(1e-3));
     let r = (p * p + q * q + 1e-12).sqrt();
-    let shrink = (room / r).min(F::ONE);
+    let shrink = (margin / r).min(F::ONE);
     [
         d.max(F::ZERO),
         log_a.clamp(-20.0, 14.0),

@@ -3,18 +3,12 @@
 use super::model::{N, STEEPEST, in_tangent_plane, linear, logarithm};
 use super::profile::Profile;
 use super::rays::{Ray, Rays};
-use super::refine::Known;
-use super::room::Room;
+use super::refine::GaussianPrior;
+use super::scratch::Scratch;
 use crate::lanes::{F, LANES, Mask};
 
 /// A start of the shape: a, b, m, p, q. The two amplitudes follow by linear least squares.
 type Shape = [f32; 5];
-
-/// Room for one texel.
-#[derive(Default)]
-pub(super) struct Scratch {
-    order: Vec<(f32, usize)>,
-}
 
 /// Starts of one texel: as if it had a ground (the readings less Lambert's share), and as if it were bare metal.
 /// Values with weight 0 are not there.
@@ -23,9 +17,9 @@ fn shapes(
     value: impl Fn(usize) -> f32,
     weight: impl Fn(usize) -> f32,
     n: usize,
-    scratch: &mut Scratch,
+    order: &mut Vec<(f32, usize)>,
 ) -> Starts {
-    let [d, a, b] = photometric_stereo(&ray, &value, &weight, n, &mut scratch.order);
+    let [d, a, b] = photometric_stereo(&ray, &value, &weight, n, order);
     let diffuse = |i: usize| {
         let [_, _, _, lx, ly, lz] = ray(i);
         d * (lz + a * lx + b * ly).max(0.0)
@@ -175,14 +169,14 @@ pub(super) fn solve<const K: usize>(mut h: [[f64; K]; K], mut g: [f64; K]) -> Op
 /// The start that leaves least, with the linear numbers that belong to it.
 pub(super) fn best<R: Rays>(
     rays: R,
-    room: &mut Room,
+    scratch: &mut Scratch,
     usual: &[Option<[f32; 3]>; LANES],
     profile: &Profile,
 ) -> [F; N] {
-    let n = room.value.len();
+    let n = scratch.value.len();
     let starts: [Starts; LANES] = std::array::from_fn(|lane| {
-        let (value, weight) = (&room.value, &room.weight);
-        shapes(|i| rays.of(i, lane), |i| value[i].0[lane], |i| weight[i].0[lane], n, &mut room.scratch)
+        let (value, weight) = (&scratch.value, &scratch.weight);
+        shapes(|i| rays.of(i, lane), |i| value[i].0[lane], |i| weight[i].0[lane], n, &mut scratch.order)
     });
     // Where the closed form fails, these stand in: as wide as highlights of cloth are, to each side, about the normal of
     // the ground and about the brightest reading.
@@ -204,7 +198,7 @@ pub(super) fn best<R: Rays>(
         for (j, t) in theta.iter_mut().skip(2).enumerate() {
             *t = F(std::array::from_fn(|lane| shapes[lane][j]));
         }
-        let (d, a, left) = linear(rays, &room.value, &room.weight, &theta, profile);
+        let (d, a, left) = linear(rays, &scratch.value, &scratch.weight, &theta, profile);
         theta[0] = d;
         // A highlight of nothing has no slope to follow; this little is always allowed.
         theta[1] = a.max(F::splat(1e-4)).map(f32::ln);
@@ -250,13 +244,13 @@ const SECOND_CHANCES: usize = 3;
 /// from the others.
 pub(super) fn elsewhere<R: Rays>(
     rays: R,
-    room: &mut Room,
+    scratch: &mut Scratch,
     usual: &[Option<[f32; 3]>; LANES],
-    known: &Known,
+    known: &GaussianPrior,
     profile: &Profile,
     found: &[F; N],
 ) -> [[F; N]; SECOND_CHANCES] {
-    room.weight.clone_from(&room.stated);
+    scratch.weight.clone_from(&scratch.stated);
     let usual: [F; 3] = std::array::from_fn(|j| F(usual.map(|u| u.unwrap_or([3.0, 0.0, 0.0])[j])));
     let mut best = [*found; SECOND_CHANCES];
     let mut least = [F::splat(f32::INFINITY); SECOND_CHANCES];
@@ -265,7 +259,7 @@ pub(super) fn elsewhere<R: Rays>(
             let turn = (i as f32 + 0.5 * (ring % 2) as f32) / (6 * ring).max(1) as f32;
             let at = glam::Vec2::from_angle(std::f32::consts::TAU * turn) * tilt.to_radians().tan();
             let mut theta = [F::ZERO, F::ZERO, F::splat(at.x), F::splat(at.y), usual[0], usual[1], usual[2]];
-            let (d, a, left) = linear(rays, &room.value, &room.weight, &theta, profile);
+            let (d, a, left) = linear(rays, &scratch.value, &scratch.weight, &theta, profile);
             theta[0] = d;
             theta[1] = a.max(F::splat(1e-4)).map(f32::ln);
             let mut left = left + known.cost(&theta);

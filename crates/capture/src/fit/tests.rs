@@ -1,14 +1,15 @@
-use super::compare::{HEADING, errors, failed, quantile, row};
+use super::compare::{HEADING, angle, errors, failed, quantile, row};
 use super::*;
+use crate::normals::Surface;
 use crate::simulate::{Camera, Sensor, Subject};
 use crate::{Eye, Lights, Stack};
-use glam::{Quat, Vec2};
+use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use yugen_archive::formats::goniometer_csv::Texels;
 use yugen_optics::frame::spherical;
 use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Frame};
-use yugen_reflectance::btf::Btf;
+use yugen_reflectance::btf::{Btf, Texel};
 use yugen_reflectance::{Choice, Model};
 
 /// Down to 15° above the table.
@@ -291,10 +292,6 @@ fn with_surface(stack: &Stack, ground: normals::Ground) -> Options {
     Options { surface: Some(surface), ..Options::default() }
 }
 
-fn degrees(a: Vec3, b: Vec3) -> f32 {
-    a.cross(b).length().min(1.0).asin().to_degrees()
-}
-
 /// Matte texels, a third of whose readings lie in shadow or are lit by neighbours, turned up to 45°.
 fn matte(count: usize, lights: &[Vec3]) -> (Vec<Texel>, Stack) {
     let mut rng = Pcg32::new(21, 0);
@@ -328,7 +325,7 @@ fn a_matte_thing_has_no_highlight() {
     let off = |options: &Options| -> (f32, Vec<Fitted>) {
         let prior = Prior::learn(std::slice::from_ref(&stack), options, 2);
         let fitted = fit(&stack, options, prior.as_ref(), 2, &|_| {});
-        let sum: f32 = fitted.iter().zip(&truth).map(|(f, t)| degrees(f.texel.normal, t.normal)).sum();
+        let sum: f32 = fitted.iter().zip(&truth).map(|(f, t)| angle(f.texel.normal, t.normal)).sum();
         (sum / truth.len() as f32, fitted)
     };
     let (with, fitted) = off(&options);
@@ -365,7 +362,7 @@ fn few_lights_give_grounds() {
         .iter()
         .zip(&truth)
         .filter(|(f, _)| f.texel.confidence > 0.5)
-        .map(|(f, t)| degrees(f.texel.normal, t.normal))
+        .map(|(f, t)| angle(f.texel.normal, t.normal))
         .collect();
     let wrong = sure.iter().filter(|e| **e > 5.0).count();
     println!("{} of {} sure, {wrong} of them wrongly", sure.len(), truth.len());

@@ -10,12 +10,12 @@
 pub mod height;
 pub(crate) mod stereo;
 
-use crate::fit::Readings;
 use crate::fit::compare::quantile;
 use crate::lanes::{F, LANES};
 use crate::parallel::parallel_in;
+use crate::readings::Readings;
 use glam::Vec3;
-use stereo::{Light, Room, Task};
+use stereo::{Light, Scratch, Task};
 
 /// What the light of a texel that is no highlight comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,10 +106,10 @@ pub fn find(
     let texels = readings.texels();
     let _span = tracing::info_span!("find_normals", texels, ground = surface.ground.name()).entered();
     let finder = Finder::new(readings, surface, options);
-    let piece = |i: usize, room: &mut Room| -> Vec<Found> {
+    let piece = |i: usize, scratch: &mut Scratch| -> Vec<Found> {
         let end = ((i + 1) * PIECE).min(texels);
         let all: Vec<usize> = (i * PIECE..end).collect();
-        all.chunks(LANES).flat_map(|t| finder.block(t, room).found.into_iter().take(t.len())).collect()
+        all.chunks(LANES).flat_map(|t| finder.block(t, scratch).found.into_iter().take(t.len())).collect()
     };
     let done = |pieces: usize| progress((pieces * PIECE).min(texels));
     parallel_in(threads, texels.div_ceil(PIECE), piece, &done).into_iter().flatten().collect()
@@ -153,12 +153,12 @@ impl Surface {
         // What a surface costs, and the slack that it needs.
         let tried = |surface: Self| -> (f64, Self) {
             let finders: Vec<_> = bands.iter().map(|b| Finder::new(b, &surface, options)).collect();
-            let group = |i: usize, room: &mut Room| {
+            let group = |i: usize, scratch: &mut Scratch| {
                 let (band, group) = chosen[i];
                 let end = ((group + 1) * LANES).min(bands[band].texels());
                 let texels: Vec<usize> = (group * LANES..end).collect();
-                let block = finders[band].block(&texels, room);
-                (block.cost, finders[band].misfit(&texels, room, &block))
+                let block = finders[band].block(&texels, scratch);
+                (block.cost, finders[band].misfit(&texels, scratch, &block))
             };
             let all = parallel_in(threads, chosen.len(), group, &|_| {});
             let told = |(cost, misfit): ([f32; LANES], [Option<f32>; LANES])| {
@@ -226,31 +226,31 @@ impl<'a, R: Readings> Finder<'a, R> {
     }
 
     /// Turns the readings of up to eight texels on their side, for lights of their own into `own`.
-    fn gather<'l>(&'l self, texels: &[usize], room: &mut Room, own: &'l mut Vec<Light>) -> &'l [Light] {
+    fn gather<'l>(&'l self, texels: &[usize], scratch: &mut Scratch, own: &'l mut Vec<Light>) -> &'l [Light] {
         let values = |lane: usize| texels.get(lane).map(|t| self.readings.values(*t));
         if let Some((used, lights)) = &self.common {
-            room.gather(used, values);
+            scratch.gather(used, values);
             return lights;
         }
         let most = texels.iter().map(|t| self.readings.values(*t).len()).max().unwrap_or(0);
-        room.gather(&(0..most).collect::<Vec<_>>(), values);
+        scratch.gather(&(0..most).collect::<Vec<_>>(), values);
         *own = vec![Light::BESIDE; most];
         for (lane, &t) in texels.iter().enumerate() {
             for (i, to) in own.iter_mut().enumerate().take(self.readings.values(t).len()) {
                 let r = self.readings.reading(t, i);
                 match Light::of(r.light, r.eye, r.irradiance) {
                     Some(light) => to.put(lane, &light),
-                    None => room.usable[i].0[lane] = 0.0,
+                    None => scratch.usable[i].0[lane] = 0.0,
                 }
             }
         }
         own
     }
 
-    fn block(&self, texels: &[usize], room: &mut Room) -> Block {
+    fn block(&self, texels: &[usize], scratch: &mut Scratch) -> Block {
         let (mut own, theirs);
         own = Vec::new();
-        let lights = self.gather(texels, room, &mut own);
+        let lights = self.gather(texels, scratch, &mut own);
         let triplets = match &self.triplets {
             Some(triplets) => triplets,
             None => {
@@ -259,11 +259,12 @@ impl<'a, R: Readings> Finder<'a, R> {
                 &theirs
             }
         };
-        let solved = stereo::solve_block(lights, &room.value, &room.usable, triplets, &self.task);
-        let albedo = stereo::albedo(lights, &room.value, &room.channels, &room.usable, &solved, &self.task);
+        let solved = stereo::solve_block(lights, &scratch.value, &scratch.usable, triplets, &self.task);
+        let albedo =
+            stereo::albedo(lights, &scratch.value, &scratch.channels, &scratch.usable, &solved, &self.task);
         let found = std::array::from_fn(|lane| {
             let lane_of = |f: F| f.0[lane];
-            let readings = room.usable.iter().filter(|u| u.0[lane] > 0.0).count();
+            let readings = scratch.usable.iter().filter(|u| u.0[lane] > 0.0).count();
             let g = Vec3::from(solved.g.map(lane_of));
             let Some(normal) = g.try_normalize().filter(|_| readings >= FEWEST_READINGS && g.z > 0.0) else {
                 return Found { readings: readings as u16, ..NOTHING };
@@ -282,10 +283,10 @@ impl<'a, R: Readings> Finder<'a, R> {
         Block { found, cost: solved.cost.0, solved }
     }
 
-    fn misfit(&self, texels: &[usize], room: &mut Room, block: &Block) -> [Option<f32>; LANES] {
+    fn misfit(&self, texels: &[usize], scratch: &mut Scratch, block: &Block) -> [Option<f32>; LANES] {
         let mut own = Vec::new();
-        let lights = self.gather(texels, room, &mut own);
-        stereo::misfit(lights, room, &block.solved, &self.task)
+        let lights = self.gather(texels, scratch, &mut own);
+        stereo::misfit(lights, scratch, &block.solved, &self.task)
     }
 }
 

@@ -54,7 +54,7 @@ impl Light {
 
 /// The readings of eight texels.
 #[derive(Default)]
-pub(crate) struct Room {
+pub(crate) struct Scratch {
     /// Mean of the channels, one a reading.
     pub value: Vec<F>,
     pub channels: [Vec<F>; 3],
@@ -62,7 +62,7 @@ pub(crate) struct Room {
     pub usable: Vec<F>,
 }
 
-impl Room {
+impl Scratch {
     /// Turns the readings of up to eight texels on their side.
     pub fn gather<'a>(&mut self, used: &[usize], values: impl Fn(usize) -> Option<&'a [[f32; 3]]>) {
         for list in [&mut self.value, &mut self.usable].into_iter().chain(&mut self.channels) {
@@ -633,13 +633,18 @@ fn bearable(value: &[F], usable: &[F], seen: &[F], most: f32) -> (F, F) {
 }
 
 /// The median difference of readings in light, as a part of the albedo; `None` of a texel that has too few of them.
-pub(crate) fn misfit(lights: &[Light], room: &Room, solved: &Solved, task: &Task) -> [Option<f32>; LANES] {
+pub(crate) fn misfit(
+    lights: &[Light],
+    scratch: &Scratch,
+    solved: &Solved,
+    task: &Task,
+) -> [Option<f32>; LANES] {
     let size = Size::of(&solved.g);
     let mut off: [Vec<f32>; LANES] = std::array::from_fn(|_| Vec::with_capacity(lights.len()));
     for (i, light) in lights.iter().enumerate() {
-        let at = beside(light, room.value[i], &solved.g, size, task.slack, task.coated, &task.options);
+        let at = beside(light, scratch.value[i], &solved.g, size, task.slack, task.coated, &task.options);
         for (lane, off) in off.iter_mut().enumerate() {
-            if room.usable[i].0[lane] > 0.0 && at.lit.0[lane] > 0.0 {
+            if scratch.usable[i].0[lane] > 0.0 && at.lit.0[lane] > 0.0 {
                 off.push(at.off.0[lane].sqrt() * size.inverse.0[lane]);
             }
         }

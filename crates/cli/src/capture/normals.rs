@@ -11,7 +11,7 @@ use std::time::Instant;
 use yugen_archive::formats::btf::maps;
 use yugen_archive::formats::image::{self, ReadOptions, WriteOptions};
 use yugen_archive::{check_outputs, make_folder, will_read};
-use yugen_capture::fit::compare::{SURE, UNDECIDED, WRONG, angle, quantile};
+use yugen_capture::fit::compare::{NormalErrors, SURE, UNDECIDED, WRONG, angle, quantile};
 use yugen_capture::normals::{
     FEWEST_READINGS, Found, Ground, Options, Surface, find, height::closure, height::integrate,
     lights_suffice,
@@ -212,7 +212,7 @@ impl Normals {
                     "ninety": t.ninety,
                     "sure": t.sure,
                     "sure_mean": t.sure_mean,
-                    "sure_and_off_by_5": t.wrong,
+                    "sure_and_off_by_5": t.sure_and_wrong,
                 });
             }
             json::print(all);
@@ -253,7 +253,7 @@ impl Normals {
                 t.ninety,
                 100.0 * t.sure as f64 / t.texels.max(1) as f64,
                 t.sure_mean,
-                100.0 * t.wrong as f64 / t.sure.max(1) as f64
+                100.0 * t.sure_and_wrong as f64 / t.sure.max(1) as f64
             );
         }
         Ok(())
@@ -323,18 +323,7 @@ struct Report {
     error: [f32; 2],
     confidence: f32,
     heights: Option<[f32; 2]>,
-    truth: Option<Compared>,
-}
-
-/// Degrees by which normals are off.
-struct Compared {
-    texels: usize,
-    mean: f64,
-    median: f32,
-    ninety: f32,
-    sure: usize,
-    sure_mean: f64,
-    wrong: usize,
+    truth: Option<NormalErrors>,
 }
 
 impl Report {
@@ -350,33 +339,15 @@ impl Report {
             error: [0.5, 0.9].map(|q| of(&|f| f.error, q)),
             confidence: of(&|f| f.confidence, 0.5),
             heights: heights.map(range),
-            truth: truth.map(|t| Compared::of(found, t)),
+            truth: truth.and_then(|t| compared(found, t)),
         }
     }
 }
 
-impl Compared {
-    fn of(found: &[Found], truth: &[Vec3]) -> Self {
-        let there =
-            |(f, t): &(&Found, &Vec3)| usize::from(f.readings) >= FEWEST_READINGS && **t != Vec3::ZERO;
-        let off = |f: &Found, t: &Vec3| angle(f.normal, *t);
-        let all = found.iter().zip(truth).filter(there).map(|(f, t)| (off(f, t), f.confidence > SURE));
-        let all: Vec<(f32, bool)> = all.collect();
-        let mean = |all: &mut dyn Iterator<Item = f32>| {
-            let (sum, n) = all.fold((0.0, 0), |(sum, n), v| (sum + f64::from(v), n + 1));
-            sum / f64::from(n.max(1))
-        };
-        let mut sorted: Vec<f32> = all.iter().map(|a| a.0).collect();
-        Self {
-            texels: all.len(),
-            mean: mean(&mut all.iter().map(|a| a.0)),
-            median: quantile(&mut sorted, 0.5).unwrap_or(0.0),
-            ninety: quantile(&mut sorted, 0.9).unwrap_or(0.0),
-            sure: all.iter().filter(|a| a.1).count(),
-            sure_mean: mean(&mut all.iter().filter(|a| a.1).map(|a| a.0)),
-            wrong: all.iter().filter(|a| a.1 && a.0 > WRONG).count(),
-        }
-    }
+fn compared(found: &[Found], truth: &[Vec3]) -> Option<NormalErrors> {
+    let there = |(f, t): &(&Found, &Vec3)| usize::from(f.readings) >= FEWEST_READINGS && **t != Vec3::ZERO;
+    let all = found.iter().zip(truth).filter(there).map(|(f, t)| (f.confidence, angle(f.normal, *t)));
+    NormalErrors::of(&all.collect::<Vec<_>>())
 }
 
 /// Unit normals; zero where the file has none.

@@ -11,7 +11,7 @@ use anyhow::{Result, bail};
 use checkpoint::Checkpoint;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use report::{Report, Truth};
+use report::{Comparison, Report, Truth};
 use source::{Sides, Source};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -345,7 +345,7 @@ impl Fit {
             learned: learned.as_ref().is_some_and(|l| l.prior.is_some()),
             surface: learned.map(|l| l.surface),
             seconds: seconds.as_secs_f64(),
-            truth: truth.as_ref(),
+            comparison: truth.map(|t| Comparison::of(&maps, &t)),
         };
         if let Some(folder) = &self.report {
             report.write(folder)?;

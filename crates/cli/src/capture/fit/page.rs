@@ -1,6 +1,6 @@
 //! The report of a fit as a page: what was found, with a scale beside every picture.
 
-use super::report::Report;
+use super::report::{Comparison, ERRORS, Report};
 use crate::figure::chart::{Across, Chart};
 use crate::figure::curve::{Curve, Look};
 use crate::figure::scale::Scale;
@@ -8,7 +8,7 @@ use crate::figure::{CURVES, Colour, Figure};
 use anyhow::Result;
 use std::fmt::Write;
 use yugen_capture::fit::Kind;
-use yugen_capture::fit::compare::{SURE, Step, UNDECIDED, WRONG};
+use yugen_capture::fit::compare::{IN_DEGREES, NAMES, SURE, Step, UNDECIDED, WRONG};
 
 /// A picture with what it shows in two languages, and its key.
 struct Shown {
@@ -104,8 +104,10 @@ fn pictures(report: &Report) -> Vec<Shown> {
             "confidence",
             ["Confidence", "信頼度"],
             [
-                "What the readings can decide: above .5 a texel should be right, below .1 it is undecided.",
-                "測定値で決まる度合い。0.5 以上は信頼でき、0.1 未満は未定。",
+                &format!(
+                    "What the readings can decide: above {SURE} a texel should be right, below {UNDECIDED} it is undecided."
+                ),
+                &format!("測定値で決まる度合い。{SURE} 以上は信頼でき、{UNDECIDED} 未満は未定。"),
             ],
             greys("0", "1"),
         ),
@@ -119,19 +121,12 @@ fn pictures(report: &Report) -> Vec<Shown> {
             greys("0", "10 σ"),
         ),
     ];
-    let error_names = [
-        ["Error of ρ_d", "ρ_d の誤差"],
-        ["Error of ρ_s", "ρ_s の誤差"],
-        ["Error of the normal", "法線の誤差"],
-        ["Error of the direction", "向きの誤差"],
-        ["Error of the greater width", "広い方の幅の誤差"],
-        ["Error of the smaller width", "狭い方の幅の誤差"],
-    ];
-    for (i, name, white) in report.error_pictures() {
-        let high = if i == 2 || i == 3 { format!("{white}°") } else { format!("{:.0} %", 100.0 * white) };
+    for i in report.comparison.iter().flat_map(Comparison::drawn) {
+        let (name, white) = (NAMES[i], ERRORS[i].white);
+        let high = if IN_DEGREES[i] { format!("{white}°") } else { format!("{:.0} %", 100.0 * white) };
         all.push(Shown {
             file: format!("error_{name}.png"),
-            name: error_names[i],
+            name: ERRORS[i].title,
             text: [
                 "Against the truth; what could not be compared is blue.",
                 "真値との差。比較できない画素は青。",
@@ -220,9 +215,8 @@ pub fn html(report: &Report) -> Result<String> {
         let line: String = first.chain(letters).collect();
         writeln!(page, "<p>{}.</p>", escaped(&line))?;
     }
-    if let Some(errors) = report.error_table() {
-        let names = ["ρ_d", "ρ_s", "normal", "direction", "greater σ", "smaller σ"];
-        let heads: String = names.iter().map(|n| format!("<th>{n}</th>")).collect();
+    if let Some(errors) = report.comparison.as_ref().and_then(Comparison::table) {
+        let heads: String = ERRORS.iter().map(|e| format!("<th>{}</th>", e.head)).collect();
         writeln!(
             page,
             "<h2>Against the truth <span lang=\"ja\">真値との比較</span></h2>\n<table><tr><th></th>{heads}</tr>"
@@ -238,13 +232,13 @@ pub fn html(report: &Report) -> Result<String> {
         "<h2>Confidence <span lang=\"ja\">信頼度</span></h2>\n<p><img class=\"chart\" src=\"confidence.svg\" alt=\"Texels \
          by confidence\"></p>"
     )?;
-    if let Some(steps) = report.calibration() {
+    if let Some(compared) = &report.comparison {
         writeln!(
             page,
             "<p><img class=\"chart\" src=\"calibration.svg\" alt=\"By how much normals are off over confidence\"></p>\n<table>\
              <tr><th>confidence</th><th>texels</th><th>mean</th><th>90 % below</th><th>off by more than {WRONG}°</th></tr>"
         )?;
-        for s in steps {
+        for s in &compared.calibration {
             writeln!(
                 page,
                 "<tr><td>{:.2}</td><td>{}</td><td>{:.2}°</td><td>{:.2}°</td><td>{:.2} %</td></tr>",

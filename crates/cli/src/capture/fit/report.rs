@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use yugen_archive::formats::btf::maps::{self, Map};
 use yugen_archive::{atomic_write, make_folder};
 use yugen_capture::fit::compare::{
-    HEADING, NAMES, SURE, Step, UNDECIDED, angle, calibration, errors, failed, numbers, quantile, row,
+    HEADING, NAMES, NORMAL, NormalErrors, SURE, Step, UNDECIDED, angle, calibration, errors, failed, numbers,
+    quantile, row,
 };
 use yugen_capture::fit::{FEWEST_FOR_HIGHLIGHTS, Kind};
 use yugen_capture::normals::Surface;
 use yugen_optics::Vec3;
-use yugen_reflectance::btf::Btf;
+use yugen_reflectance::btf::{Btf, Texel};
 
 pub struct Report<'a> {
     pub output: &'a Path,
@@ -28,7 +29,8 @@ pub struct Report<'a> {
     /// What the ground is like; `None` where all was done before.
     pub surface: Option<Surface>,
     pub seconds: f64,
-    pub truth: Option<&'a Truth>,
+    /// With the truth, where there is one.
+    pub comparison: Option<Comparison>,
 }
 
 /// What a fit is compared with.
@@ -39,8 +41,28 @@ pub enum Truth {
     Normals(Vec<Vec3>),
 }
 
-/// An error of this much is white in the pictures: parts of albedos and widths, degrees of directions.
-const WHITE: [f32; 6] = [0.2, 0.2, 5.0, 20.0, 0.2, 0.2];
+/// How an error is shown, in the order of [`NAMES`].
+pub struct Shown {
+    /// In English and Japanese.
+    pub title: [&'static str; 2],
+    /// Over a column.
+    pub head: &'static str,
+    /// An error of this much is white in its picture: a part, or degrees.
+    pub white: f32,
+}
+
+const fn shown(title: [&'static str; 2], head: &'static str, white: f32) -> Shown {
+    Shown { title, head, white }
+}
+
+pub const ERRORS: [Shown; 6] = [
+    shown(["Error of ρ_d", "ρ_d の誤差"], "ρ_d", 0.2),
+    shown(["Error of ρ_s", "ρ_s の誤差"], "ρ_s", 0.2),
+    shown(["Error of the normal", "法線の誤差"], "normal", 5.0),
+    shown(["Error of the direction", "向きの誤差"], "direction", 20.0),
+    shown(["Error of the greater width", "広い方の幅の誤差"], "greater σ", 0.2),
+    shown(["Error of the smaller width", "狭い方の幅の誤差"], "smaller σ", 0.2),
+];
 
 /// The files that [`Report::write`] makes, or may make where there is a truth.
 pub fn files(folder: &Path, compared: bool) -> Vec<PathBuf> {
@@ -52,19 +74,19 @@ pub fn files(folder: &Path, compared: bool) -> Vec<PathBuf> {
     names.map(|name| folder.join(name)).collect()
 }
 
-/// Numbers of the errors that are drawn.
-fn pictured(truth: Option<&Truth>) -> Vec<usize> {
-    match truth {
-        None => Vec::new(),
-        Some(Truth::Maps(_)) => (0..NAMES.len()).collect(),
-        Some(Truth::Normals(_)) => vec![NORMAL],
-    }
+/// What came of a comparison with the truth.
+pub struct Comparison {
+    /// Errors of each texel, where all of the truth is known; `None` of texels where there is nothing to compare.
+    errors: Option<Vec<Option<[f32; 6]>>>,
+    /// Degrees by which the normal of each is off.
+    normals: Vec<Option<f32>>,
+    all: Option<Compared>,
+    of_normals: Option<NormalErrors>,
+    /// What confidences were worth.
+    pub calibration: Vec<Step>,
 }
 
-/// Which of the errors is the normal's.
-const NORMAL: usize = 2;
-
-/// What came of a comparison.
+/// The numbers of a comparison of maps.
 struct Compared {
     texels: usize,
     median: [f32; 6],
@@ -74,95 +96,83 @@ struct Compared {
     sure_and_failed: usize,
 }
 
-/// What came of a comparison of normals alone, in degrees.
-struct ComparedNormals {
-    texels: usize,
-    mean: f32,
-    median: f32,
-    ninety: f32,
+impl Comparison {
+    pub fn of(maps: &Btf, truth: &Truth) -> Self {
+        let there = |t: &Texel| t.confidence > 0.0;
+        // Where there is no cloth there is nothing to find.
+        let errors: Option<Vec<Option<[f32; 6]>>> = match truth {
+            Truth::Maps(truth) => {
+                let each = maps.texels.iter().zip(&truth.texels);
+                Some(each.map(|(got, want)| (there(got) && there(want)).then(|| errors(got, want))).collect())
+            }
+            Truth::Normals(_) => None,
+        };
+        let normals: Vec<Option<f32>> = match (truth, &errors) {
+            (Truth::Normals(normals), _) => {
+                let each = maps.texels.iter().zip(normals);
+                each.map(|(t, n)| (there(t) && *n != Vec3::ZERO).then(|| angle(t.normal, *n))).collect()
+            }
+            (_, errors) => errors.iter().flatten().map(|e| e.map(|e| e[NORMAL])).collect(),
+        };
+        let pairs = maps.texels.iter().zip(&normals).filter_map(|(t, off)| Some((t.confidence, (*off)?)));
+        let pairs: Vec<(f32, f32)> = pairs.collect();
+        Self {
+            all: errors.as_ref().and_then(|e| Compared::of(maps, e)),
+            of_normals: NormalErrors::of(&pairs),
+            calibration: calibration(&pairs),
+            errors,
+            normals,
+        }
+    }
+
+    /// Numbers of the errors that are drawn.
+    pub fn drawn(&self) -> Vec<usize> {
+        match self.errors {
+            Some(_) => (0..NAMES.len()).collect(),
+            None => vec![NORMAL],
+        }
+    }
+
+    /// An error of a texel, by its number.
+    fn error(&self, texel: usize, i: usize) -> Option<f32> {
+        match &self.errors {
+            Some(errors) => errors[texel].map(|e| e[i]),
+            None => self.normals[texel],
+        }
+    }
+
+    /// Rows of errors as text, with their names, where all of the truth is known.
+    pub fn table(&self) -> Option<[(&'static str, [String; 6]); 2]> {
+        let all = self.all.as_ref()?;
+        Some([("median", numbers(&all.median)), ("90th percentile", numbers(&all.ninety))])
+    }
 }
 
-impl Report<'_> {
-    /// Number, name and what is white of the pictures of errors.
-    pub fn error_pictures(&self) -> Vec<(usize, &'static str, f32)> {
-        pictured(self.truth).into_iter().map(|i| (i, NAMES[i], WHITE[i])).collect()
-    }
-
-    /// Errors of each texel; where there is no cloth there is nothing to find.
-    fn errors(&self) -> Option<Vec<Option<[f32; 6]>>> {
-        let Some(Truth::Maps(truth)) = self.truth else { return None };
-        let each = self.maps.texels.iter().zip(&truth.texels);
-        Some(
-            each.map(|(got, want)| {
-                (got.confidence > 0.0 && want.confidence > 0.0).then(|| errors(got, want))
-            })
-            .collect(),
-        )
-    }
-
-    /// Degrees by which the normal of each texel is off.
-    fn normal_errors(&self) -> Option<Vec<Option<f32>>> {
-        let texels = &self.maps.texels;
-        Some(match self.truth? {
-            Truth::Maps(_) => self.errors()?.into_iter().map(|e| e.map(|e| e[NORMAL])).collect(),
-            Truth::Normals(normals) => texels
-                .iter()
-                .zip(normals)
-                .map(|(t, n)| (t.confidence > 0.0 && *n != Vec3::ZERO).then(|| angle(t.normal, *n)))
-                .collect(),
-        })
-    }
-
-    fn compared(&self) -> Option<Compared> {
-        let errors = self.errors()?;
-        let all: Vec<[f32; 6]> = errors.iter().flatten().copied().collect();
+impl Compared {
+    fn of(maps: &Btf, errors: &[Option<[f32; 6]>]) -> Option<Self> {
+        let all: Vec<(f32, [f32; 6])> =
+            maps.texels.iter().zip(errors).filter_map(|(t, e)| Some((t.confidence, (*e)?))).collect();
         if all.is_empty() {
             return None;
         }
         let found = |q: f32| -> [f32; 6] {
             std::array::from_fn(|i| {
-                quantile(&mut all.iter().map(|e| e[i]).collect::<Vec<_>>(), q).unwrap_or(0.0)
+                quantile(&mut all.iter().map(|(_, e)| e[i]).collect::<Vec<_>>(), q).unwrap_or(0.0)
             })
         };
-        let sure: Vec<&[f32; 6]> = errors
-            .iter()
-            .zip(&self.maps.texels)
-            .filter_map(|(e, t)| e.as_ref().filter(|_| t.confidence > SURE))
-            .collect();
-        Some(Compared {
+        let sure = || all.iter().filter(|(confidence, _)| *confidence > SURE);
+        Some(Self {
             texels: all.len(),
             median: found(0.5),
             ninety: found(0.9),
-            failed: all.iter().filter(|e| failed(e)).count(),
-            sure: sure.len(),
-            sure_and_failed: sure.iter().filter(|e| failed(e)).count(),
+            failed: all.iter().filter(|(_, e)| failed(e)).count(),
+            sure: sure().count(),
+            sure_and_failed: sure().filter(|(_, e)| failed(e)).count(),
         })
     }
+}
 
-    fn compared_normals(&self) -> Option<ComparedNormals> {
-        let mut off: Vec<f32> = self.normal_errors()?.into_iter().flatten().collect();
-        if off.is_empty() {
-            return None;
-        }
-        let mean = off.iter().map(|o| f64::from(*o)).sum::<f64>() / off.len().max(1) as f64;
-        let mut at = |q| quantile(&mut off, q).unwrap_or(0.0);
-        let [median, ninety] = [at(0.5), at(0.9)];
-        Some(ComparedNormals { texels: off.len(), mean: mean as f32, median, ninety })
-    }
-
-    /// What confidences were worth, where there is a truth.
-    pub fn calibration(&self) -> Option<Vec<Step>> {
-        let errors = self.normal_errors()?;
-        let pairs = self.maps.texels.iter().zip(errors).filter_map(|(t, e)| Some((t.confidence, e?)));
-        Some(calibration(&pairs.collect::<Vec<_>>()))
-    }
-
-    /// Rows of errors as text, with their names, where all of the truth is known.
-    pub fn error_table(&self) -> Option<[(&'static str, [String; 6]); 2]> {
-        let all = self.compared()?;
-        Some([("median", numbers(&all.median)), ("90th percentile", numbers(&all.ninety))])
-    }
-
+impl Report<'_> {
     fn used(&self) -> impl Iterator<Item = (f32, f32)> {
         let each = self.maps.texels.iter().zip(self.residuals);
         each.filter(|(_, r)| **r > 0.0).map(|(t, r)| (t.confidence, *r))
@@ -214,7 +224,7 @@ impl Report<'_> {
                 residual[1]
             ),
         ];
-        all.extend(self.camera_distance.map(|d| camera(d)));
+        all.extend(self.camera_distance.map(camera));
         if self.few_lights() {
             all.push(format!(
                 "{} lights are too few for highlights ({FEWEST_FOR_HIGHLIGHTS} are not): normals and grounds are those of \
@@ -230,14 +240,15 @@ impl Report<'_> {
                 self.surface.map_or(String::new(), |s| format!("; grounds are {}", s.ground.name()))
             ));
         }
-        if let Some(n) = self.compared_normals() {
+        let compared = self.comparison.as_ref();
+        if let Some(n) = compared.and_then(|c| c.of_normals) {
             all.push(format!(
                 "against the truth the normals of {} texels are off by {:.2}° in the mean, {:.2}° in the median, 90 % by less \
                  than {:.2}°",
                 n.texels, n.mean, n.median, n.ninety
             ));
         }
-        if let Some(c) = self.compared() {
+        if let Some(c) = compared.and_then(|c| c.all.as_ref()) {
             all.push(format!(
                 "{:.1} % failed (normal off by 3°, tangent by 10° or a width by a quarter); of the {:.1} % with a confidence \
                  above {SURE}, {:.2} %",
@@ -258,7 +269,7 @@ impl Report<'_> {
         let sentences = self.sentences();
         println!("{}: {}", self.output.display(), sentences[0]);
         sentences[1..].iter().for_each(|s| println!("{s}"));
-        if let Some(c) = self.compared() {
+        if let Some(c) = self.comparison.as_ref().and_then(|c| c.all.as_ref()) {
             println!("against the truth {HEADING}");
             println!("median            {}", row(&c.median));
             println!("90th percentile   {}", row(&c.ninety));
@@ -285,7 +296,8 @@ impl Report<'_> {
             "seconds": self.seconds,
             "texels_per_second": self.maps.texels.len() as f64 / self.seconds,
         });
-        if let Some(c) = self.compared() {
+        let Some(compared) = &self.comparison else { return report };
+        if let Some(c) = &compared.all {
             let by_name = |e: &[f32; 6]| -> Json<String, serde_json::Value> {
                 NAMES.iter().zip(e).map(|(n, v)| (n.to_string(), json!(v))).collect()
             };
@@ -298,22 +310,27 @@ impl Report<'_> {
                 "sure_and_failed": c.sure_and_failed,
             });
         }
-        if let Some(n) = self.compared_normals() {
-            report["normals"] =
-                json!({ "texels": n.texels, "mean": n.mean, "median": n.median, "ninety": n.ninety });
+        if let Some(n) = compared.of_normals {
+            report["normals"] = json!({
+                "texels": n.texels,
+                "mean": n.mean,
+                "median": n.median,
+                "ninety": n.ninety,
+                "sure": n.sure,
+                "sure_mean": n.sure_mean,
+                "sure_and_off_by_5": n.sure_and_wrong,
+            });
         }
-        if let Some(steps) = self.calibration() {
-            let step = |s: &Step| {
-                json!({
-                    "confidence": s.confidence,
-                    "texels": s.texels,
-                    "mean": s.mean,
-                    "ninety": s.ninety,
-                    "wrong": s.wrong,
-                })
-            };
-            report["calibration"] = steps.iter().map(step).collect();
-        }
+        let step = |s: &Step| {
+            json!({
+                "confidence": s.confidence,
+                "texels": s.texels,
+                "mean": s.mean,
+                "ninety": s.ninety,
+                "wrong": s.wrong,
+            })
+        };
+        report["calibration"] = compared.calibration.iter().map(step).collect();
         report
     }
 
@@ -331,22 +348,20 @@ impl Report<'_> {
         numbers("residual.png", &mut self.residuals.iter().map(|r| Vec3::splat(0.1 * r)))?;
         let colour = |k: &Kind| Vec3::from(page::colour(*k).map(f32::from)) / 255.0;
         numbers("kinds.png", &mut self.kinds.iter().map(colour))?;
-        let (errors, normals) = (self.errors(), self.normal_errors());
-        for (i, name, white) in self.error_pictures() {
-            let error = |t: usize| match &errors {
-                Some(errors) => errors[t].map(|e| e[i]),
-                None => normals.as_ref().and_then(|n| n[t]),
-            };
+        for (compared, i) in self.comparison.iter().flat_map(|c| c.drawn().into_iter().map(move |i| (c, i))) {
             // What could not be compared is blue.
-            let value = |t| error(t).map_or(Vec3::new(0.0, 0.0, 0.5), |e| Vec3::splat(e / white));
-            numbers(&format!("error_{name}.png"), &mut (0..w * h).map(value))?;
+            let value = |t| {
+                let error = compared.error(t, i);
+                error.map_or(Vec3::new(0.0, 0.0, 0.5), |e| Vec3::splat(e / ERRORS[i].white))
+            };
+            numbers(&format!("error_{}.png", NAMES[i]), &mut (0..w * h).map(value))?;
         }
         let chart = |name: &str, figure: crate::figure::Figure| -> Result<()> {
             Ok(atomic_write(&folder.join(name), figure.svg()?.as_bytes())?)
         };
         chart("confidence.svg", page::histogram(&self.used().map(|(c, _)| c).collect::<Vec<_>>()))?;
-        if let Some(steps) = self.calibration() {
-            chart("calibration.svg", page::calibration(&steps))?;
+        if let Some(compared) = &self.comparison {
+            chart("calibration.svg", page::calibration(&compared.calibration))?;
         }
         atomic_write(&folder.join("index.html"), page::html(self)?.as_bytes())?;
         Ok(())

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, NonFinite, ReadOptions, WriteOptions};
 use yugen_archive::formats::{exif, response, stack};
 use yugen_archive::{Error, atomic_write, check_new, check_outputs, check_writable, make_folder, will_read};
-use yugen_capture::hdr::{Response, Tally};
+use yugen_capture::hdr::{MOVED, Response, Tally};
 use yugen_capture::lens::{Lens, straighten};
 use yugen_capture::simulate::Sensor;
 use yugen_optics::{ColourSpace, Image, Vec2, Vec3};
@@ -373,7 +373,7 @@ impl Hdr {
             all.black += o.tally.black;
             all.chi_square += o.tally.chi_square;
             all.freedom += o.tally.freedom;
-            if let Some(moved) = o.moved.filter(|m| *m > 0.5) {
+            if let Some(moved) = o.moved.filter(|m| *m > MOVED) {
                 println!(
                     "{}: something moved by {moved:.1} pixels between the exposures; take it again",
                     light.name

@@ -1,12 +1,11 @@
 //! What a thread works in.
 
-use super::Options;
-use super::start::Scratch;
+use super::fitted::Options;
 use crate::lanes::{F, LANES};
 
 /// The readings of eight texels.
 #[derive(Default)]
-pub(super) struct Room {
+pub(super) struct Scratch {
     /// Mean of the channels, one a reading.
     pub value: Vec<F>,
     pub channels: [Vec<F>; 3],
@@ -16,10 +15,11 @@ pub(super) struct Room {
     /// The same after the robust loss.
     pub counted: Vec<F>,
     pub own: Vec<[F; 6]>,
-    pub scratch: Scratch,
+    /// Readings to be sorted.
+    pub order: Vec<(f32, usize)>,
 }
 
-impl Room {
+impl Scratch {
     /// Turns the readings of up to eight texels on their side.
     pub fn gather<'a>(
         &mut self,

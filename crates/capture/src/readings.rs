@@ -15,7 +15,7 @@ pub struct Reading {
     pub irradiance: f32,
 }
 
-/// What [`fit`](super::fit) and [`Prior::learn`](super::Prior::learn) take.
+/// What [`fit`](crate::fit::fit) and [`Prior::learn`](crate::fit::Prior::learn) take.
 pub trait Readings: Sync {
     /// How many texels.
     fn texels(&self) -> usize;
