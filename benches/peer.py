@@ -8,7 +8,7 @@ import venv
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv" / "bench"
-PACKAGES = ["mitsuba==3.9.1", "numpy", "scipy", "OpenEXR", "pillow", "pyoidn"]
+PACKAGES = ["mitsuba==3.9.1", "numpy", "scipy", "OpenEXR", "pillow", "pyoidn", "flip-evaluator"]
 
 
 def python():

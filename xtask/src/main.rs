@@ -12,6 +12,7 @@ cargo xtask <what>
   bench   build Yugen for this processor and measure it: whole pictures, or what is named, beside other programs
             bench [render] [--peer]   samples a second; with --peer, time to equal error beside Mitsuba 3
             bench denoise             error of denoised pictures, beside Open Image Denoise
+            bench realtime            error of real-time pictures, beside the reference's
             bench bsdf [--peer]       nanoseconds to evaluate and sample each reflectance model
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
@@ -183,6 +184,7 @@ fn demo(rest: &[String]) -> Outcome {
 const BENCHES: &[(&str, &str)] = &[
     ("render", "bench.py"),
     ("denoise", "denoise.py"),
+    ("realtime", "realtime.py"),
     ("bsdf", "bsdf_rate.py"),
     ("rays", "ray_rate.py"),
     ("fit", "fit_rate.py"),
@@ -211,7 +213,7 @@ fn bench(rest: &[String]) -> Outcome {
     for (name, script) in chosen {
         // Those that always stand beside others have no such option.
         let rest = if all && !matches!(*name, "render" | "bsdf") { &[] } else { rest };
-        if matches!(*name, "render" | "denoise") {
+        if matches!(*name, "render" | "denoise" | "realtime") {
             cargo(&["build", "--profile", "dist", "--package", "yugen-cli"])?;
         }
         let script = root().join("benches").join(script);
