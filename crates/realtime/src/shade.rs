@@ -14,6 +14,12 @@ use yugen_scene::prepared::{Rows, wgsl};
 /// Most lights that the first surface looks at in a frame, one sample each; of more some are chosen by their power.
 const LIGHTS: u32 = 16;
 
+/// Bounces from which Russian roulette may end a path, as in Mitsuba.
+const ROULETTE: u32 = 5;
+
+/// Most bounces: what a path carries so far has gone through a hundred roulettes.
+const BOUNCES: u32 = 100;
+
 /// The pass and its picture.
 pub struct ShadePass {
     pipeline: wgpu::ComputePipeline,
@@ -33,9 +39,11 @@ impl ShadePass {
     ) -> Self {
         // Not overrides: naga refuses some shaders that it has to rewrite for those.
         let constants = format!(
-            "// Surfaces that reflect light on its way; 0: only what shines is seen.\nconst BOUNCES: u32 = {bounces}u;\n\
+            "// Surfaces that reflect light on its way; 0: only what shines is seen.\nconst BOUNCES: u32 = {}u;\n\
+             // Bounces from which roulette may end a path.\nconst ROULETTE: u32 = {ROULETTE}u;\n\
              // Most lights that the first surface looks at, one sample each.\nconst LIGHTS: u32 = {LIGHTS}u;\n\
              // Lights are not seen by the camera.\nconst HIDE_EMITTERS: bool = {};",
+            bounces.min(BOUNCES),
             options.hide_emitters
         );
         let pieces = [

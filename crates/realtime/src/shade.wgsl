@@ -167,7 +167,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                     continue;
                 }
                 if (!drawn_delta) {
-                    let p = area_pdf(s.emitter, since, dot(s.geometric_normal, dir));
+                    let p = area_pdf(s.emitter, s.position - since * dir, since, dot(s.geometric_normal, dir));
                     factor = vec3<f32>(power_heuristic(drawn_pdf, p * light_chance(s.emitter, depth)));
                 }
             } else if (of_light) {
@@ -236,8 +236,17 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 spread = max(spread, min(sqrt(1.0 / (4.0 * max(next.pdf, 0.05))), 0.5));
             }
         }
-        if (all(throughput <= vec3<f32>(0.0))) {
+        // Russian roulette: long paths that carry little end, and those that go on count for them.
+        let carried = max(throughput.x, max(throughput.y, throughput.z));
+        if (carried <= 0.0) {
             break;
+        }
+        if (depth >= ROULETTE) {
+            let survive = min(carried, 0.95);
+            if (sample2(pixel, first_set + 3u, view.index).x >= survive) {
+                break;
+            }
+            throughput /= survive;
         }
         origin = offset_origin(s.position, s.error, s.geometric_normal, next.wi);
         dir = next.wi;

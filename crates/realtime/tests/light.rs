@@ -144,6 +144,56 @@ fn a_lamp_lights_a_wall_by_its_distance_and_slant() {
     }
 }
 
+/// A ball of radiance one lights a floor below its middle by π (r/d)².
+#[test]
+fn a_bright_ball_lights_a_floor_as_the_square_of_its_sine() {
+    let Some(gpu) = gpu() else { return };
+    for radius in [0.1f32, 0.9] {
+        let floor = Shape::new("floor", Geometry::Rectangle, Mat4::from_scale(Vec3::splat(3.0)), 0);
+        let place = Mat4::from_translation(Vec3::new(0.0, 0.0, 1.0)) * Mat4::from_scale(Vec3::splat(radius));
+        let ball =
+            Shape { emission: Some(Value::Number(1.0)), ..Shape::new("ball", Geometry::Sphere, place, 0) };
+        // Seen from below the floor, whose other side is lit.
+        let two_sided = Material::TwoSided { front: 0, back: 0 };
+        let materials = vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))]), two_sided];
+        let mut below = camera(33);
+        below.to_world = Mat4::from_translation(Vec3::new(2.0, 0.0, 0.5))
+            * Mat4::from_rotation_y(-std::f32::consts::FRAC_PI_2 - 0.25);
+        below.film.filter = Filter::Box;
+        let floor = Shape { material: 1, ..floor };
+        let scene = Scene { materials, shapes: vec![floor, ball], ..Scene::default() };
+        let rows = Rows::new(&scene).expect("rows");
+        let options = Options {
+            size: [33; 2],
+            filter: Filter::Box,
+            aovs: vec![yugen_scene::Aov::Position],
+            trace_camera: false,
+            threads: 2,
+            bounces: Some(1),
+            hide_emitters: false,
+            seed: 0,
+        };
+        let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
+        for _ in 0..256 {
+            stage.frame(&below).expect("a frame");
+        }
+        let image = stage.image().expect("a picture");
+        let mut seen = 0;
+        for pixel in image.data.chunks(image.channels.len()) {
+            let p = Vec3::from_slice(&pixel[4..7]);
+            if pixel[3] < 1.0 || p.z.abs() > 1e-3 || p.truncate().length() > 0.6 {
+                continue;
+            }
+            // Irradiance of a sphere above the horizon: π (r/d)² cos.
+            let d2 = p.truncate().length_squared() + 1.0;
+            let want = 0.5 * radius * radius / d2 / d2.sqrt();
+            assert!((pixel[0] / want - 1.0).abs() < 0.05, "{radius} at {p}: {}, not {want}", pixel[0]);
+            seen += 1;
+        }
+        assert!(seen > 20, "{seen}");
+    }
+}
+
 /// In a closed white room of albedo a whose walls shine with E, light after n bounces is E (1 − aⁿ⁺¹)/(1 − a).
 #[test]
 fn a_closed_room_fills_with_light_bounce_by_bounce() {
@@ -158,7 +208,8 @@ fn a_closed_room_fills_with_light_bounce_by_bounce() {
         shapes: vec![room],
         ..Scene::default()
     };
-    for bounces in [0, 1, 3] {
+    // The last with roulette.
+    for bounces in [0, 1, 3, 30] {
         let image = picture(&gpu, &scene, 16, bounces, 64);
         let mean = image.data.chunks(4).map(|p| p[0]).sum::<f32>() / 256.0;
         let want = 2.0 * (1.0 - 0.5f32.powi(bounces as i32 + 1));

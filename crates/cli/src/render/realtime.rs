@@ -12,9 +12,6 @@ use yugen_realtime::{Gpu, Options, Stage};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Aov, IntegratorKind, Scene};
 
-/// Surfaces that reflect light where neither scene nor command line says how long a path may be.
-const BOUNCES: u32 = 8;
-
 impl Render {
     /// What was asked for that the real-time renderer does not have.
     fn check_realtime(&self, scene: &Scene) -> Result<()> {
@@ -66,7 +63,7 @@ impl Render {
         let bounces = match integrator.kind {
             IntegratorKind::Direct => 1,
             // A path of n edges meets n − 1 surfaces.
-            _ => integrator.max_depth.map_or(BOUNCES, |edges| edges.saturating_sub(1)),
+            _ => integrator.max_depth.map_or(u32::MAX, |edges| edges.saturating_sub(1)),
         };
         let gpu = Gpu::open()?;
         let film = &camera.film;

@@ -69,6 +69,7 @@ pub(super) fn write(
         let mut words = vec![Op::Area as u32, draw, u32::from(shape.two_sided_emission)];
         words.extend(value);
         words.extend([rows.numbers.len() as u32, cumulative.len() as u32, area.to_bits()]);
+        words.extend(sphere(shape, value[0] == 2).map(f32::to_bits));
         rows.numbers.extend(cumulative);
         put(rows, table, &mut next, &words);
     }
@@ -149,6 +150,20 @@ pub(super) fn write(
     rows.words.extend(environments);
     rows.words[8..11].copy_from_slice(&background.to_array().map(f32::to_bits));
     Ok(())
+}
+
+/// Centre and radius of a shape that is a round sphere of one radiance, sampled by the cone that it subtends; else a
+/// radius of zero.
+fn sphere(shape: &crate::Shape, textured: bool) -> [f32; 4] {
+    let m = shape.to_world;
+    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|a| a.truncate());
+    let r = x.length();
+    let round = [y.length() - r, z.length() - r, x.dot(y) / r, x.dot(z) / r, y.dot(z) / r];
+    if matches!(shape.geometry, Geometry::Sphere) && !textured && round.iter().all(|d| d.abs() < 1e-5 * r) {
+        m.w_axis.truncate().extend(r).to_array()
+    } else {
+        [0.0; 4]
+    }
 }
 
 fn put(rows: &mut Rows, table: usize, next: &mut u32, words: &[u32]) {

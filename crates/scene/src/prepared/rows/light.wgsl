@@ -118,12 +118,39 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     return LightSample(wi, distance, intensity / d2, 1.0, true);
 }
 
-// Evenly by area.
+// One minus the cosine of the cone that a round sphere subtends; 0 where the emitter is none, or `position` within it.
+fn sphere_cone(e: u32, position: vec3<f32>) -> f32 {
+    let r = float_at(e + 13u);
+    let to = vec3_at(e + 10u) - position;
+    let sin2 = r * r / dot(to, to);
+    // Near the surface rounding has the last word, and evenly by area is as good.
+    return select(0.0, sin2 / (1.0 + sqrt(max(1.0 - sin2, 0.0))), sin2 > 0.0 && sin2 < 0.999);
+}
+
+// Spheres by the cone that they subtend, all else evenly by area.
 fn area_sample(e: u32, position: vec3<f32>, u: vec2<f32>) -> LightSample {
     let draw = word_at(e + 1u);
     let count = word_at(e + 8u);
     if (draw == NONE || count == 0u) {
         return no_light();
+    }
+    let cone = sphere_cone(e, position);
+    if (cone > 0.0) {
+        if ((draws[draw].flags & FLIPPED) != 0u && word_at(e + 2u) == 0u) {
+            return no_light();
+        }
+        let to = vec3_at(e + 10u) - position;
+        let d = length(to);
+        let below = u.x * cone;
+        let sin2 = below * (2.0 - below);
+        let phi = TAU * u.y;
+        let sine = sqrt(max(sin2, 0.0));
+        let wi = to_world(frame_from_normal(to / d), vec3<f32>(sine * cos(phi), sine * sin(phi), 1.0 - below));
+        let r = float_at(e + 13u);
+        let distance = d * (1.0 - below) - sqrt(max(r * r - d * d * sin2, 0.0));
+        light_value = e + 3u;
+        light_at = nowhere(vec2<f32>(0.0));
+        return LightSample(wi, distance, vec3<f32>(1.0), 1.0 / (TAU * cone), false);
     }
     let which = choose(word_at(e + 7u), count, u.x);
     let m = draws[draw].to_world;
@@ -159,9 +186,13 @@ fn area_sample(e: u32, position: vec3<f32>, u: vec2<f32>) -> LightSample {
     return LightSample(wi, distance, vec3<f32>(1.0), pdf, false);
 }
 
-// Density per solid angle with which area_sample finds a point of emitter `emitter` at this distance, whose geometric
-// normal has this cosine to the way.
-fn area_pdf(emitter: u32, distance: f32, c: f32) -> f32 {
+// Density per solid angle with which area_sample for `position` finds a point of emitter `emitter` at this distance,
+// whose geometric normal has this cosine to the way.
+fn area_pdf(emitter: u32, position: vec3<f32>, distance: f32, c: f32) -> f32 {
+    let cone = sphere_cone(emitter_at(emitter), position);
+    if (cone > 0.0) {
+        return 1.0 / (TAU * cone);
+    }
     return distance * distance / max(abs(c) * float_at(emitter_at(emitter) + 9u), 1e-30);
 }
 
