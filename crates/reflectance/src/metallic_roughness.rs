@@ -1,9 +1,7 @@
 //! Khronos Group 2021, "glTF 2.0 Specification", appendix B, with the extensions KHR_materials_anisotropy,
 //! clearcoat, ior, iridescence, sheen and specular.
 
-use crate::microfacet::{
-    Distribution, MASKINGS, Masking, Microfacets, alpha_of_roughness, schlick_weight,
-};
+use crate::microfacet::{Distribution, MASKINGS, Masking, Microfacets, alpha_of_roughness, schlick_weight};
 use crate::model::{Choice, Laws, Model, ModelError, Sample, Spec, params};
 use glam::{Mat3, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
