@@ -5,6 +5,9 @@
 //! samples from beyond it count too; the reference renderer has none there.
 
 use crate::StageError;
+use crate::pipelines::over_pixels;
+use crate::scene::SceneBuffers;
+use crate::timing::Timestamps;
 use wgpu::{BufferUsages, Device, Queue, ShaderStages};
 
 /// `film_add` and `film_set` in WGSL, on group 2.
@@ -63,6 +66,55 @@ impl Film {
     pub fn read(&self, device: &Device, queue: &Queue) -> Result<Vec<[f32; 4]>, StageError> {
         let bytes = read_buffer(device, queue, &self.buffer, film_bytes(self.size))?;
         Ok(bytemuck::pod_collect_to_vec(&bytes))
+    }
+}
+
+/// A compute pass over all pixels that adds to a picture of its own.
+pub struct FilmPass {
+    label: &'static str,
+    pipeline: wgpu::ComputePipeline,
+    film: Film,
+}
+
+impl FilmPass {
+    /// `layout`: of the film; `size`: its pixels. The pipeline's groups are the scene, view and ids, and the film.
+    pub fn new(
+        device: &Device,
+        label: &'static str,
+        pipeline: wgpu::ComputePipeline,
+        layout: &wgpu::BindGroupLayout,
+        size: [u32; 2],
+    ) -> Self {
+        Self { label, pipeline, film: Film::new(device, layout, size) }
+    }
+
+    /// Makes room for another number of pixels.
+    pub fn resize(&mut self, device: &Device, layout: &wgpu::BindGroupLayout, size: [u32; 2]) {
+        self.film = Film::new(device, layout, size);
+    }
+
+    /// Its sums.
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// Adds this frame. `primary`: group 1.
+    pub fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamps: &Timestamps,
+        scene: &SceneBuffers,
+        primary: &wgpu::BindGroup,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some(self.label),
+            timestamp_writes: timestamps.of_compute(self.label),
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, scene.group(), &[]);
+        pass.set_bind_group(1, primary, &[]);
+        pass.set_bind_group(2, self.film.group(), &[]);
+        over_pixels(&mut pass, self.film.size);
     }
 }
 

@@ -1,12 +1,12 @@
 //! The stage: a scene on a device, and the passes that make a frame of it.
 
 use crate::StageError;
-use crate::aov::AovPass;
+use crate::aov::aov_pass;
 use crate::display::{DisplayPass, DisplaySettings};
-use crate::film::{Film, film_bytes, map};
+use crate::film::{Film, FilmPass, film_bytes, map};
 use crate::reconstruction::Reconstruction;
 use crate::scene::SceneBuffers;
-use crate::shade::ShadePass;
+use crate::shade::shade_pass;
 use crate::timing::{PassTime, Timestamps};
 use crate::view::{View, ViewRow};
 use crate::visibility::{Visibility, primary_group, primary_layout};
@@ -68,8 +68,8 @@ pub struct Stage {
     primary_layout: wgpu::BindGroupLayout,
     primary: wgpu::BindGroup,
     film_layout: wgpu::BindGroupLayout,
-    shade: Option<ShadePass>,
-    aovs: Vec<AovPass>,
+    shade: Option<FilmPass>,
+    aovs: Vec<(Aov, FilmPass)>,
     picked: wgpu::Buffer,
     timestamps: Timestamps,
     reconstruction: Reconstruction,
@@ -106,13 +106,14 @@ impl Stage {
             let primary = primary_group(device, &primary_layout, &view, visibility.ids());
             let film_layout = Film::layout(device);
             let shade = options.bounces.map(|bounces| {
-                ShadePass::new(device, rows, &scene, &primary_layout, &film_layout, options, bounces)
+                shade_pass(device, rows, &scene, &primary_layout, &film_layout, options, bounces)
             });
             let aovs = options
                 .aovs
                 .iter()
                 .filter_map(|aov| {
-                    AovPass::new(device, *aov, &scene, &primary_layout, &film_layout, options.size)
+                    let pass = aov_pass(device, *aov, &scene, &primary_layout, &film_layout, options.size);
+                    Some((*aov, pass?))
                 })
                 .collect();
             Ok(Self {
@@ -174,10 +175,10 @@ impl Stage {
             self.visibility.raster(&mut encoder, &self.timestamps);
         }
         if let Some(shade) = &self.shade {
-            shade.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, self.size);
+            shade.record(&mut encoder, &self.timestamps, &self.scene, &self.primary);
         }
-        for aov in &self.aovs {
-            aov.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, self.size);
+        for (_, pass) in &self.aovs {
+            pass.record(&mut encoder, &self.timestamps, &self.scene, &self.primary);
         }
         if let Some(Target { pass, view, settings }) = target {
             pass.record(&self.queue, &mut encoder, Some(&self.timestamps), view, settings, weight);
@@ -222,8 +223,8 @@ impl Stage {
             if let Some(shade) = &mut self.shade {
                 shade.resize(&device, &self.film_layout, size);
             }
-            for aov in &mut self.aovs {
-                aov.resize(&device, &self.film_layout, size);
+            for (_, pass) in &mut self.aovs {
+                pass.resize(&device, &self.film_layout, size);
             }
             (self.size, self.seen) = (size, None);
             Ok(())
@@ -243,8 +244,8 @@ impl Stage {
     /// The sums of the picture (`None`) or of an AOV, where the stage was made with it.
     pub fn film(&self, aov: Option<Aov>) -> Option<&Film> {
         match aov {
-            None => self.shade.as_ref().map(ShadePass::film),
-            Some(aov) => self.aovs.iter().find(|a| a.aov() == aov).map(AovPass::film),
+            None => self.shade.as_ref().map(FilmPass::film),
+            Some(aov) => self.aovs.iter().find(|(a, _)| *a == aov).map(|(_, pass)| pass.film()),
         }
     }
 
@@ -287,7 +288,7 @@ impl Stage {
     pub fn image(&self) -> Result<Image, StageError> {
         self.check_alive()?;
         let picture = self.shade.iter().map(|s| (&["R", "G", "B", "A"][..], s.film(), false));
-        let beside = self.aovs.iter().map(|a| (a.aov().channels(), a.film(), a.aov() == Aov::Id));
+        let beside = self.aovs.iter().map(|(aov, pass)| (aov.channels(), pass.film(), *aov == Aov::Id));
         let films: Vec<_> = picture.chain(beside).collect();
         let names: Vec<&str> = films.iter().flat_map(|(names, ..)| names.iter().copied()).collect();
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &names);

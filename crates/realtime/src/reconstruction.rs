@@ -9,49 +9,6 @@
 use glam::Vec2;
 use yugen_scene::Filter;
 
-/// Half width of a filter's support in pixels.
-fn radius(filter: Filter) -> f32 {
-    match filter {
-        Filter::Box => 0.5,
-        Filter::Tent { radius } => radius,
-        Filter::Gaussian { stddev } => 4.0 * stddev,
-        Filter::Mitchell { .. } | Filter::CatmullRom => 2.0,
-        Filter::Lanczos { lobes } => lobes,
-    }
-}
-
-/// The one-dimensional filter at `x` pixels, within its radius.
-fn value(filter: Filter, x: f32) -> f32 {
-    let x = x.abs();
-    match filter {
-        Filter::Box => 1.0,
-        Filter::Tent { radius } => 1.0 - x / radius,
-        Filter::Gaussian { stddev } => {
-            let g = |x: f32| (-0.5 * (x / stddev) * (x / stddev)).exp();
-            g(x) - g(4.0 * stddev)
-        }
-        Filter::Mitchell { b, c } => mitchell(x, b, c),
-        Filter::CatmullRom => mitchell(x, 0.0, 0.5),
-        Filter::Lanczos { lobes } => {
-            let sinc = |x: f32| {
-                let x = x * std::f32::consts::PI;
-                if x < 1e-4 { 1.0 } else { x.sin() / x }
-            };
-            sinc(x) * sinc(x / lobes)
-        }
-    }
-}
-
-/// Mitchell and Netravali 1988, "Reconstruction Filters in Computer Graphics", equation 8.
-fn mitchell(x: f32, b: f32, c: f32) -> f32 {
-    let polynomial = if x < 1.0 {
-        [12.0 - 9.0 * b - 6.0 * c, -18.0 + 12.0 * b + 6.0 * c, 0.0, 6.0 - 2.0 * b]
-    } else {
-        [-b - 6.0 * c, 6.0 * b + 30.0 * c, -12.0 * b - 48.0 * c, 8.0 * b + 24.0 * c]
-    };
-    polynomial.into_iter().fold(0.0, |sum, k| sum * x + k) / 6.0
-}
-
 /// Where a frame looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameSample {
@@ -77,12 +34,12 @@ impl Reconstruction {
 
     /// For `filter`; one without extent looks at centres.
     pub fn new(filter: Filter) -> Self {
-        let radius = radius(filter);
+        let radius = filter.radius();
         let step = |i: usize| 2.0 * radius * ((i as f32 + 0.5) / Self::STEPS as f32 - 0.5);
         let mut below = vec![0.0];
         let mut sum = 0.0f64;
         for i in 0..Self::STEPS {
-            sum += f64::from(value(filter, step(i)).abs());
+            sum += f64::from(filter.value(step(i)).abs());
             below.push(sum as f32);
         }
         let radius = if radius > 0.0 && sum > 0.0 && sum.is_finite() { radius } else { 0.0 };
@@ -99,7 +56,7 @@ impl Reconstruction {
         let (a, b) = (self.below[i], self.below[i + 1]);
         let within = if b > a { (u - a) / (b - a) } else { 0.5 };
         let x = 2.0 * self.radius * ((i as f32 + within) / Self::STEPS as f32 - 0.5);
-        (x, if value(self.filter, x) < 0.0 { -1.0 } else { 1.0 })
+        (x, if self.filter.value(x) < 0.0 { -1.0 } else { 1.0 })
     }
 
     /// Where frame `index` looks; `lens`: whether the place on the lens matters.
@@ -161,9 +118,9 @@ mod tests {
                 let m = 400;
                 let (mut want, mut all) = (0.0, 0.0);
                 for i in 0..m * m {
-                    let at = |i: i32| radius(filter) * (2.0 * (i as f32 + 0.5) / m as f32 - 1.0);
+                    let at = |i: i32| filter.radius() * (2.0 * (i as f32 + 0.5) / m as f32 - 1.0);
                     let p = Vec2::new(at(i % m), at(i / m));
-                    let f = f64::from(value(filter, p.x) * value(filter, p.y));
+                    let f = f64::from(filter.value(p.x) * filter.value(p.y));
                     want += f * f64::from(wave(p));
                     all += f;
                 }

@@ -10,53 +10,6 @@ use glam::Vec3;
 use yugen_optics::Image;
 use yugen_scene::{Film, Filter};
 
-/// Half width of a filter's support in pixels.
-pub fn filter_radius(filter: Filter) -> f32 {
-    match filter {
-        Filter::Box => 0.5,
-        Filter::Tent { radius } => radius,
-        Filter::Gaussian { stddev } => 4.0 * stddev,
-        Filter::Mitchell { .. } | Filter::CatmullRom => 2.0,
-        Filter::Lanczos { lobes } => lobes,
-    }
-}
-
-/// The one-dimensional filter at distance `x` in pixels; filters are separable.
-pub fn filter_value(filter: Filter, x: f32) -> f32 {
-    let x = x.abs();
-    if x > filter_radius(filter) {
-        return 0.0;
-    }
-    match filter {
-        Filter::Box => 1.0,
-        Filter::Tent { radius } => (1.0 - x / radius).max(0.0),
-        Filter::Gaussian { stddev } => {
-            let g = |x: f32| (-0.5 * (x / stddev) * (x / stddev)).exp();
-            (g(x) - g(4.0 * stddev)).max(0.0)
-        }
-        Filter::Mitchell { b, c } => mitchell(x, b, c),
-        Filter::CatmullRom => mitchell(x, 0.0, 0.5),
-        Filter::Lanczos { lobes } => {
-            let sinc = |x: f32| {
-                let x = x * std::f32::consts::PI;
-                if x < 1e-4 { 1.0 } else { x.sin() / x }
-            };
-            sinc(x) * sinc(x / lobes)
-        }
-    }
-}
-
-/// Mitchell and Netravali 1988, "Reconstruction Filters in Computer Graphics", equation 8.
-fn mitchell(x: f32, b: f32, c: f32) -> f32 {
-    let (x2, x3) = (x * x, x * x * x);
-    if x < 1.0 {
-        ((12.0 - 9.0 * b - 6.0 * c) * x3 + (-18.0 + 12.0 * b + 6.0 * c) * x2 + (6.0 - 2.0 * b)) / 6.0
-    } else {
-        ((-b - 6.0 * c) * x3 + (6.0 * b + 30.0 * c) * x2 + (-12.0 * b - 48.0 * c) * x + (8.0 * b + 24.0 * c))
-            / 6.0
-    }
-}
-
 /// A filter as a table over [0, radius], fine enough that the step is below 1/1000 of the peak.
 #[derive(Clone, Debug)]
 pub struct FilterTable {
@@ -71,9 +24,9 @@ impl FilterTable {
 
     /// Tabulates `filter`.
     pub fn new(filter: Filter) -> Self {
-        let radius = filter_radius(filter);
+        let radius = filter.radius();
         let n = Self::RESOLUTION;
-        let values = (0..=n).map(|i| filter_value(filter, radius * (i as f32 + 0.5) / n as f32)).collect();
+        let values = (0..=n).map(|i| filter.value(radius * (i as f32 + 0.5) / n as f32)).collect();
         Self { values, scale: n as f32 / radius, radius, is_box: filter == Filter::Box }
     }
 
@@ -248,7 +201,7 @@ impl FilmLayout {
     /// What its filter does to pixels that are means of their own samples.
     pub fn footprint(&self) -> Footprint {
         let filter = self.film.filter;
-        Footprint::new(filter_radius(filter), |x| filter_value(filter, x))
+        Footprint::new(filter.radius(), |x| filter.value(x))
     }
 
     /// Tiles in rows, all empty.
@@ -508,13 +461,5 @@ mod tests {
         layout.flush(&mut tiles[0], &visit);
         assert_eq!(tiles[0].rejected, 2);
         assert!(layout.develop(&tiles, true).data.iter().all(|v| v.is_finite()));
-    }
-
-    #[test]
-    fn interpolating_filters_are_one_at_zero_and_zero_at_whole_pixels() {
-        for filter in [Filter::CatmullRom, Filter::Lanczos { lobes: 3.0 }] {
-            assert!((filter_value(filter, 0.0) - 1.0).abs() < 1e-6);
-            assert!(filter_value(filter, 1.0).abs() < 1e-6 && filter_value(filter, 2.0).abs() < 1e-6);
-        }
     }
 }

@@ -1,6 +1,6 @@
 //! Rays on the GPU against every triangle in turn, in double precision.
 
-use crate::device::{add_draw, add_mesh, gpu};
+use crate::device::{Gpu, add_draw, add_mesh, gpu};
 use glam::{Affine3A, DAffine3, DVec3, Mat3, Quat, Vec3};
 use yugen_optics::random::Pcg32;
 use yugen_realtime::hierarchy::HIERARCHY_WGSL;
@@ -53,12 +53,16 @@ fn random_vec(rng: &mut Pcg32) -> Vec3 {
 fn trace(rows: &Rows, rays: &[Ray]) -> Option<(Vec<[f32; 4]>, SceneBuffers)> {
     let gpu = gpu()?;
     let scene = SceneBuffers::new(&gpu.device, rows, 2).expect("the scene fits");
+    Some((trace_in(gpu, &scene, HIERARCHY_WGSL, rays), scene))
+}
+
+/// What the rays meet in a scene that is on the device, by `hierarchy.wgsl` or what stands for it.
+fn trace_in(gpu: &Gpu, scene: &SceneBuffers, hierarchy: &str, rays: &[Ray]) -> Vec<[f32; 4]> {
     let input: Vec<[f32; 4]> = rays
         .iter()
         .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
         .collect();
-    let pieces = [&scene_wgsl(), HIERARCHY_WGSL, PASSES, MAIN];
-    Some((gpu.run(&scene, &pieces, &input), scene))
+    gpu.run(scene, &[&scene_wgsl(), hierarchy, PASSES, MAIN], &input)
 }
 
 /// All that the line of a ray crosses, `slack` beyond the edges included (in weights).
@@ -306,11 +310,7 @@ fn moved_draws_are_met_in_their_new_place() {
     scene.place(&gpu.queue, &after.draws).expect("it can be placed");
     let rays = random_rays(500, 3.0, &mut rng);
     let (want, _) = trace(&after, &rays).expect("there is a GPU");
-    let input: Vec<[f32; 4]> = rays
-        .iter()
-        .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
-        .collect();
-    let got = gpu.run(&scene, &[&scene_wgsl(), HIERARCHY_WGSL, PASSES, MAIN], &input);
+    let got = trace_in(gpu, &scene, HIERARCHY_WGSL, &rays);
     assert_eq!(got, want);
     assert_ne!(trace(&before, &rays).expect("there is a GPU").0, want);
 }
@@ -333,11 +333,7 @@ fn deformed_meshes_are_met_in_their_new_shape() {
     }
     let rays = random_rays(500, 3.0, &mut rng);
     let (want, _) = trace(&after, &rays).expect("there is a GPU");
-    let input: Vec<[f32; 4]> = rays
-        .iter()
-        .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
-        .collect();
-    let got = gpu.run(&scene, &[&scene_wgsl(), HIERARCHY_WGSL, PASSES, MAIN], &input);
+    let got = trace_in(gpu, &scene, HIERARCHY_WGSL, &rays);
     assert_eq!(got, want);
     assert_ne!(trace(&before, &rays).expect("there is a GPU").0, want);
 }
@@ -352,16 +348,12 @@ fn a_wrong_traversal_is_caught() {
     add_draw(&mut rows, mesh, &Affine3A::IDENTITY, 0);
     let rays = random_rays(1000, 1.5, &mut rng);
     let (right, scene) = trace(&rows, &rays).expect("there is a GPU");
-    let input: Vec<[f32; 4]> = rays
-        .iter()
-        .flat_map(|r| [r.origin.extend(r.t_min).to_array(), r.dir.extend(r.t_max).to_array()])
-        .collect();
     for (from, to) in
         [("max(keys.z, keys.w))", "min(keys.z, keys.w))"), ("let last = first +", "let last = first + 0u *")]
     {
         let wrong = HIERARCHY_WGSL.replace(from, to);
         assert_ne!(wrong, HIERARCHY_WGSL, "nothing to spoil: {from}");
-        let got = gpu.run(&scene, &[&scene_wgsl(), &wrong, PASSES, MAIN], &input);
+        let got = trace_in(gpu, &scene, &wrong, &rays);
         assert_ne!(got, right, "{from}");
     }
 }
