@@ -60,7 +60,7 @@ def render(scene, output, *options):
     command = [YUGEN, "render", scene, "-o", output, "--json", "--checkpoint", "0", *map(str, options)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
-        raise RuntimeError(done.stderr.strip().splitlines()[-1])
+        raise RuntimeError((done.stderr.strip().splitlines() or ["it said nothing"])[-1])
     return json.loads(done.stdout)
 
 
@@ -89,7 +89,7 @@ def main():
     OUT.mkdir(parents=True, exist_ok=True)
     width, height = map(int, arguments.size.split("x"))
     print(f"{'scene':<44}{'light':<8}{'error %':>8}{'ratio':>8}{'FLIP':>8}{'ms/Mpx':>9}")
-    adapter = ""
+    adapter, failed = "", 0
     for name, file in scenes().items():
         if arguments.scene and name not in arguments.scene:
             continue
@@ -101,6 +101,7 @@ def main():
                 report = render(file, picture, *common, "--by", "realtime", "--spp", arguments.frames)
             except RuntimeError as complaint:
                 print(f"{name:<44}{integrator:<8}{complaint}")
+                failed += 1
                 continue
             adapter = report["adapter"]
             a, b = load(reference), load(picture)
@@ -111,6 +112,8 @@ def main():
             row = f"{100 * error:>8.2f}{b.mean() / a.mean():>8.4f}{flip:>8.4f}{cost:>9.0f}"
             print(f"{name:<44}{integrator:<8}{row}", flush=True)
     print(f"\n{arguments.frames} frames of {arguments.size} on {adapter}")
+    if failed or not adapter:
+        sys.exit(f"{failed} pictures were not made")
 
 
 if __name__ == "__main__":

@@ -416,10 +416,15 @@ struct Sample {
 pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Option<Vec2> {
     // Something brighter on one side looks like something that moved, and the other way round. So a shift is believed that
     // shows however brightness is matched: not at all, as the pictures lie, and as they lie on each other.
-    let plain = track(first, second.to_vec(), width, height, Vec2::ZERO)?;
+    let plain = track(first, second.to_vec(), width, height, Vec2::ZERO);
     let as_they_lie = matched(first, second, width, height, Vec2::ZERO);
-    let once = track(first, as_they_lie, width, height, Vec2::ZERO)?;
-    let mut moved = once;
+    let once = track(first, as_they_lie, width, height, Vec2::ZERO);
+    // Where brightness differs too much to hold on to one of them, the other says it.
+    let least = [plain, once].into_iter().flatten().min_by(|a, b| a.length().total_cmp(&b.length()))?;
+    if least.length() < MOVED {
+        return Some(least);
+    }
+    let mut moved = once.unwrap_or_default();
     // Each round leaves some half of what was wrong.
     for _ in 0..ROUNDS_OF_SHIFT {
         let before = moved;
@@ -428,8 +433,7 @@ pub fn shift(first: &[f32], second: &[f32], width: usize, height: usize) -> Opti
             break;
         }
     }
-    let least = if plain.length() < once.length() { plain } else { once };
-    Some(if least.length() < MOVED { least } else { moved })
+    Some(moved)
 }
 
 /// Exposures that are shifted by more pixels than this have moved; less is the error of finding it.

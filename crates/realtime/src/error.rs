@@ -66,6 +66,9 @@ pub enum StageError {
         /// How many the stage has.
         stage: usize,
     },
+    /// Where a light is sampled is said when the stage is made.
+    #[error("a mesh that shines was moved or deformed: make the stage anew")]
+    MovedLight,
     /// The scene cannot be traced.
     #[error(transparent)]
     Hierarchy(#[from] HierarchyError),

@@ -10,8 +10,7 @@ fn primary_hit(pixel: vec2<u32>, ray: CameraRay) -> Hit {
         return Hit(ray.t_max, 0.0, 0.0, NONE, NONE);
     }
     var hit = intersect_triangle(seen.x - 1u, seen.y, ray.origin, ray.dir);
-    // A place is passed often where sheets lie close; and not for ever.
-    for (var i = 0; i < 64 && hit.draw != NONE; i++) {
+    for (var i = 0; i < i32(MOST_SHEETS) && hit.draw != NONE; i++) {
         if ((draws[hit.draw].flags & SEE_THROUGH) == 0u) {
             break;
         }

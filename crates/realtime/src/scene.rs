@@ -5,7 +5,7 @@ use crate::hierarchy::{Hierarchy, HierarchyStats};
 use bytemuck::NoUninit;
 use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, Device, Queue, ShaderStages};
-use yugen_scene::prepared::{DrawRow, GEOMETRY_WGSL, MeshRow, Rows, VertexRow};
+use yugen_scene::prepared::{DrawRow, GEOMETRY_WGSL, MeshRow, NONE, Rows, VertexRow};
 
 /// The structs and bindings of group 0 in WGSL.
 pub fn scene_wgsl() -> String {
@@ -86,8 +86,15 @@ impl SceneBuffers {
     /// Moves the draws, which must be of the same meshes as before. What its matrix flattens, or what is not finite, can
     /// no longer be met by rays.
     pub fn place(&mut self, queue: &Queue, draws: &[DrawRow]) -> Result<(), StageError> {
-        if !draws.iter().map(|d| d.mesh).eq(self.placed.iter().map(|d| d.mesh)) {
+        // All but the matrix and what it says of mirrors.
+        let rest =
+            |d: &DrawRow| DrawRow { to_world: [[0.0; 4]; 3], flags: d.flags & !DrawRow::MIRRORED, ..*d };
+        if !draws.iter().map(rest).eq(self.placed.iter().map(rest)) {
             return Err(StageError::OtherDraws { found: draws.len(), stage: self.placed.len() });
+        }
+        let moved = |(a, b): (&DrawRow, &DrawRow)| a.emitter != NONE && a.to_world != b.to_world;
+        if draws.iter().zip(&self.placed).any(moved) {
+            return Err(StageError::MovedLight);
         }
         self.hierarchy.place(draws)?;
         self.placed.copy_from_slice(draws);
@@ -99,6 +106,9 @@ impl SceneBuffers {
     /// Deforms a mesh: all of its vertices, positions, normals and tangents alike. Its tree stays as it is and gets new
     /// boxes, so that rays slow down the farther vertices move.
     pub fn deform(&mut self, queue: &Queue, mesh: u32, vertices: &[VertexRow]) -> Result<(), StageError> {
+        if self.placed.iter().any(|d| d.mesh == mesh && d.emitter != NONE) {
+            return Err(StageError::MovedLight);
+        }
         let range = self.hierarchy.deform(mesh as usize, vertices)?;
         self.hierarchy.place(&self.placed)?;
         let first = self.meshes[mesh as usize].first_vertex;

@@ -13,6 +13,9 @@ use yugen_scene::prepared::{Rows, wgsl};
 /// Most lights that the first surface looks at in a frame, one sample each; of more some are chosen by their power.
 const LIGHTS: u32 = 16;
 
+/// `shade.wgsl` has 32 sets of samples for a surface, five of them its own.
+const _: () = assert!(LIGHTS + 5 <= 32);
+
 /// Bounces from which Russian roulette may end a path, as in Mitsuba.
 const ROULETTE: u32 = 5;
 

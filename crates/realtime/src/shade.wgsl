@@ -97,10 +97,11 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     spread *= sharpen;
     // Surfaces passed straight through count as little as those before the camera.
     var null_steps = 0u;
+    var hidden = 0u;
     for (var depth = 0u; depth <= BOUNCES;) {
         if (hit.draw == NONE) {
             // Lights at infinity.
-            if (depth == 0u && HIDE_EMITTERS) {
+            if (HIDE_EMITTERS && drawn_delta && alpha == 0.0) {
                 break;
             }
             var sum = background();
@@ -122,6 +123,13 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         since += hit.t;
         let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
         let wo = -dir;
+        // Lights that are not seen do not stand in the way.
+        if (HIDE_EMITTERS && depth == 0u && null_steps == 0u && s.emitter != NONE && hidden < MOST_SHEETS) {
+            hidden += 1u;
+            width += spread * hit.t;
+            hit = trace_closest(offset_origin(s.position, s.error, s.geometric_normal, dir), dir, 0.0, 1e30);
+            continue;
+        }
         // Width on the surface, stretched where it is seen at a slant, in units of uv.
         width += spread * hit.t;
         let slant = max(abs(dot(s.geometric_normal, dir)), 0.1);
@@ -134,7 +142,8 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         let own_facing = shading_facing(s.frame_n, wo);
         let smooth_lobes = shading_smooth();
         let last = depth == BOUNCES;
-        let first_set = 16u * depth + 1024u * null_steps;
+        // Five sets of its own and one for each light.
+        let first_set = 32u * (depth + (BOUNCES + 1u) * null_steps);
 
         // A direction to go on into.
         let u_lobe = vec4<f32>(sample2(pixel, first_set, view.index), sample2(pixel, first_set + 1u, view.index));
@@ -159,7 +168,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             var is_delta = false;
             let of_light = look > 0u && look <= looks;
             if (look == 0u) {
-                if (s.emitter == NONE || (depth == 0u && HIDE_EMITTERS)) {
+                if (s.emitter == NONE) {
                     continue;
                 }
                 value = emitted(s.emitter, s.frame_n, wo);
@@ -216,7 +225,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             radiance += throughput * f.xyz * factor * (clear * weight / pdf);
         }
 
-        if (next.pdf <= 0.0 || (last && !next.is_null) || null_steps > 32u) {
+        if (next.pdf <= 0.0 || (last && !next.is_null) || null_steps >= MOST_SHEETS) {
             break;
         }
         throughput *= next.weight;
@@ -255,12 +264,13 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     film_add(id.xy, vec4<f32>(radiance, alpha));
 }
 
-// How likely a light sample of the surface before was to look at this emitter at all.
+// How many light samples of the surface before are expected to have looked at this emitter.
 fn light_chance(emitter: u32, depth: u32) -> f32 {
     let count = emitter_count();
     let looks = select(min(count, LIGHTS), min(count, 1u), depth > 1u);
     if (looks >= count) {
         return 1.0;
     }
-    return min(emitter_probability(emitter) * f32(looks), 1.0);
+    // May be above one: it is how many samples are expected to look there.
+    return emitter_probability(emitter) * f32(looks);
 }

@@ -29,6 +29,9 @@ struct View {
     weight: f32,
 }
 
+// Most surfaces that a ray passes straight through, one behind the other: as many as the reference's shadow rays do.
+const MOST_SHEETS: u32 = 64u;
+
 @group(1) @binding(0) var<uniform> view: View;
 
 struct CameraRay {

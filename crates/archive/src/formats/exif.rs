@@ -2,7 +2,7 @@
 
 use crate::{Error, open};
 use ::exif::{In, Reader, Tag, Value};
-use std::io::{BufReader, Read};
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
 /// The settings of a camera, as far as the file tells them.
@@ -43,14 +43,21 @@ const MAX_FILE: u64 = 1 << 30;
 
 /// The settings of a JPEG, TIFF, PNG or WebP; nothing is known where a file has no Exif data or damaged ones.
 pub fn read(path: &Path) -> Result<Settings, Error> {
-    let mut bytes = Vec::new();
-    BufReader::new(open(path)?).take(MAX_FILE).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
-    Ok(read_bytes(&bytes))
+    let file = open(path)?;
+    if file.metadata().map_err(|e| Error::io(path, e))?.len() > MAX_FILE {
+        return Ok(Settings::default());
+    }
+    // Of a JPEG only the beginning is read.
+    Ok(settings(&mut BufReader::new(file)))
 }
 
 /// As [`read`], from memory.
 pub fn read_bytes(bytes: &[u8]) -> Settings {
-    let Ok(exif) = Reader::new().read_from_container(&mut std::io::Cursor::new(bytes)) else {
+    settings(&mut std::io::Cursor::new(bytes))
+}
+
+fn settings(from: &mut (impl BufRead + Seek)) -> Settings {
+    let Ok(exif) = Reader::new().read_from_container(from) else {
         return Settings::default();
     };
     let ratio = |tag| match &exif.get_field(tag, In::PRIMARY)?.value {

@@ -399,6 +399,8 @@ impl Folder {
             .unwrap_or(ColourSpace::LinearSrgb);
         let camera_distance = match options.camera_distance {
             Some(said) => said,
+            // Photographs from the side are straightened onto the plane: their width is no longer the sensor's.
+            None if options.view != Vec3::Z => f32::INFINITY,
             // An EXR has no Exif data, and may be large.
             None if pictures[0].path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) => {
                 f32::INFINITY

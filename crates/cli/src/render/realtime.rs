@@ -10,7 +10,7 @@ use yugen_archive::check_outputs;
 use yugen_archive::formats::image;
 use yugen_realtime::{Gpu, Options, Stage};
 use yugen_scene::prepared::Rows;
-use yugen_scene::{Aov, IntegratorKind, Scene};
+use yugen_scene::{Aov, IntegratorKind, Scene, Strategy};
 
 impl Render {
     /// What was asked for that the real-time renderer does not have.
@@ -34,6 +34,9 @@ impl Render {
         );
         let aovs = self.aov.iter().flatten().filter(|a| a.channels().is_empty() || **a == Aov::Albedo);
         missing.extend(aovs.map(|a| format!("--aov {}", a.name())));
+        if scene.integrator.strategy != Strategy::Both {
+            missing.push("way to look for light by one kind of samples only, as the scene asks".into());
+        }
         if !missing.is_empty() {
             bail!(
                 "the real-time renderer has no {}: leave that out, or render by the reference, which has",
@@ -60,6 +63,9 @@ impl Render {
         let options = self.options(scene)?;
         let camera = scene.look_through(options.camera.as_deref(), options.size, options.crop)?;
         let integrator = options.integrator.unwrap_or_else(|| scene.integrator.clone());
+        if integrator.clamp.is_some() {
+            tracing::warn!("the clamp that the scene asks for is left out: the real-time renderer has none");
+        }
         let bounces = match integrator.kind {
             IntegratorKind::Direct => 1,
             // A path of n edges meets n − 1 surfaces.

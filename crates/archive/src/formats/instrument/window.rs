@@ -294,7 +294,7 @@ impl Tree {
                 *left = n;
                 Ok(())
             }
-            None => Err(format!("the tree has more than {MAX_READINGS} leaves; thin it out")),
+            None => Err(format!("the tree has more than {MAX_READINGS} splits and numbers; thin it out")),
         };
         take()?;
         let tree = if rest.starts_with('{') {

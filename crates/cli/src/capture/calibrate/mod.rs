@@ -206,10 +206,14 @@ impl Calibrate {
         let near = self.near || self.dome.is_some();
         if output.file_name().is_some_and(|n| n == stack::LIGHTS) {
             let said = stack::Options::read(&beside)?;
-            // The balls prove the focal length; pictures of another stack are taken with the same camera.
+            // The balls prove the focal length of their own pictures; another stack may say better of its own.
             let distance = view.focal.map(|f| f / width as f32).filter(|d| *d >= stack::NEAREST);
             let options = stack::Options {
-                camera_distance: distance.or(said.camera_distance),
+                camera_distance: if elsewhere {
+                    said.camera_distance.or(distance)
+                } else {
+                    distance.or(said.camera_distance)
+                },
                 lights: stack::LIGHTS.into(),
                 axes: lp::Axes::default(),
                 near,

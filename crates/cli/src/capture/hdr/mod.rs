@@ -318,7 +318,8 @@ impl Hdr {
         }
         let mut options = stack::Options { view: usual.view, ..stack::Options::default() };
         options.camera_distance = match usual.camera_distance {
-            None => self.camera_distance(&lights[0].photographs[0].path, size)?,
+            // Photographs from the side are straightened: their width is no longer the sensor's.
+            None if usual.view == Vec3::Z => self.camera_distance(&lights[0].photographs[0].path, size)?,
             said => said,
         };
         match &self.white[..] {

@@ -4,11 +4,11 @@
 //! parameters of the form at every vertex.
 
 use super::Rows;
-use crate::prepared::Form;
 use crate::prepared::mesh::{GeometryError, check, of_faces};
+use crate::prepared::{Form, PlacedMesh};
 use crate::{Geometry, Mesh, Scene, Shape};
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Mat4, Vec2, Vec3};
+use glam::{DVec3, Mat4, Vec2};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -140,12 +140,19 @@ impl Meshes<'_> {
         emitter: Option<u32>,
         see_through: &dyn Fn(usize) -> bool,
     ) -> Result<(), GeometryError> {
-        let to_world = outer * shape.to_world;
+        let mut to_world = outer * shape.to_world;
         let determinant = to_world.determinant();
         let mut flipped = shape.flip_normals;
         let (mesh, attributes, has) = match &shape.geometry {
             Geometry::Mesh(mesh) => {
-                let (row, attributes) = self.mesh(shape, mesh)?;
+                let (row, attributes) = if determinant == 0.0 {
+                    // No ray finds its way into flattened coordinates: such a mesh is placed here.
+                    let placed = PlacedMesh::new(&Shape { to_world, ..shape.clone() }, mesh)?;
+                    to_world = Mat4::IDENTITY;
+                    self.add_mesh(&placed.mesh)?
+                } else {
+                    self.mesh(shape, mesh)?
+                };
                 let mut has = 0;
                 for (flag, there) in [
                     (DrawRow::HAS_NORMALS, !mesh.normals.is_empty() && !shape.face_normals),
@@ -169,7 +176,7 @@ impl Meshes<'_> {
                 if determinant == 0.0 {
                     return Err(GeometryError::Transform { shape: shape.name.clone() });
                 }
-                (self.form(form), NONE, DrawRow::HAS_NORMALS | DrawRow::HAS_UVS)
+                (self.form(form)?, NONE, DrawRow::HAS_NORMALS | DrawRow::HAS_UVS | DrawRow::HAS_TANGENTS)
             }
         };
         if !to_world.is_finite() {
@@ -200,6 +207,13 @@ impl Meshes<'_> {
             return Ok(*known);
         }
         check(mesh, &shape.name)?;
+        let (row, attributes) = self.add_mesh(mesh)?;
+        self.of_mesh.insert(Arc::as_ptr(mesh), (row, attributes));
+        Ok((row, attributes))
+    }
+
+    /// The same of a mesh that has been checked, anew.
+    fn add_mesh(&mut self, mesh: &Mesh) -> Result<(u32, u32), GeometryError> {
         let at = |i: usize| VertexRow {
             position: mesh.positions[i].into(),
             u: mesh.uvs.get(i).map_or(0.0, |uv| uv.x),
@@ -207,15 +221,12 @@ impl Meshes<'_> {
             v: mesh.uvs.get(i).map_or(0.0, |uv| uv.y),
             tangent: mesh.tangents.get(i).copied().unwrap_or_default().into(),
         };
-        let row = self.add(shape, (0..mesh.positions.len()).map(at), mesh.triangles.iter().copied())?;
-        let attributes = self.attributes(mesh);
-        self.of_mesh.insert(Arc::as_ptr(mesh), (row, attributes));
-        Ok((row, attributes))
+        let row = self.add((0..mesh.positions.len()).map(at), mesh.triangles.iter().copied())?;
+        Ok((row, self.attributes(mesh)))
     }
 
     fn add(
         &mut self,
-        shape: &Shape,
         vertices: impl Iterator<Item = VertexRow>,
         triangles: impl Iterator<Item = [u32; 3]>,
     ) -> Result<u32, GeometryError> {
@@ -225,7 +236,6 @@ impl Meshes<'_> {
         rows.triangles.extend(triangles.map(|t| t.map(|i| i + first_vertex as u32)));
         let count = rows.triangles.len().max(rows.vertices.len());
         if count > MOST {
-            let _ = shape;
             return Err(GeometryError::TooMany { count, limit: MOST });
         }
         rows.meshes.push(MeshRow {
@@ -260,38 +270,34 @@ impl Meshes<'_> {
         table as u32
     }
 
-    fn form(&mut self, form: Form) -> u32 {
+    fn form(&mut self, form: Form) -> Result<u32, GeometryError> {
         if let Some(row) = self.of_form.get(&form) {
-            return *row;
+            return Ok(*row);
         }
         let (vertices, triangles) = tessellate(form);
-        let nameless = Shape::new("", Geometry::Sphere, Mat4::IDENTITY, 0);
-        // A form has far fewer triangles than there may be.
-        let row = self.add(&nameless, vertices.into_iter(), triangles.into_iter()).unwrap_or_default();
+        let row = self.add(vertices.into_iter(), triangles.into_iter())?;
         self.of_form.insert(form, row);
-        row
+        Ok(row)
     }
 }
 
 /// A form as vertices and triangles, counter-clockwise seen from the side of its normal.
 fn tessellate(form: Form) -> (Vec<VertexRow>, Vec<[u32; 3]>) {
-    let vertex = |p: DVec3, uv: Vec2| {
-        let [du, _] = form.tangents(p);
-        VertexRow {
-            position: p.as_vec3().into(),
-            u: uv.x,
-            normal: form.normal(p).as_vec3().into(),
-            v: uv.y,
-            tangent: du.as_vec3().normalize_or(Vec3::X).extend(1.0).into(),
-        }
+    // The tangent, along u, is given: on an axis, where azimuths meet, each has its own.
+    let vertex = |p: DVec3, uv: Vec2, du: DVec3| VertexRow {
+        position: p.as_vec3().into(),
+        u: uv.x,
+        normal: form.normal(p).as_vec3().into(),
+        v: uv.y,
+        tangent: du.as_vec3().extend(1.0).into(),
     };
     // A grid over two parameters, each point by `at`.
-    let grid = |across: u32, down: u32, at: &dyn Fn(f64, f64) -> (DVec3, Vec2), turned: bool| {
+    let grid = |across: u32, down: u32, at: &dyn Fn(f64, f64) -> (DVec3, Vec2, DVec3), turned: bool| {
         let mut vertices = Vec::new();
         for j in 0..=down {
             for i in 0..=across {
-                let (p, uv) = at(f64::from(i) / f64::from(across), f64::from(j) / f64::from(down));
-                vertices.push(vertex(p, uv));
+                let (p, uv, du) = at(f64::from(i) / f64::from(across), f64::from(j) / f64::from(down));
+                vertices.push(vertex(p, uv, du));
             }
         }
         let mut triangles = Vec::new();
@@ -315,25 +321,26 @@ fn tessellate(form: Form) -> (Vec<VertexRow>, Vec<[u32; 3]>) {
         Form::Sphere => {
             let at = |u: f64, v: f64| {
                 let (sin, cos) = (PI * v).sin_cos();
-                ((around(u) * sin).with_z(cos), uv(u, v))
+                ((around(u) * sin).with_z(cos), uv(u, v), around(u + 0.25))
             };
             grid(SEGMENTS, SEGMENTS / 2, &at, true)
         }
         Form::Rectangle => {
-            grid(1, 1, &|u, v| (DVec3::new(2.0 * u - 1.0, 2.0 * v - 1.0, 0.0), uv(u, v)), false)
+            grid(1, 1, &|u, v| (DVec3::new(2.0 * u - 1.0, 2.0 * v - 1.0, 0.0), uv(u, v), DVec3::X), false)
         }
         Form::Disc => {
             // From the centre outwards; (u, v) are radius and azimuth.
-            let at = |u: f64, r: f64| (around(u) * r, uv(r, u));
+            let at = |u: f64, r: f64| (around(u) * r, uv(r, u), around(u));
             grid(SEGMENTS, 1, &at, true)
         }
-        Form::Cylinder => grid(SEGMENTS, 1, &|u, v| (around(u).with_z(v), uv(u, v)), false),
+        Form::Cylinder => grid(SEGMENTS, 1, &|u, v| (around(u).with_z(v), uv(u, v), around(u + 0.25)), false),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     #[test]
     fn tessellated_forms_lie_on_them_and_their_windings_agree_with_their_normals() {
@@ -355,6 +362,9 @@ mod tests {
                 let off = (uv - Vec2::new(v.u, v.v)).abs();
                 let off = off.min((off - 1.0).abs());
                 assert!(off.max_element() < 1e-5 || p.x.hypot(p.y) < 1e-5, "{form:?} {p} {uv}");
+                let along = form.tangents(p)[0].normalize_or_zero().as_vec3();
+                let tangent = Vec3::from_slice(&v.tangent);
+                assert!(tangent.dot(along) > 0.9999 || p.x.hypot(p.y) < 1e-5, "{form:?} {p} {tangent}");
             }
         }
     }
