@@ -8,7 +8,7 @@ const HELP: &str = "\
 cargo xtask <what>
 
   demo    build the renderer and make the contact sheet: out/demo/
-  test    everything a change must pass: format, lints, tests (software GPU)
+  test    everything a change must pass: format, lints, WebAssembly, tests (software GPU)
   bench   build Yugen for this processor and measure it: whole pictures, or what is named, beside other programs
             bench [render] [--peer]   samples a second; with --peer, time to equal error beside Mitsuba 3
             bench denoise             error of denoised pictures, beside Open Image Denoise
@@ -59,22 +59,47 @@ fn main() -> ExitCode {
     }
 }
 
-/// Installs what is missing where that is possible, else says what to type.
+/// Compilers for WebAssembly of Debian and a file of each, where rustup's is not to be had.
+const WASM_PACKAGES: &[(&str, &str)] =
+    &[("rustc-web", "/usr/bin/rustc"), ("rust-web-src", WASM_LIBRARY), ("cargo-web", "/usr/bin/cargo")];
+
+/// The source of Debian's standard library, which it has not built for WebAssembly.
+const WASM_LIBRARY: &str = "/usr/lib/rustlib/src/rust/library/std/Cargo.toml";
+
+/// The rooms that a browser runs.
+const WASM_ROOMS: &[&str] = &["optics", "reflectance", "motion", "scene", "realtime"];
+
 fn setup() -> Outcome {
-    let missing = || -> Vec<&str> {
-        DEBIAN_PACKAGES.iter().filter(|(_, file)| !Path::new(file).exists()).map(|(name, _)| *name).collect()
-    };
-    let packages = missing();
-    if packages.is_empty() {
+    if install(DEBIAN_PACKAGES)? {
         return Ok(());
     }
-    let line = format!("apt-get install -y {}", packages.join(" "));
+    let (optional, needed): (Vec<_>, Vec<_>) =
+        missing(DEBIAN_PACKAGES).into_iter().partition(|name| name.starts_with("python3"));
+    if needed.is_empty() {
+        eprintln!("xtask: without {} some tests will be skipped", optional.join(" "));
+        return Ok(());
+    }
+    Err(format!("could not install the software GPU; try: apt-get install -y {}", needed.join(" ")))
+}
+
+fn missing<'a>(packages: &[(&'a str, &str)]) -> Vec<&'a str> {
+    packages.iter().filter(|(_, file)| !Path::new(file).exists()).map(|(name, _)| *name).collect()
+}
+
+/// Installs what is missing where that is possible, else says what to type. Whether all is there, or may be for all that
+/// is known here.
+fn install(packages: &[(&str, &str)]) -> Result<bool, String> {
+    let names = missing(packages);
+    if names.is_empty() {
+        return Ok(true);
+    }
+    let line = format!("apt-get install -y {}", names.join(" "));
     let root = Command::new("id").arg("-u").output().is_ok_and(|o| o.stdout.trim_ascii() == b"0");
     let apt =
         Command::new("apt-get").arg("--version").stdout(Stdio::null()).status().is_ok_and(|s| s.success());
     if !(root && apt) {
         eprintln!("xtask: some packages are missing; on Debian or Ubuntu type: sudo {line}");
-        return Ok(());
+        return Ok(true);
     }
     step(&line);
     let quiet = |args: &[&str]| {
@@ -86,22 +111,50 @@ fn setup() -> Outcome {
     };
     let _ = quiet(&["update", "-qq"]);
     let mut args = vec!["install", "-y", "-qq", "--no-install-recommends"];
-    args.extend(packages);
-    let installed = quiet(&args);
-    if installed.is_ok_and(|s| s.success()) {
+    args.extend(names);
+    Ok(quiet(&args).is_ok_and(|s| s.success()))
+}
+
+/// Whether the rooms that a browser runs compile for it: by rustup's target, or by Debian's compiler, which builds the
+/// standard library as well.
+fn wasm() -> Outcome {
+    const TARGET: &str = "wasm32-unknown-unknown";
+    let mut args = vec!["check", "--target", TARGET, "--target-dir", "target/wasm"];
+    let rooms: Vec<String> = WASM_ROOMS.iter().map(|room| format!("yugen-{room}")).collect();
+    rooms.iter().for_each(|room| args.extend(["--package", room]));
+    let says = |program: &str, args: &[&str]| {
+        Command::new(program).args(args).current_dir(root()).output().ok().filter(|o| o.status.success())
+    };
+    let built = || {
+        says("rustc", &["--print", "target-libdir", "--target", TARGET])
+            .is_some_and(|o| Path::new(String::from_utf8_lossy(&o.stdout).trim()).exists())
+    };
+    if built() || says("rustup", &["target", "add", TARGET]).is_some() && built() {
+        return cargo(&args);
+    }
+    let there = install(WASM_PACKAGES)? && missing(WASM_PACKAGES).is_empty();
+    if !there {
+        let problem = format!("no compiler for WebAssembly; try: rustup target add {TARGET}");
+        if std::env::var_os("REQUIRE_GPU").is_some() {
+            return Err(problem);
+        }
+        eprintln!("xtask: skipped: {problem}");
         return Ok(());
     }
-    if missing().iter().all(|name| name.starts_with("python3")) {
-        eprintln!("xtask: could not install all packages; some tests will be skipped. Try: {line}");
-        return Ok(());
-    }
-    Err(format!("could not install the software GPU; try: {line}"))
+    args.extend(["-Z", "build-std=std,panic_abort"]);
+    step(&format!("/usr/bin/cargo {}", args.join(" ")));
+    run(Command::new("/usr/bin/cargo")
+        .args(args)
+        .current_dir(root())
+        .env_remove("RUSTFLAGS")
+        .envs([("RUSTC", "/usr/bin/rustc"), ("RUSTC_BOOTSTRAP", "1")]))
 }
 
 fn test(rest: &[String]) -> Outcome {
     setup()?;
     cargo(&["fmt", "--all", "--check"])?;
     format_models()?;
+    wasm()?;
     cargo(&[
         "clippy",
         "--workspace",

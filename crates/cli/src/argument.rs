@@ -4,6 +4,7 @@ use anyhow::{Result as Outcome, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats;
+use yugen_archive::formats::film;
 use yugen_archive::formats::image::{WriteOptions, is_for_display};
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Vec3};
@@ -38,11 +39,11 @@ fn define(text: &str) -> Result<(String, String), String> {
 /// How a picture for a display comes from light.
 #[derive(Args)]
 pub struct Display {
-    /// From scene light to display light, for .png and .jpg [default: clip].
+    /// From scene light to display light, for .png, .jpg and films [default: clip].
     #[arg(long, value_parser = Curve::ALL.map(Curve::name), value_name = "CURVE")]
     curve: Option<String>,
 
-    /// Brighter by this many stops, for .png and .jpg.
+    /// Brighter by this many stops, for .png, .jpg and films.
     #[arg(long, value_name = "STOPS", value_parser = stops)]
     exposure: Option<f32>,
 }
@@ -52,9 +53,11 @@ impl Display {
     /// display was asked for.
     pub fn of(&self, output: &Path, space: ColourSpace) -> Outcome<WriteOptions> {
         let asked = [("--curve", self.curve.is_some()), ("--exposure", self.exposure.is_some())];
-        if let Some((option, _)) = asked.iter().find(|(_, given)| *given && !is_for_display(output)) {
+        if let Some((option, _)) =
+            asked.iter().find(|(_, given)| *given && !(is_for_display(output) || film::is_film(output)))
+        {
             bail!(
-                "{option} is for .png and .jpg; {} keeps the light as it is, so leave {option} out",
+                "{option} is for .png, .jpg and films; {} keeps the light as it is, so leave {option} out",
                 output.display()
             );
         }

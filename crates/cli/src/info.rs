@@ -14,8 +14,8 @@ use yugen_archive::formats::mixed::Functions;
 use yugen_archive::formats::relightable::{self, Colouring, Contents};
 use yugen_archive::formats::stack::{self, Folder, Response};
 use yugen_archive::formats::{
-    FORMATS, btf, colour_chart, exif, exposures, gltf, goniometer, goniometer_csv, instrument, load_scene,
-    lp, merl, neural_brdf, obj, pca_basis, ply, readings, response, rgl, serialized, wif,
+    FORMATS, btf, colour_chart, exif, exposures, goniometer, goniometer_csv, instrument, load_scene, lp,
+    merl, neural_brdf, obj, pca_basis, ply, readings, response, rgl, serialized, wif,
 };
 use yugen_archive::{Error, list_folder, read_bounded};
 use yugen_optics::{ColourSpace, Vec3};
@@ -131,11 +131,10 @@ impl Info {
             .say("kind", "scene")
             .say("format", format.map(|f| f.name))
             .and(scene::facts(&scene));
-        if !["gltf", "glb"].contains(&extension) {
+        if scene.figures.is_empty() {
             return Ok(facts);
         }
-        let moving = gltf::animations(&read_bounded(&self.file, MAX_TABLE)?, &self.file, &options)?;
-        let moving = moving.into_iter().map(|(name, [first, last])| {
+        let moving = scene.clips().into_iter().map(|(name, [first, last])| {
             Facts::default()
                 .say("name", name)
                 .say("from_seconds", json!(first))

@@ -8,9 +8,11 @@ mod argument;
 mod brdf;
 mod capture;
 mod figure;
+mod film;
 mod info;
 mod json;
 mod log;
+mod numbered;
 mod progress;
 mod render;
 
@@ -41,6 +43,7 @@ struct Yugen {
 const COMMON: &str = "\
 Common cases:
   yugen render scene.xml -o picture.exr               a scene to a picture
+  yugen render fox.glb -o walk.mp4 --animation Walk   its animation to a film
   yugen info FILE                                     what a scene, stack, picture, table or weave holds
   yugen brdf fit material.binary                      which model meets a measurement best
   yugen capture hdr PHOTOGRAPHS -o STACK              brackets to linear pictures, one a light
@@ -51,6 +54,7 @@ Common cases:
 #[derive(Subcommand)]
 enum Verb {
     Render(render::Render),
+    Film(film::Film),
     Info(info::Info),
     #[command(subcommand)]
     Brdf(brdf::Brdf),
@@ -102,6 +106,7 @@ fn main() -> ExitCode {
     yugen_archive::protect_inputs();
     let outcome = match yugen.verb {
         Verb::Render(verb) => verb.run(),
+        Verb::Film(verb) => verb.run(),
         Verb::Info(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
         Verb::Capture(verb) => verb.run(),

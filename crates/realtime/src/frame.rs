@@ -209,6 +209,17 @@ impl Stage {
         self.scene.deform(&self.queue, mesh, vertices)
     }
 
+    /// Takes over another pose of the scene ([`yugen_scene::Scene::pose`]), whose rows have been made anew: what is placed
+    /// where, vertices, lights and numbers of materials; textures must be the same. The picture then begins anew. What
+    /// cannot be taken over says so, [`StageError::OtherScene`] or [`StageError::OtherDraws`], and leaves the stage as it
+    /// was.
+    pub fn pose(&mut self, rows: &Rows) -> Result<(), StageError> {
+        self.check_alive()?;
+        self.scene.pose(&self.queue, rows)?;
+        self.seen = None;
+        Ok(())
+    }
+
     /// Makes room for another number of pixels.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<(), StageError> {
         check_size(&self.device, size)?;

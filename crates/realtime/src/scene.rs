@@ -5,6 +5,8 @@ use crate::hierarchy::{Hierarchy, HierarchyStats};
 use bytemuck::NoUninit;
 use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, Device, Queue, ShaderStages};
+use yugen_optics::Fingerprint;
+use yugen_reflectance::Kind;
 use yugen_scene::prepared::{DrawRow, GEOMETRY_WGSL, MeshRow, NONE, Rows, VertexRow};
 
 /// The structs and bindings of group 0 in WGSL.
@@ -22,9 +24,34 @@ pub struct SceneBuffers {
     vertices: wgpu::Buffer,
     draws: wgpu::Buffer,
     hierarchy_rows: wgpu::Buffer,
+    words: wgpu::Buffer,
+    numbers: wgpu::Buffer,
     hierarchy: Hierarchy,
     meshes: Vec<MeshRow>,
+    /// Of the vertices of each mesh, as far as they were looked at.
+    prints: Vec<Option<u64>>,
     placed: Vec<DrawRow>,
+    plan: Plan,
+}
+
+/// What rows must have in common with those of a stage, whose shaders and buffers were made for them.
+#[derive(Clone, Debug, PartialEq)]
+struct Plan {
+    kinds: Vec<Kind>,
+    has: [bool; 2],
+    counts: [u32; 3],
+    lengths: [usize; 4],
+}
+
+impl Plan {
+    fn of(rows: &Rows) -> Self {
+        Self {
+            kinds: rows.kinds.clone(),
+            has: [rows.has_cloth, rows.has_programs],
+            counts: [rows.lobes, rows.turns, rows.emitters],
+            lengths: [rows.triangles.len(), rows.words.len(), rows.numbers.len(), rows.texels.len()],
+        }
+    }
 }
 
 impl SceneBuffers {
@@ -77,25 +104,49 @@ impl SceneBuffers {
             vertices,
             draws,
             hierarchy_rows,
+            words,
+            numbers,
             hierarchy,
+            prints: vec![None; meshes.len()],
             meshes,
             placed: rows.draws.clone(),
+            plan: Plan::of(rows),
         })
+    }
+
+    /// Takes over what moves between two poses of a scene: vertices, draws, materials and lights. Textures stay.
+    pub fn pose(&mut self, queue: &Queue, rows: &Rows) -> Result<(), StageError> {
+        if rows.meshes != self.meshes || Plan::of(rows) != self.plan {
+            return Err(StageError::OtherScene);
+        }
+        check_same_draws(&rows.draws, &self.placed)?;
+        for (mesh, row) in rows.meshes.iter().enumerate() {
+            let vertices = &rows.vertices[row.first_vertex as usize..][..row.vertices as usize];
+            let mut print = Fingerprint::default();
+            print.bytes(bytemuck::cast_slice(vertices));
+            let print = Some(print.finish());
+            if self.prints[mesh] != print {
+                self.write_mesh(queue, mesh, vertices)?;
+                self.prints[mesh] = print;
+            }
+        }
+        queue.write_buffer(&self.words, 0, bytemuck::cast_slice(&rows.words));
+        queue.write_buffer(&self.numbers, 0, bytemuck::cast_slice(&rows.numbers));
+        self.write_draws(queue, &rows.draws)
     }
 
     /// Moves the draws, which must be of the same meshes as before. What its matrix flattens, or what is not finite, can
     /// no longer be met by rays.
     pub fn place(&mut self, queue: &Queue, draws: &[DrawRow]) -> Result<(), StageError> {
-        // All but the matrix and what it says of mirrors.
-        let rest =
-            |d: &DrawRow| DrawRow { to_world: [[0.0; 4]; 3], flags: d.flags & !DrawRow::MIRRORED, ..*d };
-        if !draws.iter().map(rest).eq(self.placed.iter().map(rest)) {
-            return Err(StageError::OtherDraws { found: draws.len(), stage: self.placed.len() });
-        }
+        check_same_draws(draws, &self.placed)?;
         let moved = |(a, b): (&DrawRow, &DrawRow)| a.emitter != NONE && a.to_world != b.to_world;
         if draws.iter().zip(&self.placed).any(moved) {
             return Err(StageError::MovedLight);
         }
+        self.write_draws(queue, draws)
+    }
+
+    fn write_draws(&mut self, queue: &Queue, draws: &[DrawRow]) -> Result<(), StageError> {
         self.hierarchy.place(draws)?;
         self.placed.copy_from_slice(draws);
         queue.write_buffer(&self.draws, 0, bytemuck::cast_slice(draws));
@@ -109,9 +160,16 @@ impl SceneBuffers {
         if self.placed.iter().any(|d| d.mesh == mesh && d.emitter != NONE) {
             return Err(StageError::MovedLight);
         }
-        let range = self.hierarchy.deform(mesh as usize, vertices)?;
+        self.write_mesh(queue, mesh as usize, vertices)?;
         self.hierarchy.place(&self.placed)?;
-        let first = self.meshes[mesh as usize].first_vertex;
+        self.prints[mesh as usize] = None;
+        self.write_top(queue);
+        Ok(())
+    }
+
+    fn write_mesh(&mut self, queue: &Queue, mesh: usize, vertices: &[VertexRow]) -> Result<(), StageError> {
+        let range = self.hierarchy.deform(mesh, vertices)?;
+        let first = self.meshes[mesh].first_vertex;
         queue.write_buffer(
             &self.vertices,
             u64::from(first) * size_of::<VertexRow>() as u64,
@@ -119,7 +177,6 @@ impl SceneBuffers {
         );
         let rows = &self.hierarchy.rows()[range.clone()];
         queue.write_buffer(&self.hierarchy_rows, 16 * range.start as u64, bytemuck::cast_slice(rows));
-        self.write_top(queue);
         Ok(())
     }
 
@@ -152,6 +209,16 @@ impl SceneBuffers {
     pub fn hierarchy_stats(&self) -> HierarchyStats {
         self.hierarchy.stats()
     }
+}
+
+/// Refuses draws that differ in more than their matrices and what those say of mirrors.
+fn check_same_draws(draws: &[DrawRow], placed: &[DrawRow]) -> Result<(), StageError> {
+    let movable = DrawRow::MIRRORED | DrawRow::FLIPPED;
+    let rest = |d: &DrawRow| DrawRow { to_world: [[0.0; 4]; 3], flags: d.flags & !movable, ..*d };
+    if !draws.iter().map(rest).eq(placed.iter().map(rest)) {
+        return Err(StageError::OtherDraws { found: draws.len(), stage: placed.len() });
+    }
+    Ok(())
 }
 
 /// A storage buffer of `rows`; of one row of zeros where there are none, for a binding may not be empty.

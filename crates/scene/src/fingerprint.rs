@@ -25,6 +25,8 @@ impl Scene {
             groups,
             lights,
             light_names: _,
+            // Where they are now is in the shapes.
+            figures: _,
             integrator: _,
         } = self;
         let mut parts = Parts::default();

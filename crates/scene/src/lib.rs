@@ -5,6 +5,7 @@
 
 mod attributes;
 mod camera;
+mod figure;
 mod film;
 mod fingerprint;
 mod framing;
@@ -23,6 +24,7 @@ mod texture;
 
 pub use attributes::MissingAttribute;
 pub use camera::{Camera, CameraError, FovAxis, Projection};
+pub use figure::{Attachment, DeformedMesh, Figure, Part, PoseError, rigid};
 pub use film::{Film, Filter};
 pub use framing::look_along;
 pub use integrator::{Aov, Integrator, IntegratorKind, Strategy};
@@ -62,6 +64,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// What `lights` are called, for [`Scene::light_groups`]; those beyond its end have no name.
     pub light_names: Vec<String>,
+    /// What moves, posed by [`Scene::pose`]; everything above is as it stands now.
+    pub figures: Vec<Figure>,
     /// How the file wants to be rendered.
     pub integrator: Integrator,
 }

@@ -62,3 +62,19 @@ pub enum Light {
         fov_x: f32,
     },
 }
+
+impl Light {
+    /// The light that is this one in coordinates which `to_world`, without scale, takes to the world.
+    pub fn carried_by(&self, to_world: Mat4) -> Self {
+        let mut light = self.clone();
+        match &mut light {
+            Self::Point { position, .. } => *position = to_world.transform_point3(*position),
+            Self::Directional { direction, .. } => *direction = to_world.transform_vector3(*direction),
+            Self::Spot { to_world: own, .. }
+            | Self::Environment { to_world: own, .. }
+            | Self::Projector { to_world: own, .. } => *own = to_world * *own,
+            Self::Constant { .. } => {}
+        }
+        light
+    }
+}

@@ -6,6 +6,7 @@ mod corners;
 mod csv;
 pub mod exif;
 pub mod exposures;
+pub mod film;
 mod folders;
 pub mod gathered;
 pub mod gltf;
@@ -52,19 +53,8 @@ pub struct Options {
     pub defines: Vec<(String, String)>,
     /// Folders in which a scene's files may lie, besides its own.
     pub folders: Vec<PathBuf>,
-    /// When a scene that moves is read; as its file stands where absent.
-    pub moment: Option<Moment>,
     /// Which way is up in a mesh that is read as a scene; y where absent.
     pub up: Option<mesh::Up>,
-}
-
-/// A moment of an animation.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Moment {
-    /// From the animation's zero.
-    pub seconds: f32,
-    /// Its name; the first of the file where absent.
-    pub animation: Option<String>,
 }
 
 /// A format that scenes come in.
@@ -75,35 +65,15 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Whether its files have parameters for [`Options::defines`].
     pub parameters: bool,
-    /// Whether its files may move: [`Options::moment`].
-    pub animations: bool,
     /// Reads a scene from the bytes of a file; the path names it in messages and says where its files lie.
     pub read: fn(&[u8], &Path, &Options) -> Result<Scene, Error>,
 }
 
 /// Every format that scenes come in.
 pub const FORMATS: &[Format] = &[
-    Format {
-        name: "Yugen TOML",
-        extensions: &["toml"],
-        parameters: false,
-        animations: false,
-        read: toml::read,
-    },
-    Format {
-        name: "glTF 2.0",
-        extensions: &["glb", "gltf"],
-        parameters: false,
-        animations: true,
-        read: gltf::read,
-    },
-    Format {
-        name: "Mitsuba 3 XML",
-        extensions: &["xml"],
-        parameters: true,
-        animations: false,
-        read: mitsuba::read,
-    },
+    Format { name: "Yugen TOML", extensions: &["toml"], parameters: false, read: toml::read },
+    Format { name: "glTF 2.0", extensions: &["glb", "gltf"], parameters: false, read: gltf::read },
+    Format { name: "Mitsuba 3 XML", extensions: &["xml"], parameters: true, read: mitsuba::read },
 ];
 
 /// A format of meshes, which scenes name: its name for people, and its extensions.
@@ -156,10 +126,6 @@ pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
             format!("a {} scene says itself which way is up; only for a mesh can it be said", format.name);
         return Err(Error::invalid(Place::file(path), problem));
     }
-    if !format.animations && options.moment.is_some() {
-        let problem = format!("a {} scene does not move; a glTF file may", format.name);
-        return Err(Error::invalid(Place::file(path), problem));
-    }
     let _span = tracing::info_span!("read_scene", file = %path.display()).entered();
     let bytes = read_file(path)?;
     if bytes.is_empty() {
@@ -188,9 +154,6 @@ fn load_mesh(path: &Path, options: &Options) -> Result<Scene, Error> {
     if let Some((name, _)) = options.defines.first() {
         let problem = format!("a mesh has no parameters, so '{name}' cannot be given a value");
         return Err(Error::invalid(Place::file(path), problem));
-    }
-    if options.moment.is_some() {
-        return Err(Error::invalid(Place::file(path), "a mesh does not move; a glTF file may"));
     }
     let _span = tracing::info_span!("read_scene", file = %path.display()).entered();
     let scene = mesh::read(path, options)?;

@@ -2,7 +2,7 @@
 
 use crate::{FILE, assault, assault_with, rewrite};
 use std::path::Path;
-use yugen_archive::formats::{Moment, Options, gltf, mitsuba, toml};
+use yugen_archive::formats::{Options, gltf, mitsuba, toml};
 
 #[test]
 fn mitsuba_scenes() {
@@ -152,22 +152,12 @@ fn gltf_seed() -> (Vec<u8>, Vec<u8>) {
 fn gltf_scenes() {
     let (apart, glb) = gltf_seed();
     // An accessor without data may ask for 2^24 zeros, and a mesh of them has positions, normals and indices.
-    let moment = Some(Moment { seconds: 0.5, animation: None });
-    let options = Options { moment, ..Options::default() };
-    assault("gltf animations", &[apart.clone(), glb.clone()], |b| {
-        match gltf::animations(b, Path::new(FILE), &Options::default()) {
-            Ok(all) => {
-                assert!(all.iter().all(|(_, [first, last])| first <= last));
-                true
-            }
-            Err(e) => {
-                assert!(e.to_string().contains(FILE), "{e}");
-                false
-            }
-        }
-    });
-    assault("gltf", &[apart, glb], |b| match gltf::read(b, Path::new(FILE), &options) {
-        Ok(scene) => {
+    let read = |b: &[u8]| gltf::read(b, Path::new(FILE), &Options::default());
+    assault("gltf", &[apart, glb], |b| match read(b) {
+        Ok(mut scene) => {
+            assert!(scene.clips().iter().all(|(_, [first, last])| first <= last));
+            // A pose is one or is refused.
+            let _ = scene.pose(None, 0.5);
             for shape in scene.shapes.iter().chain(scene.groups.iter().flatten()) {
                 if let yugen_scene::Geometry::Mesh(m) = &shape.geometry {
                     assert!(m.triangles.iter().flatten().all(|&i| (i as usize) < m.positions.len()));

@@ -5,6 +5,7 @@ mod interrupt;
 mod parse;
 mod realtime;
 mod report;
+mod sequence;
 
 use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
@@ -12,14 +13,16 @@ use checkpoint::{Checkpoint, Pace, command_to_go_on};
 use clap::Args;
 use indicatif::HumanDuration;
 use interrupt::Interrupt;
+pub use parse::rate;
+pub use sequence::RATE;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::check_outputs;
 use yugen_archive::formats::mesh::Up;
-use yugen_archive::formats::{self, Moment, image};
+use yugen_archive::formats::{self, image};
 use yugen_optics::{ColourSpace, Image};
 use yugen_scene::Scene;
-use yugen_scene::{Aov, IntegratorKind};
+use yugen_scene::{Aov, Camera, IntegratorKind};
 use yugen_transport::render::{Action, Budget, Job, Options};
 
 /// Renders a scene by path tracing: Mitsuba 3 XML, glTF 2.0 (.gltf, .glb) or Yugen's own TOML.
@@ -32,7 +35,8 @@ pub struct Render {
     /// The scene file, or a mesh (.obj, .ply, .serialized), which is shown under a sun and a sky.
     scene: PathBuf,
 
-    /// The picture: .exr keeps everything (layers, wide gamut); .hdr; .png and .jpg are for display.
+    /// The picture: .exr keeps everything (layers, wide gamut); .hdr; .png and .jpg are for display. A scene that moves
+    /// becomes numbered pictures by a name as frame_%04d.png, or a film by .mp4 (H.264) or .apng (animated PNG).
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
@@ -104,6 +108,7 @@ pub struct Render {
 
     /// Go on from the checkpoint beside the output: of a render that was interrupted, or of one that has ended, with
     /// more samples, more time or a smaller error. Samples that are added give the bits they would have given at once.
+    /// Of a sequence: leave the pictures that are there already.
     #[arg(long)]
     resume: bool,
 
@@ -137,8 +142,21 @@ pub struct Render {
     at: Option<f64>,
 
     /// Which animation, by its name; the first where absent.
-    #[arg(long, value_name = "NAME", requires = "at")]
+    #[arg(long, value_name = "NAME")]
     animation: Option<String>,
+
+    /// Renders these frames, of which number N stands N / fps seconds into the animation; all of it where absent and the
+    /// output is a film or has a %d in its name. Every frame is the picture that --at would give, noise included.
+    #[arg(long, value_name = "A-B", value_parser = parse::frames)]
+    frames: Option<[u32; 2]>,
+
+    /// Frames a second [default: 24].
+    #[arg(long, value_name = "F", value_parser = parse::rate)]
+    fps: Option<f64>,
+
+    /// The animation begins again when it has ended, as a walk does.
+    #[arg(long)]
+    cycle: bool,
 
     #[command(flatten)]
     display: argument::Display,
@@ -151,17 +169,19 @@ pub struct Render {
 impl Render {
     /// Does it.
     pub fn run(self) -> Result<()> {
-        image::can_write(&self.output)?;
+        self.check_sequence()?;
         self.display.of(&self.output, ColourSpace::default())?;
+        if self.is_sequence() {
+            return self.run_sequence(self.load()?);
+        }
+        image::can_write(&self.output)?;
         let checkpoint = Checkpoint::beside(&self.output, &self)?;
         let started = Instant::now();
-        let moment = |seconds| Moment { seconds: seconds as f32, animation: self.animation.clone() };
-        let options = formats::Options {
-            moment: self.at.map(moment),
-            up: self.up.as_deref().map(|axis| if axis == "z" { Up::Z } else { Up::Y }),
-            ..self.reading.options()
-        };
-        let scene = formats::load_scene(&self.scene, &options)?;
+        let mut scene = self.load()?;
+        if let Some(seconds) = self.at {
+            let posed = scene.pose(self.animation.as_deref(), seconds as f32);
+            posed.with_context(|| self.scene.display().to_string())?;
+        }
         if self.by == "realtime" {
             return self.run_realtime(&scene, started.elapsed());
         }
@@ -264,6 +284,19 @@ impl Render {
         }
         image::write(&self.output, &for_format(picture, &self.output), &write)?;
         Ok(denoising)
+    }
+
+    fn load(&self) -> Result<Scene> {
+        let options = formats::Options {
+            up: self.up.as_deref().map(|axis| if axis == "z" { Up::Z } else { Up::Y }),
+            ..self.reading.options()
+        };
+        Ok(formats::load_scene(&self.scene, &options)?)
+    }
+
+    /// The camera that is looked through.
+    fn camera(&self, scene: &Scene) -> Result<Camera> {
+        Ok(scene.look_through(self.camera.as_deref(), self.size, self.crop)?)
     }
 
     fn options(&self, scene: &Scene) -> Result<Options> {

@@ -42,6 +42,25 @@ pub fn seconds(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number of seconds, 0 or more".to_string())
 }
 
+/// The first and the last frame.
+pub fn frames(text: &str) -> Result<[u32; 2], String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let number = |t: &str| t.trim().parse::<u32>().ok().filter(|n| *n <= 1 << 24);
+    number(first)
+        .zip(number(last))
+        .filter(|(first, last)| first <= last)
+        .map(|(first, last)| [first, last])
+        .ok_or_else(|| "expected the first and the last frame, as in 0-47".to_string())
+}
+
+/// Frames a second.
+pub fn rate(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|r: &f64| (0.1..=1000.0).contains(r))
+        .ok_or_else(|| "expected frames a second, 0.1 to 1000, as in 24 or 23.976".to_string())
+}
+
 /// A relative error.
 pub fn error(text: &str) -> Result<f32, String> {
     text.parse()

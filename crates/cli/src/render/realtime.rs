@@ -8,9 +8,105 @@ use serde_json::json;
 use std::time::{Duration, Instant};
 use yugen_archive::check_outputs;
 use yugen_archive::formats::image;
-use yugen_realtime::{Gpu, Options, Stage};
+use yugen_optics::Image;
+use yugen_realtime::{Gpu, Options, Stage, StageError};
 use yugen_scene::prepared::Rows;
-use yugen_scene::{Aov, IntegratorKind, Scene, Strategy};
+use yugen_scene::{Aov, Camera, IntegratorKind, Scene, Strategy};
+
+/// The real-time renderer with a scene.
+pub(super) struct Realtime<'a> {
+    render: &'a Render,
+    gpu: Gpu,
+    options: Options,
+    stage: Stage,
+    camera: Camera,
+}
+
+impl<'a> Realtime<'a> {
+    /// Prepares for the pictures of a scene that `render` asks for.
+    pub(super) fn new(render: &'a Render, scene: &Scene) -> Result<Self> {
+        render.check_realtime(scene)?;
+        let asked = render.options(scene)?;
+        let camera = render.camera(scene)?;
+        let integrator = asked.integrator.unwrap_or_else(|| scene.integrator.clone());
+        if integrator.clamp.is_some() {
+            tracing::warn!("the clamp that the scene asks for is left out: the real-time renderer has none");
+        }
+        let bounces = match integrator.kind {
+            IntegratorKind::Direct => 1,
+            // A path of n edges meets n − 1 surfaces.
+            _ => integrator.max_depth.map_or(u32::MAX, |edges| edges.saturating_sub(1)),
+        };
+        let gpu = Gpu::open()?;
+        let film = &camera.film;
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let options = Options {
+            size: film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]),
+            filter: film.filter,
+            aovs: asked.aovs,
+            trace_camera: false,
+            threads: asked.threads.unwrap_or(cores),
+            bounces: Some(bounces),
+            hide_emitters: integrator.hide_emitters,
+            seed: render.seed,
+        };
+        let stage = Stage::new(&gpu.device, &gpu.queue, &Rows::new(scene)?, &options)?;
+        Ok(Self { render, gpu, options, stage, camera })
+    }
+
+    /// Takes over another pose of the scene.
+    pub(super) fn pose(&mut self, scene: &Scene) -> Result<()> {
+        self.camera = self.render.camera(scene)?;
+        let rows = Rows::new(scene)?;
+        match self.stage.pose(&rows) {
+            // As of a mesh that has been flattened, which is no longer the same mesh.
+            Err(e @ (StageError::OtherScene | StageError::OtherDraws { .. })) => {
+                tracing::info!("the stage is made anew: {e}");
+                self.stage = Stage::new(&self.gpu.device, &self.gpu.queue, &rows, &self.options)?;
+            }
+            done => done?,
+        }
+        Ok(())
+    }
+
+    /// Adds frames until the picture is as good as was asked for or `stop` says so; `tell` is told which part is done.
+    /// Returns how many frames it has.
+    pub(super) fn paint(&mut self, stop: &dyn Fn() -> bool, tell: &dyn Fn(f64)) -> Result<u32> {
+        let time = self.render.time;
+        let asked = self.render.spp.unwrap_or(self.camera.samples_per_pixel).max(1);
+        let frames = if time.is_some() { u32::MAX } else { asked };
+        let begun = Instant::now();
+        let mut done = 0;
+        while done < frames && !stop() {
+            done = self.stage.frame(&self.camera)?;
+            self.stage.wait()?;
+            let part = match time {
+                Some(limit) => begun.elapsed().as_secs_f64() / limit.as_secs_f64().max(1e-9),
+                None => f64::from(done) / f64::from(frames),
+            };
+            tell(part);
+            if part >= 1.0 {
+                break;
+            }
+        }
+        Ok(done)
+    }
+
+    /// The picture as it stands.
+    pub(super) fn image(&self) -> Result<Image> {
+        Ok(self.stage.image()?)
+    }
+
+    /// Pixels across and down.
+    pub(super) fn size(&self) -> [u32; 2] {
+        self.options.size
+    }
+
+    /// Of the device.
+    pub(super) fn adapter(&self) -> &str {
+        &self.gpu.name
+    }
+}
 
 impl Render {
     /// What was asked for that the real-time renderer does not have.
@@ -19,7 +115,8 @@ impl Render {
             ("--error", self.error.is_some()),
             ("--clamp", self.clamp.is_some()),
             ("--denoise", self.denoise),
-            ("--resume", self.resume),
+            // Of a sequence it means the pictures that are there.
+            ("--resume", self.resume && !self.is_sequence()),
             ("--restart", self.restart),
             ("--keep", self.keep),
             ("--watch", self.watch.is_some()),
@@ -55,84 +152,43 @@ impl Render {
         Ok(())
     }
 
+    /// What goes into the header of a picture of so many frames.
+    pub(super) fn realtime_metadata(&self, adapter: &str, frames: u32) -> Vec<(String, String)> {
+        vec![
+            ("yugen:version".into(), env!("CARGO_PKG_VERSION").into()),
+            ("yugen:scene".into(), self.scene.display().to_string()),
+            ("yugen:renderer".into(), format!("realtime on {adapter}")),
+            ("yugen:samples".into(), frames.to_string()),
+        ]
+    }
+
     /// Does it for a scene that took so long to read.
     pub(super) fn run_realtime(&self, scene: &Scene, loaded: Duration) -> Result<()> {
-        self.check_realtime(scene)?;
         check_outputs([&self.output])?;
         let started = Instant::now();
-        let options = self.options(scene)?;
-        let camera = scene.look_through(options.camera.as_deref(), options.size, options.crop)?;
-        let integrator = options.integrator.unwrap_or_else(|| scene.integrator.clone());
-        if integrator.clamp.is_some() {
-            tracing::warn!("the clamp that the scene asks for is left out: the real-time renderer has none");
-        }
-        let bounces = match integrator.kind {
-            IntegratorKind::Direct => 1,
-            // A path of n edges meets n − 1 surfaces.
-            _ => integrator.max_depth.map_or(u32::MAX, |edges| edges.saturating_sub(1)),
-        };
-        let gpu = Gpu::open()?;
-        let film = &camera.film;
-        let size = film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]);
-        let rows = Rows::new(scene)?;
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let mut stage = Stage::new(
-            &gpu.device,
-            &gpu.queue,
-            &rows,
-            &Options {
-                size,
-                filter: film.filter,
-                aovs: options.aovs,
-                trace_camera: false,
-                threads: options.threads.unwrap_or(cores),
-                bounces: Some(bounces),
-                hide_emitters: integrator.hide_emitters,
-                seed: self.seed,
-            },
-        )?;
-        drop(rows);
+        let mut realtime = Realtime::new(self, scene)?;
         let prepared = started.elapsed();
 
         let interrupt = Interrupt::listen()?;
         let bar = progress::bar_of_parts(self.json);
-        let frames =
-            if self.time.is_some() { u32::MAX } else { self.spp.unwrap_or(camera.samples_per_pixel).max(1) };
         let begun = Instant::now();
-        let mut done = 0;
-        while done < frames && !interrupt.came() {
-            done = stage.frame(&camera)?;
-            stage.wait()?;
-            let elapsed = begun.elapsed();
-            let part = match self.time {
-                Some(limit) => elapsed.as_secs_f64() / limit.as_secs_f64().max(1e-9),
-                None => f64::from(done) / f64::from(frames),
-            };
-            bar.set_position((part * 1000.0) as u64);
-            if part >= 1.0 {
-                break;
-            }
-        }
+        let done = realtime.paint(&|| interrupt.came(), &|part| bar.set_position((part * 1000.0) as u64))?;
         bar.finish_and_clear();
         let seconds = begun.elapsed().as_secs_f64();
         let write = image::WriteOptions {
-            metadata: vec![
-                ("yugen:version".into(), env!("CARGO_PKG_VERSION").into()),
-                ("yugen:scene".into(), self.scene.display().to_string()),
-                ("yugen:renderer".into(), format!("realtime on {}", gpu.name)),
-                ("yugen:samples".into(), done.to_string()),
-            ],
+            metadata: self.realtime_metadata(realtime.adapter(), done),
             ..self.display.of(&self.output, scene.working_space)?
         };
-        image::write(&self.output, &for_format(stage.image()?, &self.output), &write)?;
-        let [w, h] = size;
+        image::write(&self.output, &for_format(realtime.image()?, &self.output), &write)?;
+        let [w, h] = realtime.size();
         if self.json {
-            let passes = stage.timings().iter().map(|t| (t.pass.to_string(), t.milliseconds.into()));
+            let times = realtime.stage.timings();
+            let passes = times.iter().map(|t| (t.pass.to_string(), t.milliseconds.into()));
             json::print(json!({
                 "output": self.output.display().to_string(),
                 "finished": !interrupt.came(),
                 "renderer": "realtime",
-                "adapter": gpu.name,
+                "adapter": realtime.adapter(),
                 "width": w,
                 "height": h,
                 "samples_per_pixel": done,
@@ -145,7 +201,7 @@ impl Render {
             println!(
                 "{}: {w}x{h}, {done} frames of one sample a pixel in {seconds:.1} s on {}",
                 self.output.display(),
-                gpu.name
+                realtime.adapter()
             );
         }
         if interrupt.came() {

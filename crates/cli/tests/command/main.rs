@@ -18,6 +18,7 @@ mod overwrite;
 mod render;
 mod render_interrupt;
 mod render_realtime;
+mod sequence;
 
 use serde_json::Value;
 use std::ffi::OsStr;

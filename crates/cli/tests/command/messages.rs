@@ -105,12 +105,10 @@ fn near_names_are_offered_and_short_lists_told() {
     ] {
         refused(yugen_in(&folder, line), &[expected]);
     }
-    let swing = r#"{ "asset": { "version": "2.0" }, "nodes": [{}], "animations": [
-        { "name": "swing", "channels": [], "samplers": [] }, { "name": "jump", "channels": [], "samplers": [] }] }"#;
-    write(&folder, "a.gltf", swing);
+    crate::sequence::sliding(&folder);
     for (name, expected) in [
-        ("swign", "unknown animation 'swign'; did you mean 'swing'?"),
-        ("walk", "unknown animation 'walk'; expected one of swing, jump"),
+        ("sldie", "there is no animation called 'sldie'; did you mean 'slide'?"),
+        ("walk", "there is no animation called 'walk'; expected one of slide, jump"),
     ] {
         refused(yugen_in(&folder, &format!("render a.gltf --at 0 --animation {name} -o a.exr")), &[expected]);
     }

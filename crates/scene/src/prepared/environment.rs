@@ -282,6 +282,7 @@ impl Environment {
 
     /// Asks memory for the corners of a cell ahead of time: they are wanted when a shadow ray has come through.
     #[allow(unsafe_code)]
+    #[cfg_attr(not(target_arch = "x86_64"), allow(unused_variables))]
     #[inline(always)]
     fn fetch(&self, [x, y]: [usize; 2]) {
         #[cfg(target_arch = "x86_64")]

@@ -25,7 +25,7 @@ pub const FEATURES: &[Feature] = &[
     Feature::yes("triangles, strips, fans"),
     Feature::no("points, lines", "not shown; a warning says so"),
     Feature::yes("sparse accessors, normalised integers"),
-    Feature::yes("skins, morph targets, animations (posed at one moment)"),
+    Feature::yes("skins, morph targets, animations"),
     Feature::partly("joints and weights", "the first four joints of a vertex"),
     Feature::yes("cameras"),
     Feature::yes("metallic-roughness materials, normal and emissive textures"),

@@ -1,8 +1,8 @@
 //! glTF 2.0 and GLB. Khronos Group 2021, "glTF 2.0 Specification", with the extensions of [`FEATURES`].
 //!
 //! Materials become the model `metallic_roughness`. Skinned and morphed meshes are read in the pose of the
-//! file's nodes and weights, or in that of an animation at a moment ([`Options::moment`]). Photometric numbers are taken as radiometric ones: a
-//! candela as 1 W/sr, a lux as 1 W/m², so that lights and emission keep their proportions. A file without a
+//! file's nodes and weights; where the file has animations, all of its nodes become one [`Figure`], which poses them
+//! ([`Scene::pose`]). Photometric numbers are taken as radiometric ones: a candela as 1 W/sr, a lux as 1 W/m², so that lights and emission keep their proportions. A file without a
 //! camera gets one that sees everything, one without lights (surfaces that glow are none) a sun and a sky
 //! ([`Scene::framing_camera`], [`Scene::add_default_light`]).
 
@@ -16,18 +16,23 @@ mod schema;
 #[cfg(test)]
 mod tests;
 
+use super::Options;
 use super::folders::Folders;
-use super::{Moment, Options};
 use crate::Error;
 use document::Document;
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
-use schema::{CameraEntry, LightEntry, Node, Primitive, Skin};
-use std::collections::{BTreeMap, HashMap};
+use schema::{CameraEntry, LightEntry, Node, Primitive};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 use std::sync::Arc;
+use yugen_motion::{
+    Clip, Influences, Joint, MorphTarget, Placement, Property, Skeleton, Skin, Transform, Vertices,
+};
 use yugen_optics::{ColourSpace, Image};
-use yugen_scene::Scene;
-use yugen_scene::{Camera, Film, FovAxis, Geometry, Light, MaterialId, Mesh, Projection, Shape, Value};
+use yugen_scene::{
+    Attachment, Camera, DeformedMesh, Figure, Film, FovAxis, Geometry, Light, MaterialId, Mesh,
+};
+use yugen_scene::{Part, Projection, Scene, Shape, Value, rigid};
 
 pub use features::FEATURES;
 
@@ -46,7 +51,7 @@ const MAX_SAMPLES: u64 = 1 << 29;
 /// its files lie.
 pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error> {
     let folders = Folders::new(path, &options.folders, None)?;
-    let mut scene = read_into(ColourSpace::default(), bytes, path, &folders, options.moment.as_ref())?;
+    let mut scene = read_into(ColourSpace::default(), bytes, path, &folders)?;
     if scene.cameras.is_empty() {
         let camera = scene.framing_camera(Film::default());
         scene.cameras.push(camera);
@@ -58,28 +63,23 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error
     Ok(scene)
 }
 
-/// The names of the animations of a file and when each begins and ends, in seconds.
-pub fn animations(bytes: &[u8], path: &Path, options: &Options) -> Result<Vec<(String, [f32; 2])>, Error> {
-    let folders = Folders::new(path, &options.folders, None)?;
-    animation::list(&Document::read(bytes, path, &folders)?)
-}
-
 /// Reads what is in a file, with the colours in `space`, and adds nothing.
 pub(crate) fn read_into(
     space: ColourSpace,
     bytes: &[u8],
     path: &Path,
     folders: &Folders,
-    moment: Option<&Moment>,
 ) -> Result<Scene, Error> {
     let folders = folders.inside(path);
-    let mut doc = Document::read(bytes, path, &folders)?;
+    let doc = Document::read(bytes, path, &folders)?;
     features::check(&doc)?;
-    if let Some(moment) = moment {
-        animation::pose(&mut doc, moment)?;
-    }
+    let clips = animation::clips(&doc)?;
     let reader = Reader {
         doc: &doc,
+        moving: Moving::of(&clips),
+        skins: Vec::new(),
+        attachments: Vec::new(),
+        deformed: Vec::new(),
         folders,
         scene: Scene { working_space: space, ..Scene::default() },
         images: HashMap::new(),
@@ -89,7 +89,7 @@ pub(crate) fn read_into(
         places: HashMap::new(),
         uv_sets: Vec::new(),
     };
-    reader.scene()
+    reader.scene(clips)
 }
 
 /// A material in the scene and what a shape of it has to know.
@@ -113,8 +113,51 @@ enum Copies {
     Each(Vec<Shape>),
 }
 
+/// What animations of a file move besides places.
+#[derive(Default)]
+struct Moving {
+    /// Whether there are any.
+    any: bool,
+    /// Nodes whose weights change.
+    weights: BTreeSet<usize>,
+    /// Nodes whose scale changes, or that of a node which carries them, and so maybe what it mirrors.
+    scales: BTreeSet<usize>,
+}
+
+impl Moving {
+    fn of(clips: &[Clip]) -> Self {
+        let mut moving = Self { any: !clips.is_empty(), ..Self::default() };
+        for (node, curve) in clips.iter().flat_map(|c| &c.channels) {
+            match curve.property() {
+                Property::Weights => moving.weights.insert(*node),
+                Property::Scale => moving.scales.insert(*node),
+                Property::Translation | Property::Rotation => false,
+            };
+        }
+        moving
+    }
+}
+
+/// How a mesh is deformed before it is placed.
+#[derive(Clone, Copy)]
+struct Deformation<'a> {
+    /// Of its morph targets.
+    weights: &'a [f32],
+    /// Its skin among [`Reader::skins`], and the matrices of its joints.
+    skin: Option<(usize, &'a [Mat4])>,
+    /// Keep how, so that it can be posed anew.
+    keep: bool,
+}
+
+/// A mesh at rest, and what deforms it.
+type Rest = (Mesh, Vec<MorphTarget>, Option<Influences>);
+
 struct Reader<'a> {
     doc: &'a Document,
+    moving: Moving,
+    skins: Vec<Skin>,
+    attachments: Vec<Attachment>,
+    deformed: Vec<DeformedMesh>,
     folders: Folders,
     scene: Scene,
     /// By index and whether raw.
@@ -130,10 +173,15 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn scene(mut self) -> Result<Scene, Error> {
+    fn scene(mut self, clips: Vec<Clip>) -> Result<Scene, Error> {
         let doc = self.doc;
         let nodes = &doc.root.nodes;
-        let (globals, forest) = self.globals()?;
+        let skeleton = self.skeleton()?;
+        let globals = skeleton.to_skeleton(&skeleton.rest()).map_err(|e| doc.invalid(e.to_string()))?;
+        let forest = (0..nodes.len()).filter(|&i| skeleton.joints()[i].parent.is_none()).collect();
+        for skin in &doc.root.skins {
+            self.skins.push(self.skin(skin)?);
+        }
         let roots = match (&doc.root.scenes[..], doc.root.scene) {
             ([], _) => forest,
             (scenes, index) => doc.entry(scenes, index.unwrap_or(0), "scene")?.nodes.clone(),
@@ -146,6 +194,9 @@ impl Reader<'_> {
             if !std::mem::replace(&mut seen[i], true) {
                 order.push(i);
                 stack.extend(node.children.iter().rev());
+                if self.moving.scales.contains(&i) {
+                    self.moving.scales.extend(&node.children);
+                }
             }
         }
 
@@ -161,83 +212,111 @@ impl Reader<'_> {
             let (node, to_world) = (&nodes[i], globals[i]);
             if let Some(mesh) = node.mesh {
                 for place in self.instances(node)? {
-                    self.place_mesh(mesh, node, to_world * place, &globals, uses[mesh] > 1)?;
+                    self.place_mesh(mesh, i, place, &globals, uses[mesh] > 1)?;
                 }
             }
             if let Some(camera) = node.camera {
                 let camera = doc.entry(&doc.root.cameras, camera, "camera")?;
-                let camera = self.camera(camera, node, to_world)?;
+                let mut camera = self.camera(camera, node)?;
+                let part = Part::Camera { camera: self.scene.cameras.len(), to_joint: camera.to_world };
+                camera.to_world = rigid(to_world) * camera.to_world;
+                self.attachments.push(Attachment { joint: i, part });
                 self.scene.cameras.push(camera);
             }
             if let Some(light) = &node.extensions.light {
                 let light = doc.entry(&doc.root.extensions.lights.lights, light.light, "light")?;
                 let name = if light.name.is_empty() { &node.name } else { &light.name };
-                let light = self.light(light, to_world)?;
-                self.scene.add_light(name, light);
+                let own = self.light(light)?;
+                self.scene.add_light(name, own.carried_by(rigid(to_world)));
+                let part = Part::Light { light: self.scene.lights.len() - 1, own };
+                self.attachments.push(Attachment { joint: i, part });
             }
+        }
+        if !clips.is_empty() {
+            let Self { skins, attachments, deformed, .. } = self;
+            let figure = Figure { to_world: Mat4::IDENTITY, skeleton, clips, skins, attachments, deformed };
+            self.scene.figures.push(figure);
         }
         Ok(self.scene)
     }
 
-    /// Every node's transform to the world, and the nodes without a parent.
-    fn globals(&self) -> Result<(Vec<Mat4>, Vec<usize>), Error> {
+    /// The nodes as joints of the same numbers.
+    fn skeleton(&self) -> Result<Skeleton, Error> {
         let nodes = &self.doc.root.nodes;
-        let mut has_parent = vec![false; nodes.len()];
-        for &child in nodes.iter().flat_map(|n| &n.children) {
-            self.doc.entry(nodes, child, "node")?;
-            if std::mem::replace(&mut has_parent[child], true) {
-                return Err(self.doc.invalid(format!("node {child} has two parents; nodes must form trees")));
+        let mut joints: Vec<Joint> = nodes
+            .iter()
+            .map(|node| Joint { name: node.name.clone(), parent: None, rest: placement(node) })
+            .collect();
+        for (i, node) in nodes.iter().enumerate() {
+            for &child in &node.children {
+                self.doc.entry(nodes, child, "node")?;
+                if joints[child].parent.replace(i).is_some() {
+                    let problem = format!("node {child} has two parents; nodes must form trees");
+                    return Err(self.doc.invalid(problem));
+                }
             }
         }
-        let forest: Vec<usize> = (0..nodes.len()).filter(|&i| !has_parent[i]).collect();
-        let mut globals = vec![None; nodes.len()];
-        let mut stack: Vec<(usize, Mat4)> = forest.iter().map(|&i| (i, Mat4::IDENTITY)).collect();
-        while let Some((i, parent)) = stack.pop() {
-            let global = parent * local(&nodes[i]);
-            if !global.is_finite() {
-                return Err(self.doc.invalid(format!("the transform of node {i} is not finite")));
-            }
-            globals[i] = Some(global);
-            stack.extend(nodes[i].children.iter().map(|&c| (c, global)));
-        }
-        let globals = globals.into_iter().collect::<Option<Vec<_>>>();
-        Ok((globals.ok_or_else(|| self.doc.invalid("some nodes contain each other in a circle"))?, forest))
+        Skeleton::new(joints).map_err(|e| self.doc.invalid(e.to_string()))
     }
 
     fn place_mesh(
         &mut self,
         mesh: usize,
-        node: &Node,
-        to_world: Mat4,
+        joint: usize,
+        place: Mat4,
         globals: &[Mat4],
         several: bool,
     ) -> Result<(), Error> {
         let entry = &self.doc.root.meshes[mesh];
+        let node = &self.doc.root.nodes[joint];
         let name = if node.name.is_empty() { entry.name.clone() } else { node.name.clone() };
         if self.scene.shapes.len().saturating_add(entry.primitives.len()) > MAX_SHAPES {
             let (what, at) = ("the number of shapes".to_string(), self.doc.at.clone());
             return Err(Error::TooLarge { at, what, asked: MAX_SHAPES as u64 + 1, limit: MAX_SHAPES as u64 });
         }
         // A mirror or a squeezed node is fine for meshes; one without any extent shows nothing.
+        let to_world = globals[joint] * place;
         let to_world = if node.skin.is_some() { Mat4::IDENTITY } else { to_world };
-        if to_world.determinant() == 0.0 {
+        let resized = self.moving.scales.contains(&joint);
+        if to_world.determinant() == 0.0 && !resized {
             return Ok(());
         }
-        let bent = node.skin.is_some() || node.weights.is_some();
-        if !several || bent {
-            let skin = match node.skin {
-                Some(skin) => {
-                    Some(self.joints(self.doc.entry(&self.doc.root.skins, skin, "skin")?, globals)?)
-                }
+        let deforms = node.skin.is_some() || node.weights.is_some() || self.moving.weights.contains(&joint);
+        if !several || deforms || resized {
+            let matrices = match node.skin {
+                Some(skin) => Some((skin, self.doc.entry(&self.skins, skin, "skin")?.matrices(globals))),
                 None => None,
             };
             let weights = node.weights.as_deref().unwrap_or(&entry.weights);
-            let shapes = self.shapes(&name, &entry.primitives, weights, skin.as_deref())?;
-            self.scene.shapes.extend(shapes.into_iter().map(|s| placed(s, to_world)));
+            let skin = matrices.as_ref().map(|(skin, matrices)| (*skin, &matrices[..]));
+            let shapes = self.shapes(
+                &name,
+                &entry.primitives,
+                Deformation { weights, skin, keep: deforms && self.moving.any },
+            )?;
+            for (shape, rest) in shapes {
+                let index = self.scene.shapes.len();
+                if let Some((mesh, targets, influences)) = rest {
+                    self.deformed.push(DeformedMesh {
+                        shape: index,
+                        joint,
+                        rest: Arc::new(mesh),
+                        weights: weights.to_vec(),
+                        targets,
+                        skin: skin.and_then(|(skin, _)| Some((skin, influences?))),
+                    });
+                }
+                if skin.is_none() {
+                    self.carry(joint, index, place, shape.face_normals);
+                }
+                self.scene.shapes.push(placed(shape, to_world));
+            }
             return Ok(());
         }
         if !self.places.contains_key(&mesh) {
-            let shapes = self.shapes(&entry.name, &entry.primitives, &entry.weights, None)?;
+            let deformation = Deformation { weights: &entry.weights, skin: None, keep: false };
+            let shapes = self.shapes(&entry.name, &entry.primitives, deformation)?;
+            let shapes: Vec<Shape> = shapes.into_iter().map(|(shape, _)| shape).collect();
             let copies = if shapes.iter().any(|s| s.emission.is_some()) {
                 Copies::Each(shapes)
             } else {
@@ -246,24 +325,28 @@ impl Reader<'_> {
             };
             self.places.insert(mesh, copies);
         }
-        match &self.places[&mesh] {
-            Copies::Each(shapes) => {
-                self.scene.shapes.extend(shapes.iter().map(|s| placed(s.clone(), to_world)));
-            }
-            Copies::Instances(group) if self.scene.groups[*group].is_empty() => {}
+        let copies = match &self.places[&mesh] {
+            Copies::Each(shapes) => shapes.iter().map(|s| placed(s.clone(), to_world)).collect(),
+            Copies::Instances(group) if self.scene.groups[*group].is_empty() => Vec::new(),
             // A mirror turns flat triangles inside out, which an instance cannot undo.
             Copies::Instances(group)
                 if to_world.determinant() < 0.0
                     && self.scene.groups[*group].iter().any(|s| s.face_normals) =>
             {
-                let copies = self.scene.groups[*group].iter().map(|s| placed(s.clone(), to_world));
-                self.scene.shapes.extend(copies);
+                self.scene.groups[*group].iter().map(|s| placed(s.clone(), to_world)).collect()
             }
-            Copies::Instances(group) => {
-                self.scene.shapes.push(Shape::new(name, Geometry::Instance(*group), to_world, 0));
-            }
+            Copies::Instances(group) => vec![Shape::new(name, Geometry::Instance(*group), to_world, 0)],
+        };
+        for shape in copies {
+            self.carry(joint, self.scene.shapes.len(), place, shape.face_normals);
+            self.scene.shapes.push(shape);
         }
         Ok(())
+    }
+
+    /// Notes that a joint carries a shape.
+    fn carry(&mut self, joint: usize, shape: usize, to_joint: Mat4, flips: bool) {
+        self.attachments.push(Attachment { joint, part: Part::Shape { shape, to_joint, flips } });
     }
 
     /// Where a node's mesh stands, in the node's own coordinates: once, or as EXT_mesh_gpu_instancing says.
@@ -286,36 +369,34 @@ impl Reader<'_> {
             return Err(Error::TooLarge { at, what, asked: count as u64, limit: MAX_SHAPES as u64 });
         }
         let place = |i: usize| {
-            local(&Node {
+            let node = Node {
                 translation: translations.get(3 * i..3 * i + 3).map(|v| [v[0], v[1], v[2]]),
                 rotation: rotations.get(4 * i..4 * i + 4).map(|v| [v[0], v[1], v[2], v[3]]),
                 scale: scales.get(3 * i..3 * i + 3).map(|v| [v[0], v[1], v[2]]),
                 ..Node::default()
-            })
+            };
+            placement(&node).matrix()
         };
         Ok((0..count).map(place).collect())
     }
 
-    /// The matrices that take vertices to the world, one per joint.
-    fn joints(&self, skin: &Skin, globals: &[Mat4]) -> Result<Vec<Mat4>, Error> {
-        let inverse: Vec<Mat4> = match skin.inverse_bind_matrices {
-            Some(index) => {
-                let numbers = self.doc.floats(index, 16)?;
-                numbers.chunks_exact(16).map(|m| Mat4::from_cols_slice(m)).collect()
-            }
-            None => vec![Mat4::IDENTITY; skin.joints.len()],
+    fn skin(&self, skin: &schema::Skin) -> Result<Skin, Error> {
+        for &joint in &skin.joints {
+            self.doc.entry(&self.doc.root.nodes, joint, "node")?;
+        }
+        let inverse_bind = match skin.inverse_bind_matrices {
+            Some(index) => self.doc.floats(index, 16)?.chunks_exact(16).map(Mat4::from_cols_slice).collect(),
+            None => Vec::new(),
         };
-        let joints = skin.joints.iter().zip(inverse.iter().chain(std::iter::repeat(&Mat4::IDENTITY)));
-        joints.map(|(&j, inverse)| Ok(*self.doc.entry(globals, j, "node")? * *inverse)).collect()
+        Ok(Skin { joints: skin.joints.clone(), inverse_bind })
     }
 
     fn shapes(
         &mut self,
         name: &str,
         primitives: &[Primitive],
-        weights: &[f32],
-        joints: Option<&[Mat4]>,
-    ) -> Result<Vec<Shape>, Error> {
+        deformation: Deformation,
+    ) -> Result<Vec<(Shape, Option<Rest>)>, Error> {
         let mut shapes = Vec::new();
         for primitive in primitives {
             let mode = primitive.mode.unwrap_or(4);
@@ -328,7 +409,7 @@ impl Reader<'_> {
             }
             let colour = primitive.attributes.get("COLOR_0").map_or(Ok(0), |i| self.doc.width(*i))?;
             let finish = self.material(primitive.material, colour)?;
-            let mut mesh = self.mesh(primitive, weights, joints, &finish.uv_sets)?;
+            let (mut mesh, mut rest) = self.mesh(primitive, deformation, &finish.uv_sets)?;
             for set in &finish.uv_sets {
                 if !primitive.attributes.contains_key(&format!("TEXCOORD_{set}")) {
                     tracing::warn!(
@@ -340,11 +421,15 @@ impl Reader<'_> {
             }
             mesh.name = name.to_string();
             mesh.triangles = self.triangles(primitive, mode, mesh.positions.len())?;
+            if let Some((rest, ..)) = &mut rest {
+                rest.name.clone_from(&mesh.name);
+                rest.triangles.clone_from(&mesh.triangles);
+            }
             let mut material = finish.id;
             if finish.culled && !outside::only_seen_from_outside(&mesh) {
                 material = self.culled(material);
             }
-            shapes.push(Shape {
+            let shape = Shape {
                 name: name.to_string(),
                 // Meshes without normals are meant to be flat.
                 face_normals: mesh.normals.is_empty(),
@@ -354,7 +439,8 @@ impl Reader<'_> {
                 material,
                 emission: finish.emission.clone(),
                 two_sided_emission: finish.double_sided,
-            });
+            };
+            shapes.push((shape, rest));
         }
         Ok(shapes)
     }
@@ -381,25 +467,20 @@ impl Reader<'_> {
         })
     }
 
+    /// A mesh without its triangles, deformed; and at rest where that is kept.
     fn mesh(
         &mut self,
         primitive: &Primitive,
-        weights: &[f32],
-        joints: Option<&[Mat4]>,
+        deformation: Deformation,
         uv_sets: &[usize],
-    ) -> Result<Mesh, Error> {
+    ) -> Result<(Mesh, Option<Rest>), Error> {
         let doc = self.doc;
         let Some(&positions) = primitive.attributes.get("POSITION") else {
             return Err(doc.invalid("a mesh has no POSITION; expected one position per vertex"));
         };
         let mut mesh = Mesh { positions: vectors(&doc.floats(positions, 3)?), ..Mesh::default() };
         let count = mesh.positions.len();
-        self.vertices_left = self.vertices_left.checked_sub(count).ok_or_else(|| Error::TooLarge {
-            at: doc.at.clone(),
-            what: "the number of vertices of all meshes".into(),
-            asked: (MAX_VERTICES - self.vertices_left + count) as u64,
-            limit: MAX_VERTICES as u64,
-        })?;
+        self.take_vertices(count)?;
         let attribute = |name: &str, width: usize| -> Result<Option<Vec<f32>>, Error> {
             let Some(&index) = primitive.attributes.get(name) else { return Ok(None) };
             let values = doc.floats(index, width)?;
@@ -439,47 +520,93 @@ impl Reader<'_> {
             }
         }
 
-        for (target, &weight) in
-            primitive.targets.iter().zip(weights).filter(|(_, w)| w.is_finite() && **w != 0.0)
-        {
-            let moved = |target: &BTreeMap<String, usize>, name: &str| -> Result<Vec<Vec3>, Error> {
-                target.get(name).map_or(Ok(Vec::new()), |&i| Ok(vectors(&doc.floats(i, 3)?)))
-            };
-            for (p, d) in mesh.positions.iter_mut().zip(moved(target, "POSITION")?) {
-                *p += weight * d;
+        let mut targets = Vec::new();
+        for (i, target) in primitive.targets.iter().enumerate() {
+            let weight = deformation.weights.get(i).copied().unwrap_or(0.0);
+            // What is never asked for need not be read.
+            if !deformation.keep && weight == 0.0 {
+                targets.push(MorphTarget::default());
+                continue;
             }
-            for (n, d) in mesh.normals.iter_mut().zip(moved(target, "NORMAL")?) {
-                *n += weight * d;
-            }
-            for (t, d) in mesh.tangents.iter_mut().zip(moved(target, "TANGENT")?) {
-                *t += (weight * d).extend(0.0);
-            }
+            self.take_vertices(count)?;
+            targets.push(self.target(target)?);
         }
-        if let Some(joints) = joints {
-            if primitive.attributes.contains_key("JOINTS_1") {
-                tracing::warn!("{}: only the first four joints of a vertex are used", doc.at);
-            }
-            if let (Some(&which), Some(weights)) =
-                (primitive.attributes.get("JOINTS_0"), attribute("WEIGHTS_0", 4)?)
-            {
-                let which = doc.indices(which, 4)?;
-                bend(&mut mesh, &which, &weights, joints).map_err(|problem| doc.invalid(problem))?;
-            }
+        let influences = match deformation.skin {
+            Some((_, matrices)) => self.influences(primitive, count, matrices.len())?,
+            None => None,
+        };
+        let rest = deformation.keep.then(|| mesh.clone());
+        let Mesh { positions, normals, tangents, .. } = &mut mesh;
+        let mut vertices = Vertices {
+            positions: std::mem::take(positions),
+            normals: std::mem::take(normals),
+            tangents: std::mem::take(tangents),
+        };
+        vertices.morph(&targets, deformation.weights);
+        if let (Some(influences), Some((_, matrices))) = (&influences, deformation.skin) {
+            vertices.skin(influences, matrices);
         }
-        for n in &mut mesh.normals {
-            *n = n.normalize_or(Vec3::Z);
-        }
-        for (t, n) in mesh.tangents.iter_mut().zip(&mesh.normals) {
-            let along = (t.truncate() - *n * n.dot(t.truncate())).normalize_or(n.any_orthonormal_vector());
-            *t = along.extend(if t.w < 0.0 { -1.0 } else { 1.0 });
-        }
+        vertices.normalize();
+        (*positions, *normals, *tangents) = (vertices.positions, vertices.normals, vertices.tangents);
         if mesh.positions.iter().any(|p| !p.is_finite()) {
             return Err(doc.invalid("a mesh has positions that are not finite"));
         }
-        Ok(mesh)
+        Ok((mesh, rest.map(|rest| (rest, targets, influences))))
     }
 
-    fn camera(&self, camera: &CameraEntry, node: &Node, to_world: Mat4) -> Result<Camera, Error> {
+    /// Counts what may stand for few bytes of a file.
+    fn take_vertices(&mut self, count: usize) -> Result<(), Error> {
+        self.vertices_left = self.vertices_left.checked_sub(count).ok_or_else(|| Error::TooLarge {
+            at: self.doc.at.clone(),
+            what: "the number of vertices of all meshes and their morph targets".into(),
+            asked: (MAX_VERTICES - self.vertices_left + count) as u64,
+            limit: MAX_VERTICES as u64,
+        })?;
+        Ok(())
+    }
+
+    fn target(&self, target: &BTreeMap<String, usize>) -> Result<MorphTarget, Error> {
+        let moved = |name: &str| -> Result<Vec<Vec3>, Error> {
+            target.get(name).map_or(Ok(Vec::new()), |&i| Ok(vectors(&self.doc.floats(i, 3)?)))
+        };
+        Ok(MorphTarget {
+            positions: moved("POSITION")?,
+            normals: moved("NORMAL")?,
+            tangents: moved("TANGENT")?,
+        })
+    }
+
+    /// Which of so many joints bend each of so many vertices: all sets of four that the mesh has.
+    fn influences(
+        &self,
+        primitive: &Primitive,
+        vertices: usize,
+        joints: usize,
+    ) -> Result<Option<Influences>, Error> {
+        let mut sets = Vec::new();
+        for set in 0.. {
+            let name = |what: &str| primitive.attributes.get(&format!("{what}_{set}")).copied();
+            let (Some(which), Some(weights)) = (name("JOINTS"), name("WEIGHTS")) else { break };
+            sets.push((self.doc.indices(which, 4)?, self.doc.floats(weights, 4)?));
+        }
+        let (mut which, mut weights) = (Vec::new(), Vec::new());
+        let enough = sets.iter().all(|(j, w)| j.len().min(w.len()) >= 4 * vertices);
+        for vertex in 0..if enough { vertices } else { 0 } {
+            for (j, w) in &sets {
+                which.extend(&j[4 * vertex..][..4]);
+                weights.extend(&w[4 * vertex..][..4]);
+            }
+        }
+        if sets.is_empty() {
+            return Ok(None);
+        }
+        Influences::new(4 * sets.len(), which, weights, vertices, joints)
+            .map(Some)
+            .map_err(|e| self.doc.invalid(e.to_string()))
+    }
+
+    /// A camera in the coordinates of its node.
+    fn camera(&self, camera: &CameraEntry, node: &Node) -> Result<Camera, Error> {
         let name = [&node.name, &camera.name].into_iter().find(|n| !n.is_empty()).cloned();
         let mut film = Film::default();
         let set_aspect = |film: &mut Film, aspect: f32| {
@@ -488,7 +615,7 @@ impl Reader<'_> {
             }
         };
         // glTF looks along -z with +x to the right.
-        let mut frame = rigid(to_world) * Mat4::from_scale(Vec3::new(-1.0, 1.0, -1.0));
+        let mut frame = Mat4::from_scale(Vec3::new(-1.0, 1.0, -1.0));
         let (projection, near, far) = match (&camera.perspective, &camera.orthographic) {
             (Some(p), _) => {
                 set_aspect(&mut film, p.aspect_ratio.unwrap_or(0.0));
@@ -530,22 +657,20 @@ impl Reader<'_> {
         })
     }
 
-    fn light(&self, light: &LightEntry, to_world: Mat4) -> Result<Light, Error> {
-        let frame = rigid(to_world);
+    /// A light in the coordinates of its node.
+    fn light(&self, light: &LightEntry) -> Result<Light, Error> {
         let colour = Vec3::from_array(light.color).clamp(Vec3::ZERO, Vec3::splat(1e6))
             * light.intensity.clamp(0.0, 1e12);
         let colour = ColourSpace::LinearSrgb.matrix_to(self.scene.working_space) * colour;
-        let position = frame.w_axis.truncate();
-        let direction = -frame.z_axis.truncate();
         Ok(match light.kind.as_str() {
-            "point" => Light::Point { position, intensity: colour },
-            "directional" => Light::Directional { direction, irradiance: colour },
+            "point" => Light::Point { position: Vec3::ZERO, intensity: colour },
+            "directional" => Light::Directional { direction: -Vec3::Z, irradiance: colour },
             "spot" => {
                 let spot = light.spot.as_ref();
                 let outer =
                     spot.map_or(std::f32::consts::FRAC_PI_4, |s| s.outer_cone_angle).clamp(1e-4, 1.57);
                 let inner = spot.map_or(0.0, |s| s.inner_cone_angle).clamp(0.0, outer);
-                let to_world = frame * Mat4::from_scale(Vec3::new(-1.0, 1.0, -1.0));
+                let to_world = Mat4::from_scale(Vec3::new(-1.0, 1.0, -1.0));
                 Light::Spot { to_world, intensity: colour, beam: inner, cutoff: outer, texture: None }
             }
             other => {
@@ -567,57 +692,17 @@ fn placed(shape: Shape, to_world: Mat4) -> Shape {
     Shape { to_world, flip_normals, ..shape }
 }
 
-fn local(node: &Node) -> Mat4 {
-    if let Some(matrix) = node.matrix {
-        return Mat4::from_cols_array(&matrix);
+fn placement(node: &Node) -> Placement {
+    match node.matrix {
+        Some(matrix) => Placement::Matrix(Mat4::from_cols_array(&matrix)),
+        None => Placement::Parts(Transform {
+            translation: node.translation.unwrap_or([0.0; 3]).into(),
+            rotation: Quat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0])),
+            scale: node.scale.unwrap_or([1.0; 3]).into(),
+        }),
     }
-    let rotation = Quat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
-    let length = rotation.length();
-    let rotation = if length > 1e-6 && length.is_finite() { rotation / length } else { Quat::IDENTITY };
-    let scale = node.scale.unwrap_or([1.0; 3]).into();
-    Mat4::from_scale_rotation_translation(scale, rotation, node.translation.unwrap_or([0.0; 3]).into())
-}
-
-/// Rotation and translation without scale or shear: z stays, y is turned upright to it.
-fn rigid(m: Mat4) -> Mat4 {
-    let z = m.z_axis.truncate().normalize_or(Vec3::Z);
-    let x = m.y_axis.truncate().cross(z).try_normalize().unwrap_or_else(|| z.any_orthonormal_vector());
-    Mat4::from_cols(x.extend(0.0), z.cross(x).extend(0.0), z.extend(0.0), m.w_axis)
 }
 
 fn vectors(values: &[f32]) -> Vec<Vec3> {
     values.chunks_exact(3).map(Vec3::from_slice).collect()
-}
-
-/// Linear blend skinning (glTF 2.0, 3.7.3.3).
-fn bend(mesh: &mut Mesh, which: &[u32], weights: &[f32], joints: &[Mat4]) -> Result<(), String> {
-    if which.len() < 4 * mesh.positions.len() {
-        return Err("a skinned mesh has fewer joints than vertices".into());
-    }
-    for (k, (which, weights)) in which.chunks_exact(4).zip(weights.chunks_exact(4)).enumerate() {
-        let mut m = Mat4::ZERO;
-        let mut sum = 0.0;
-        for (&j, &w) in which.iter().zip(weights) {
-            if w != 0.0 {
-                let joint = joints.get(j as usize).ok_or_else(|| {
-                    format!("a vertex hangs on joint {j}, but the skin has only {}", joints.len())
-                })?;
-                m += *joint * w;
-                sum += w;
-            }
-        }
-        if sum <= 0.0 {
-            continue;
-        }
-        let m = m * (1.0 / sum);
-        mesh.positions[k] = m.transform_point3(mesh.positions[k]);
-        // Joints turn and scale evenly, as good as always.
-        if let Some(n) = mesh.normals.get_mut(k) {
-            *n = m.transform_vector3(*n);
-        }
-        if let Some(t) = mesh.tangents.get_mut(k) {
-            *t = m.transform_vector3(t.truncate()).extend(t.w);
-        }
-    }
-    Ok(())
 }

@@ -33,6 +33,7 @@ use super::support::Support;
 use crate::{Error, Place, atomic_write, check_writable, read_bounded};
 pub use about::{About, Channel, about, about_bytes};
 pub use foreign::check_kind;
+pub(super) use integer::show;
 use std::path::Path;
 use yugen_optics::colour::rgb_to_rgb;
 use yugen_optics::tonemap::Curve;

@@ -130,17 +130,19 @@ impl<'a> Reader<'a> {
                 for shape in item.array()? {
                     self.shape(shape.keys("shape")?, &mut shapes)?;
                 }
+                // What is placed many times stands still.
+                self.scene.figures.clear();
                 self.scene.groups.push(shapes);
                 self.groups.insert(item.key, self.scene.groups.len() - 1);
             }
         }
         if let Some(shapes) = root.get("shape") {
+            // Nothing else has put shapes there, so that they keep the numbers by which figures know them.
             let mut all = Vec::new();
             for shape in shapes.array()? {
                 self.shape(shape.keys("shape")?, &mut all)?;
             }
-            // A file placed as a shape may have put its own there already.
-            self.scene.shapes.append(&mut all);
+            self.scene.shapes = all;
         }
         if let Some(lights) = root.get("light") {
             for light in lights.array()? {

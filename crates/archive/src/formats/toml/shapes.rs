@@ -223,13 +223,8 @@ impl<'a> Reader<'a> {
                 out.push(shape);
             }
             "glb" | "gltf" => {
-                let scene = gltf::read_into(
-                    self.scene.working_space,
-                    &read_file(&path)?,
-                    &path,
-                    &self.folders,
-                    None,
-                )?;
+                let bytes = read_file(&path)?;
+                let scene = gltf::read_into(self.scene.working_space, &bytes, &path, &self.folders)?;
                 self.adopt(scene, to_world, material, out);
             }
             other => {
@@ -243,7 +238,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Takes over the shapes of another scene, their indices moved behind ours; its lights and cameras stay.
+    /// Takes over the shapes and figures of another scene, their indices moved behind ours; its lights and cameras stay.
     fn adopt(&mut self, other: Scene, to_world: Mat4, material: Option<MaterialId>, out: &mut Vec<Shape>) {
         let (t, m, g) = (self.scene.textures.len(), self.scene.materials.len(), self.scene.groups.len());
         let shift = |v: Value| if let Value::Texture(id) = v { Value::Texture(id + t) } else { v };
@@ -289,6 +284,8 @@ impl<'a> Reader<'a> {
         self.scene
             .groups
             .extend(other.groups.into_iter().map(|shapes| shapes.into_iter().map(own).collect::<Vec<_>>()));
+        let figures = other.figures.into_iter().map(|f| f.adopted(out.len(), to_world));
+        self.scene.figures.extend(figures);
         out.extend(other.shapes.into_iter().map(own).map(|mut shape| {
             shape.to_world = to_world * shape.to_world;
             shape
