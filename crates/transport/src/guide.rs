@@ -42,9 +42,9 @@ pub struct Guide {
 impl Guide {
     /// What a sample says.
     pub fn of(radiance: &Radiance) -> [f32; VALUES] {
-        let ([r, g, b], sight) = (radiance.rgb.to_array(), &radiance.sight);
-        let ([ar, ag, ab], [nx, ny, nz]) = (sight.albedo.to_array(), sight.normal.to_array());
-        [r, g, b, ar, ag, ab, nx, ny, nz, sight.depth, sight.surface]
+        let ([r, g, b], features) = (radiance.rgb.to_array(), &radiance.features);
+        let ([ar, ag, ab], [nx, ny, nz]) = (features.albedo.to_array(), features.normal.to_array());
+        [r, g, b, ar, ag, ab, nx, ny, nz, features.depth, features.surface]
     }
 
     /// All numbers of it, to be stored.

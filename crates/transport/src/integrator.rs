@@ -5,7 +5,7 @@
 
 use crate::accel::{Hit, Ray};
 use crate::geometry::{AttributesAt, Geometry, Surface};
-use crate::lights::{Lights, Receiver, Shares};
+use crate::lights::{LightGroupMap, LightSampleContext, Lights};
 use crate::sampler::Sampler;
 use glam::Vec3;
 use std::cell::Cell;
@@ -95,7 +95,7 @@ pub struct FirstHit {
 /// What a denoiser is told of a camera ray: which way the first surface faces, and what is seen, be it in that surface
 /// or through it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sight {
+pub struct DenoiseFeatures {
     /// What light that falls on it is multiplied by on the way to the eye, roughly; 1 for what shines itself.
     pub albedo: Vec3,
     /// Unit, of the first surface after maps, towards the eye; zero where there is none.
@@ -108,7 +108,7 @@ pub struct Sight {
     pub(crate) done: bool,
 }
 
-impl Sight {
+impl DenoiseFeatures {
     /// Of the ends of paths that are not a camera's.
     pub(crate) fn of_none() -> Self {
         Self { done: true, ..Self::default() }
@@ -127,13 +127,13 @@ pub struct Radiance {
     /// The first surface.
     pub first: FirstHit,
     /// For a denoiser.
-    pub sight: Sight,
+    pub features: DenoiseFeatures,
 }
 
 impl Radiance {
     /// Adds light of the light number `from` that came by so many bounces.
     #[inline(always)]
-    fn bring(&mut self, follow: &Follow, bounces: u32, from: u32, light: Vec3) {
+    fn add(&mut self, follow: &Follow, bounces: u32, from: u32, light: Vec3) {
         let light = match follow.settings.clamp {
             Some(most) if bounces > 1 && light.max_element() > most => {
                 let kept = light * (most / light.max_element());
@@ -144,18 +144,18 @@ impl Radiance {
         };
         self.rgb += light;
         if let Some(groups) = &follow.groups {
-            groups.shares.give(from, light, groups.sums);
+            groups.map.add(from, light, groups.sums);
         }
     }
 
     /// Notes a surface for a denoiser: until one is met that is no mirror and no smooth glass, each in turn.
-    fn see(&mut self, walk: &Walk, shading: &Shading, wo: Vec3, shines: bool) {
+    fn see(&mut self, path: &PathState, shading: &Shading, wo: Vec3, shines: bool) {
         let own = if shines { Vec3::ONE } else { shading.albedo() };
-        let first = self.sight.surface == 0.0;
-        self.sight = Sight {
-            albedo: walk.throughput * own,
-            normal: if first { shading.normal_towards(wo) } else { self.sight.normal },
-            depth: walk.travelled,
+        let first = self.features.surface == 0.0;
+        self.features = DenoiseFeatures {
+            albedo: path.throughput * own,
+            normal: if first { shading.normal_towards(wo) } else { self.features.normal },
+            depth: path.travelled,
             surface: 1.0,
             done: shines || shading.smooth(),
         };
@@ -166,7 +166,7 @@ impl Radiance {
 #[derive(Clone, Copy, Debug)]
 pub struct Groups<'a> {
     /// Of which group a light is.
-    pub shares: &'a Shares,
+    pub map: &'a LightGroupMap,
     /// One for each group.
     pub sums: &'a [Cell<Vec3>],
 }
@@ -181,7 +181,7 @@ pub struct Follow<'a> {
     /// Whether the first surface's shading normal is wanted.
     pub shading_normal: bool,
     /// Whether a denoiser wants to know what is seen.
-    pub sight: bool,
+    pub features: bool,
     /// Light group by group, where that is wanted.
     pub groups: Option<Groups<'a>>,
     /// Footprint of a ray at the camera, scene units.
@@ -207,9 +207,9 @@ struct Cone {
     spread: f32,
 }
 
-/// A path on its way.
+/// The state of a path between two vertices.
 #[derive(Clone, Copy)]
-pub(crate) struct Walk {
+pub(crate) struct PathState {
     pub(crate) ray: Ray,
     /// Of the path so far, or since it was last set to one.
     pub(crate) throughput: Vec3,
@@ -228,7 +228,7 @@ pub(crate) struct Walk {
 /// Where the last direction was drawn and how likely it was; a Dirac peak cannot be found by a light.
 #[derive(Clone, Copy)]
 struct Draw {
-    from: Receiver,
+    from: LightSampleContext,
     pdf: f32,
     delta: bool,
 }
@@ -247,7 +247,7 @@ impl Draw {
     }
 }
 
-impl Walk {
+impl PathState {
     /// A camera ray.
     pub(crate) fn new(follow: &Follow, ray: Ray) -> Self {
         Self {
@@ -259,7 +259,7 @@ impl Walk {
             eta: 1.0,
             absorption: Vec3::ZERO,
             cone: Cone { width: follow.width, spread: follow.spread },
-            draw: Draw { from: Receiver::eye(ray.origin), pdf: 0.0, delta: true },
+            draw: Draw { from: LightSampleContext::eye(ray.origin), pdf: 0.0, delta: true },
         }
     }
 }
@@ -271,13 +271,13 @@ pub(crate) struct Vertex<'a> {
     /// Along the ray that came here.
     pub(crate) t: f32,
     pub(crate) wo: Vec3,
-    /// As lights see it.
-    receiver: Receiver,
+    /// For sampling lights.
+    context: LightSampleContext,
 }
 
-/// Light that comes to a vertex from one direction.
+/// Light that arrives at a vertex from one direction.
 #[derive(Clone, Copy)]
-pub(crate) struct Arriving {
+pub(crate) struct IncidentLight {
     pub(crate) wi: Vec3,
     /// Number of the light, where it comes straight from one.
     pub(crate) from: u32,
@@ -324,7 +324,7 @@ impl World {
         Lookup { uv: surface.uv, footprint: width / (slant * per_uv), place: Some(at) }
     }
 
-    /// How much light gets from `origin` along `dir` up to `distance`; walks through at most `layers` surfaces
+    /// How much light gets from `origin` along `dir` up to `distance`, through at most `layers` surfaces
     /// that let light straight through.
     pub(crate) fn visibility(
         &self,
@@ -332,7 +332,7 @@ impl World {
         dir: Vec3,
         distance: f32,
         layers: u32,
-        room: &mut Scratch,
+        scratch: &mut Scratch,
     ) -> f32 {
         // Leave the light itself out.
         let t_max = if distance.is_finite() { distance * (1.0 - 1e-3) } else { f32::INFINITY };
@@ -350,7 +350,7 @@ impl World {
             let attributes = self.geometry.attributes(&surface);
             let lookup = self.lookup(&hit, &attributes, Cone { width: 0.0, spread: 0.0 }, &ray);
             let point = point(&surface, lookup);
-            through *= self.materials.shade(&self.textures, surface.material, &point, -dir, room).through;
+            through *= self.materials.shade(&self.textures, surface.material, &point, -dir, scratch).through;
             if through <= 0.0 {
                 return 0.0;
             }
@@ -361,56 +361,56 @@ impl World {
         0.0
     }
 
-    /// Follows `walk` to the next surface. What shines on the way is added to `out`; `None`: the walk is over.
+    /// Follows `path` to the next surface. What shines on the way is added to `out`; `None`: the path has ended.
     #[inline(always)]
-    pub(crate) fn meet<'a>(
+    pub(crate) fn next_vertex<'a>(
         &'a self,
         follow: &Follow,
-        walk: &mut Walk,
-        room: &'a mut Scratch,
+        path: &mut PathState,
+        scratch: &'a mut Scratch,
         out: &mut Radiance,
     ) -> Option<Vertex<'a>> {
         let hide_emitters = follow.settings.hide_emitters;
         let max_depth = follow.max_depth();
         loop {
-            let Some(hit) = self.geometry.intersect(&walk.ray) else {
-                if walk.depth < max_depth && !(hide_emitters && walk.draw.delta && out.alpha == 0.0) {
-                    for (radiance, pdf, from) in self.lights.escaped(&walk.draw.from, walk.ray.dir) {
-                        let weight = walk.draw.weight(pdf, follow.settings.strategy, walk.depth);
-                        let light = walk.throughput * radiance * weight;
-                        out.bring(follow, walk.depth, from, light);
+            let Some(hit) = self.geometry.intersect(&path.ray) else {
+                if path.depth < max_depth && !(hide_emitters && path.draw.delta && out.alpha == 0.0) {
+                    for (radiance, pdf, from) in self.lights.escaped(&path.draw.from, path.ray.dir) {
+                        let weight = path.draw.weight(pdf, follow.settings.strategy, path.depth);
+                        let light = path.throughput * radiance * weight;
+                        out.add(follow, path.depth, from, light);
                     }
                 }
-                if follow.sight && !out.sight.done {
-                    (out.sight.albedo, out.sight.surface) = (walk.throughput, 0.0);
+                if follow.features && !out.features.done {
+                    (out.features.albedo, out.features.surface) = (path.throughput, 0.0);
                 }
                 return None;
             };
-            walk.travelled += hit.t;
-            let surface = self.geometry.surface(&walk.ray, &hit);
+            path.travelled += hit.t;
+            let surface = self.geometry.surface(&path.ray, &hit);
             let attributes = self.geometry.attributes(&surface);
-            let lookup = self.lookup(&hit, &attributes, walk.cone, &walk.ray);
-            let wo = -walk.ray.dir;
-            if walk.absorption != Vec3::ZERO {
-                walk.throughput *= (-hit.t * walk.absorption).exp();
+            let lookup = self.lookup(&hit, &attributes, path.cone, &path.ray);
+            let wo = -path.ray.dir;
+            if path.absorption != Vec3::ZERO {
+                path.throughput *= (-hit.t * path.absorption).exp();
             }
-            if hide_emitters && walk.depth == 0 && self.lights.is_emitter(&surface) {
-                let origin = surface.offset(walk.ray.dir);
-                walk.ray = Ray { origin, t_max: walk.ray.t_max - hit.t, ..walk.ray };
+            if hide_emitters && path.depth == 0 && self.lights.is_emitter(&surface) {
+                let origin = surface.offset(path.ray.dir);
+                path.ray = Ray { origin, t_max: path.ray.t_max - hit.t, ..path.ray };
                 continue;
             }
             let mut shines = false;
-            if walk.depth < max_depth
+            if path.depth < max_depth
                 && let Some((i, radiance)) = self.lights.emitted(&self.textures, &surface, &lookup, wo)
             {
                 let pdf =
-                    if walk.draw.delta { 0.0 } else { self.lights.pdf_hit(i, &walk.draw.from, &surface) };
-                let weight = walk.draw.weight(pdf, follow.settings.strategy, walk.depth);
-                out.bring(follow, walk.depth, i, walk.throughput * radiance * weight);
+                    if path.draw.delta { 0.0 } else { self.lights.pdf_hit(i, &path.draw.from, &surface) };
+                let weight = path.draw.weight(pdf, follow.settings.strategy, path.depth);
+                out.add(follow, path.depth, i, path.throughput * radiance * weight);
                 shines = radiance != Vec3::ZERO;
             }
             let point = point(&surface, lookup);
-            let shading = self.materials.shade(&self.textures, surface.material, &point, wo, room);
+            let shading = self.materials.shade(&self.textures, surface.material, &point, wo, scratch);
             if out.alpha == 0.0 && shading.through < 1.0 {
                 out.alpha = 1.0;
                 out.first = FirstHit {
@@ -421,25 +421,25 @@ impl World {
                     } else {
                         Vec3::ZERO
                     },
-                    depth: walk.travelled,
+                    depth: path.travelled,
                     position: surface.position,
                     uv: surface.uv,
                 };
             }
-            if follow.sight && !out.sight.done && shading.through < 1.0 {
-                out.see(walk, &shading, wo, shines);
+            if follow.features && !out.features.done && shading.through < 1.0 {
+                out.see(path, &shading, wo, shines);
             }
-            if walk.depth + 1 >= max_depth {
+            if path.depth + 1 >= max_depth {
                 return None;
             }
-            let receiver = self.receiver(&surface, &shading, wo);
-            return Some(Vertex { surface, shading, t: hit.t, wo, receiver });
+            let context = self.context(&surface, &shading, wo);
+            return Some(Vertex { surface, shading, t: hit.t, wo, context });
         }
     }
 
-    /// A surface as lights see it.
+    /// What sampling a light needs to know of a surface.
     #[inline(always)]
-    fn receiver(&self, surface: &Surface, shading: &Shading, wo: Vec3) -> Receiver {
+    fn context(&self, surface: &Surface, shading: &Shading, wo: Vec3) -> LightSampleContext {
         let n = surface.frame.n;
         let facing = if !shading.one_sided() {
             Vec3::ZERO
@@ -450,7 +450,7 @@ impl World {
         };
         let reflected = |wi: Vec3| self.luminance.dot(shading.eval_pdf(wi).0);
         let gleams = shading.smooth() && !self.materials.matt(surface.material);
-        self.lights.receiver(surface.position, facing, if gleams { Some(&reflected) } else { None })
+        self.lights.context(surface.position, facing, if gleams { Some(&reflected) } else { None })
     }
 
     /// Light that comes to `vertex` straight from a light chosen by `u`, over the density of that choice and
@@ -459,29 +459,29 @@ impl World {
     pub(crate) fn light(
         &self,
         follow: &Follow,
-        walk: &Walk,
+        path: &PathState,
         vertex: &Vertex,
         u: [f32; 4],
-        between: &mut Scratch,
-    ) -> Option<Arriving> {
+        for_shadows: &mut Scratch,
+    ) -> Option<IncidentLight> {
         if !vertex.shading.smooth() || follow.settings.strategy == Strategy::Material {
             return None;
         }
-        let light = self.lights.sample(&self.textures, &vertex.receiver, u)?;
+        let light = self.lights.sample(&self.textures, &vertex.context, u)?;
         let (f, pdf) = vertex.shading.eval_pdf(light.wi);
         if f == Vec3::ZERO {
             return None;
         }
         let origin = vertex.surface.offset(light.wi);
-        let layers = (follow.max_depth() - walk.depth).saturating_sub(2);
-        let through = self.visibility(origin, light.wi, light.distance, layers, between);
+        let layers = (follow.max_depth() - path.depth).saturating_sub(2);
+        let through = self.visibility(origin, light.wi, light.distance, layers, for_shadows);
         if through <= 0.0 {
             return None;
         }
         let alone = light.delta || follow.settings.strategy == Strategy::Lights;
         let weight = if alone { 1.0 } else { power(light.pdf, pdf) };
         let radiance = self.lights.radiance(&light) * (weight * through / light.pdf);
-        Some(Arriving { wi: light.wi, from: light.light, radiance, f })
+        Some(IncidentLight { wi: light.wi, from: light.light, radiance, f })
     }
 
     /// Goes on from `vertex` into the direction `s`, if `u` finds it worth it: then one over the chance that it gave.
@@ -489,57 +489,57 @@ impl World {
     pub(crate) fn scatter(
         &self,
         follow: &Follow,
-        walk: &mut Walk,
+        path: &mut PathState,
         vertex: &Vertex,
         s: &ShadingSample,
         u: f32,
     ) -> Option<f32> {
-        walk.throughput *= s.weight;
-        if walk.throughput == Vec3::ZERO {
+        path.throughput *= s.weight;
+        if path.throughput == Vec3::ZERO {
             return None;
         }
-        walk.eta *= s.eta;
-        walk.cone.width += walk.cone.spread * vertex.t;
+        path.eta *= s.eta;
+        path.cone.width += path.cone.spread * vertex.t;
         if let Some(absorption) = vertex.shading.body {
             let n = vertex.surface.geometric_normal;
             if n.dot(vertex.wo) * n.dot(s.wi) < 0.0 {
-                walk.absorption = if n.dot(s.wi) < 0.0 { absorption } else { Vec3::ZERO };
+                path.absorption = if n.dot(s.wi) < 0.0 { absorption } else { Vec3::ZERO };
             }
         }
         if !s.null {
-            walk.draw = Draw { from: vertex.receiver, pdf: s.pdf, delta: s.delta };
+            path.draw = Draw { from: vertex.context, pdf: s.pdf, delta: s.delta };
             if !s.delta {
                 // A rough bounce spreads the footprint like a lobe of that density.
-                walk.cone.spread = walk.cone.spread.max((1.0 / (4.0 * s.pdf.max(0.05))).sqrt().min(0.5));
+                path.cone.spread = path.cone.spread.max((1.0 / (4.0 * s.pdf.max(0.05))).sqrt().min(0.5));
             }
         }
-        walk.ray = vertex.surface.spawn(s.wi);
-        walk.depth += 1;
-        if walk.depth >= follow.settings.rr_depth {
+        path.ray = vertex.surface.spawn(s.wi);
+        path.depth += 1;
+        if path.depth >= follow.settings.rr_depth {
             // As in Mitsuba: undo the radiance scaling of refraction, never be certain to go on.
-            let carried = (walk.before * walk.throughput).max_element();
-            let survive = (carried * walk.eta * walk.eta).min(0.95);
+            let carried = (path.before * path.throughput).max_element();
+            let survive = (carried * path.eta * path.eta).min(0.95);
             if u >= survive {
                 return None;
             }
-            walk.throughput /= survive;
+            path.throughput /= survive;
             return Some(1.0 / survive);
         }
         Some(1.0)
     }
 
-    /// All light along `walk` from here on, added to `out`. The rooms are for textured parameters, of surfaces met
+    /// All light along `path` from here on, added to `out`. The memory is for textured parameters of surfaces
     /// and of surfaces that shadow rays pass through.
     pub(crate) fn radiance(
         &self,
         follow: &Follow,
-        walk: &mut Walk,
+        path: &mut PathState,
         sampler: &mut Sampler,
-        [room, between]: [&mut Scratch; 2],
+        [scratch, for_shadows]: [&mut Scratch; 2],
         out: &mut Radiance,
     ) {
-        while let Some(vertex) = self.meet(follow, walk, room, out) {
-            if self.bounce(follow, walk, &vertex, sampler, between, out).is_none() {
+        while let Some(vertex) = self.next_vertex(follow, path, scratch, out) {
+            if self.bounce(follow, path, &vertex, sampler, for_shadows, out).is_none() {
                 break;
             }
         }
@@ -549,14 +549,14 @@ impl World {
     pub(crate) fn radiance_from(
         &self,
         follow: &Follow,
-        walk: &mut Walk,
+        path: &mut PathState,
         vertex: &Vertex,
         sampler: &mut Sampler,
-        [room, between]: [&mut Scratch; 2],
+        [scratch, for_shadows]: [&mut Scratch; 2],
         out: &mut Radiance,
     ) {
-        if self.bounce(follow, walk, vertex, sampler, between, out).is_some() {
-            self.radiance(follow, walk, sampler, [room, between], out);
+        if self.bounce(follow, path, vertex, sampler, for_shadows, out).is_some() {
+            self.radiance(follow, path, sampler, [scratch, for_shadows], out);
         }
     }
 
@@ -566,24 +566,19 @@ impl World {
     pub(crate) fn bounce(
         &self,
         follow: &Follow,
-        walk: &mut Walk,
+        path: &mut PathState,
         vertex: &Vertex,
         sampler: &mut Sampler,
-        between: &mut Scratch,
+        for_shadows: &mut Scratch,
         out: &mut Radiance,
     ) -> Option<(ShadingSample, f32)> {
-        sampler.at_vertex(walk.depth);
+        sampler.at_vertex(path.depth);
         let (u_light, u_bsdf) = (sampler.next_4d(), sampler.next_4d());
-        if let Some(arriving) = self.light(follow, walk, vertex, u_light, between) {
-            out.bring(
-                follow,
-                walk.depth + 1,
-                arriving.from,
-                walk.throughput * arriving.f * arriving.radiance,
-            );
+        if let Some(incident) = self.light(follow, path, vertex, u_light, for_shadows) {
+            out.add(follow, path.depth + 1, incident.from, path.throughput * incident.f * incident.radiance);
         }
         let s = vertex.shading.sample(u_bsdf, vertex.wo)?;
-        let boost = self.scatter(follow, walk, vertex, &s, u_bsdf[3])?;
+        let boost = self.scatter(follow, path, vertex, &s, u_bsdf[3])?;
         Some((s, boost))
     }
 }
@@ -629,14 +624,14 @@ mod tests {
             settings: &settings,
             albedo: true,
             shading_normal: true,
-            sight: true,
+            features: true,
             groups: None,
             width: 0.0,
             spread: 0.0,
         };
-        let mut walk = Walk::new(&follow, Ray::new(Vec3::new(0.1, 0.2, 3.0), -Vec3::Z));
+        let mut path = PathState::new(&follow, Ray::new(Vec3::new(0.1, 0.2, 3.0), -Vec3::Z));
         let (mut sampler, mut out) = (Sampler::new(0, 0, 0, 1), Radiance::default());
-        world.radiance(&follow, &mut walk, &mut sampler, [&mut scratch(), &mut scratch()], &mut out);
+        world.radiance(&follow, &mut path, &mut sampler, [&mut scratch(), &mut scratch()], &mut out);
         out
     }
 
@@ -644,15 +639,18 @@ mod tests {
     fn what_is_open_hides_neither_normal_nor_distance_of_what_is_behind() {
         let pane = "[[shape]]\ntype = \"rectangle\"\nsize = [2, 2]\nmaterial = \"open\"\n";
         let plain = seen("");
-        assert!((plain.first.depth - 5.0).abs() < 1e-5 && (plain.sight.depth - 5.0).abs() < 1e-5);
+        assert!((plain.first.depth - 5.0).abs() < 1e-5 && (plain.features.depth - 5.0).abs() < 1e-5);
         for open in
             [pane.to_string(), pane.to_string() + &pane.replace("material", "at = [0, 0, -1]\nmaterial")]
         {
             let behind = seen(&open);
             assert!((behind.first.depth - 5.0).abs() < 1e-4, "{}", behind.first.depth);
-            assert!((behind.sight.depth - 5.0).abs() < 1e-4, "{}", behind.sight.depth);
+            assert!((behind.features.depth - 5.0).abs() < 1e-4, "{}", behind.features.depth);
             assert_eq!(behind.first.shading_normal, Vec3::Z);
-            assert_eq!((behind.sight.normal, behind.sight.albedo), (plain.sight.normal, plain.sight.albedo));
+            assert_eq!(
+                (behind.features.normal, behind.features.albedo),
+                (plain.features.normal, plain.features.albedo)
+            );
         }
     }
 }

@@ -18,12 +18,12 @@ const FEW: usize = 16;
 
 /// A direction towards a light.
 pub struct LightSample {
-    /// Unit, away from the point that asked.
+    /// Unit, away from the point that is lit.
     pub wi: Vec3,
     /// How far the way must be free.
     pub distance: f32,
-    brings: Brings,
-    /// Which of the lights, for [`Shares`].
+    emission: Emission,
+    /// Which of the lights, for [`LightGroupMap`].
     pub light: u32,
     /// Solid-angle density times the probability of the light; for a Dirac light the probability alone.
     pub pdf: f32,
@@ -33,7 +33,7 @@ pub struct LightSample {
 
 /// What a light sample brings, or where to look it up once nothing stands in its way: a large picture is far away
 /// in memory.
-enum Brings {
+enum Emission {
     This(Vec3),
     /// Emitter and cell of an environment.
     Cell(u32, Vec2),
@@ -41,7 +41,7 @@ enum Brings {
 
 impl LightSample {
     fn times(mut self, factor: Vec3) -> Self {
-        if let Brings::This(radiance) = &mut self.brings {
+        if let Emission::This(radiance) = &mut self.emission {
             *radiance *= factor;
         }
         self
@@ -53,21 +53,21 @@ pub(crate) const BACKGROUND: u32 = u32::MAX;
 
 /// Which group each light belongs to.
 #[derive(Clone, Debug, Default)]
-pub struct Shares {
+pub struct LightGroupMap {
     names: Vec<String>,
     of_emitters: Vec<u32>,
     /// What part of each colour of the background a group has.
     of_background: Vec<(u32, Vec3)>,
 }
 
-impl Shares {
+impl LightGroupMap {
     /// The groups' names.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
     /// Gives `light` of the light number `from` to the sums of the groups.
-    pub(crate) fn give(&self, from: u32, light: Vec3, sums: &[Cell<Vec3>]) {
+    pub(crate) fn add(&self, from: u32, light: Vec3, sums: &[Cell<Vec3>]) {
         let to = |group: u32, light: Vec3| {
             if let Some(sum) = sums.get(group as usize) {
                 sum.set(sum.get() + light);
@@ -90,26 +90,26 @@ enum Emitter {
     Projector { to_local: Mat4, position: Vec3, axis: Vec3, texture: Value, scale: f32, half: Vec2 },
 }
 
-/// A point that asks for light.
+/// A point for which a light is sampled, and what is known of it (pbrt's name).
 #[derive(Clone, Copy, Debug)]
-pub struct Receiver {
+pub struct LightSampleContext {
     /// World position.
     pub position: Vec3,
     /// Unit normal on the side that light has to come to; zero: light from all around counts.
     pub facing: Vec3,
-    /// The chance of each light and those before it to be asked, while they are few.
+    /// The chance of each light and those before it to be sampled, while they are few.
     chances: [f32; FEW],
 }
 
-impl Receiver {
-    /// The eye, which no light is asked for.
+impl LightSampleContext {
+    /// The eye, for which no light is sampled.
     pub fn eye(position: Vec3) -> Self {
         Self { position, facing: Vec3::ZERO, chances: [0.0; FEW] }
     }
 }
 
-/// What a light could send to a point.
-struct Asked {
+/// A rough estimate of what a light could send to a point.
+struct LightEstimate {
     /// On a surface that faces it.
     irradiance: f32,
     /// What part of that the side that the point faces gets.
@@ -126,12 +126,12 @@ pub struct Lights {
     /// Emitters that are environments.
     environments: Vec<u32>,
     /// Radiance from all around. Nothing finds it better than the directions that a material draws by itself, so it
-    /// is not among those that are asked.
+    /// is not among those that are sampled.
     background: Vec3,
     /// Of many lights: the chance that each or one before it is chosen.
     fixed: Option<Vec<f32>>,
     luminance: Vec3,
-    shares: Shares,
+    map: LightGroupMap,
 }
 
 /// A scene's lights could not be prepared.
@@ -160,14 +160,14 @@ impl Lights {
         let mut emitters = Vec::new();
         let mut background = Vec3::ZERO;
         let groups = scene.light_groups();
-        let mut shares = Shares { names: groups.names, ..Shares::default() };
+        let mut map = LightGroupMap { names: groups.names, ..LightGroupMap::default() };
         let mut of_shape = vec![None; scene.shapes.len()];
         for (i, shape) in scene.shapes.iter().enumerate() {
             let Some(radiance) = &shape.emission else { continue };
             let Some(sampler) = ShapeSampler::new(shape)? else { continue };
             let sampler = if matches!(radiance, Value::Texture(_)) { sampler } else { sampler.without_uv() };
             of_shape[i] = Some(emitters.len() as u32);
-            shares.of_emitters.push(groups.of_shapes[i].unwrap_or(0));
+            map.of_emitters.push(groups.of_shapes[i].unwrap_or(0));
             let mean = luminance.dot(textures.mean(radiance));
             // The mean of a few points: all that choosing a light needs.
             let corners = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]];
@@ -183,7 +183,7 @@ impl Lights {
         }
         for (light, group) in scene.lights.iter().zip(groups.of_lights) {
             if !matches!(light, Light::Constant { .. }) {
-                shares.of_emitters.push(group);
+                map.of_emitters.push(group);
             }
             emitters.push(match light {
                 Light::Point { position, intensity } => {
@@ -203,7 +203,7 @@ impl Lights {
                 },
                 Light::Constant { radiance } => {
                     background += *radiance;
-                    shares.of_background.push((group, *radiance));
+                    map.of_background.push((group, *radiance));
                     continue;
                 }
                 Light::Environment { image, scale, to_world } => {
@@ -226,7 +226,7 @@ impl Lights {
                 }
             });
         }
-        for (_, part) in &mut shares.of_background {
+        for (_, part) in &mut map.of_background {
             *part = Vec3::select(background.cmpgt(Vec3::ZERO), *part / background, Vec3::ZERO);
         }
         let environments = emitters
@@ -235,15 +235,14 @@ impl Lights {
             .filter(|(_, e)| matches!(e, Emitter::Environment(_)))
             .map(|(i, _)| i as u32)
             .collect();
-        let mut lights =
-            Self { emitters, of_shape, environments, background, fixed: None, luminance, shares };
+        let mut lights = Self { emitters, of_shape, environments, background, fixed: None, luminance, map };
         if lights.emitters.len() > FEW {
             let bounds = geometry.bounds();
             let position = (bounds.lo + bounds.hi) * 0.5;
-            let middle = Receiver::eye(position);
+            let middle = LightSampleContext::eye(position);
             let reach = (bounds.hi - bounds.lo).length() * 0.25;
             let power: Vec<f32> =
-                (0..lights.emitters.len()).map(|i| lights.asked(i, &middle, reach).irradiance).collect();
+                (0..lights.emitters.len()).map(|i| lights.estimate(i, &middle, reach).irradiance).collect();
             // A tenth to all alike, so that a light that matters locally is never starved.
             let floor = 0.1 * power.iter().sum::<f32>() / power.len() as f32;
             let mut fixed = vec![0.0; power.len()];
@@ -255,23 +254,23 @@ impl Lights {
 
     /// A point that asks for light. `reflected`: luminance of f |cos θ| of its surface towards a direction, where
     /// that says more than the side it faces.
-    pub fn receiver(
+    pub fn context(
         &self,
         position: Vec3,
         facing: Vec3,
         reflected: Option<&dyn Fn(Vec3) -> f32>,
-    ) -> Receiver {
-        let mut to = Receiver { position, facing, chances: [0.0; FEW] };
+    ) -> LightSampleContext {
+        let mut to = LightSampleContext { position, facing, chances: [0.0; FEW] };
         let n = self.emitters.len();
         if !(2..=FEW).contains(&n) {
             return to;
         }
         let (mut bright, mut seen) = ([0.0; FEW], [0.0; FEW]);
         for i in 0..n {
-            let asked = self.asked(i, &to, 0.0);
-            bright[i] = asked.irradiance * asked.turned;
-            seen[i] = match (reflected, asked.direction) {
-                (Some(f), Some(direction)) => asked.irradiance * f(direction),
+            let estimate = self.estimate(i, &to, 0.0);
+            bright[i] = estimate.irradiance * estimate.turned;
+            seen[i] = match (reflected, estimate.direction) {
+                (Some(f), Some(direction)) => estimate.irradiance * f(direction),
                 // As if matt.
                 _ => bright[i] * (1.0 / PI),
             };
@@ -288,7 +287,7 @@ impl Lights {
 
     /// What emitter `i` could send to `to` and light samples have to find, roughly; distances are not taken smaller
     /// than `reach`.
-    fn asked(&self, i: usize, to: &Receiver, reach: f32) -> Asked {
+    fn estimate(&self, i: usize, to: &LightSampleContext, reach: f32) -> LightEstimate {
         let near2 = (reach * reach).max(1e-12);
         // A source of that irradiance head on towards `way`, and the sine of its half angle.
         let from = |irradiance: f32, way: Vec3, sine: f32| {
@@ -298,7 +297,7 @@ impl Lights {
             } else {
                 ((to.facing.dot(direction) + sine) / (1.0 + sine)).clamp(0.0, 1.0)
             };
-            Asked { irradiance, turned, direction: Some(direction) }
+            LightEstimate { irradiance, turned, direction: Some(direction) }
         };
         let distance2 = |p: Vec3| to.position.distance_squared(p).max(near2);
         match &self.emitters[i] {
@@ -316,7 +315,7 @@ impl Lights {
                 from(self.luminance.dot(*irradiance), -*direction, 0.0)
             }
             Emitter::Environment(e) => {
-                Asked { irradiance: e.irradiance(to.facing), turned: 1.0, direction: None }
+                LightEstimate { irradiance: e.irradiance(to.facing), turned: 1.0, direction: None }
             }
             Emitter::Projector { position, scale, .. } => {
                 from(PI * scale / distance2(*position), *position - to.position, 0.0)
@@ -324,13 +323,13 @@ impl Lights {
         }
     }
 
-    /// The chance of each light and those before it to be asked by `to`.
-    fn chances<'a>(&'a self, to: &'a Receiver) -> &'a [f32] {
+    /// The chance of each light and those before it to be sampled for `to`.
+    fn chances<'a>(&'a self, to: &'a LightSampleContext) -> &'a [f32] {
         self.fixed.as_deref().unwrap_or(&to.chances[..self.emitters.len()])
     }
 
     /// Chooses an emitter for `to`: its index and probability.
-    fn choose(&self, to: &Receiver, u: f32) -> Option<(usize, f32)> {
+    fn choose(&self, to: &LightSampleContext, u: f32) -> Option<(usize, f32)> {
         match self.emitters.len() {
             0 => None,
             1 => Some((0, 1.0)),
@@ -341,13 +340,13 @@ impl Lights {
         }
     }
 
-    fn probability(&self, to: &Receiver, i: usize) -> f32 {
+    fn probability(&self, to: &LightSampleContext, i: usize) -> f32 {
         if self.emitters.len() == 1 { 1.0 } else { distribution::probability(self.chances(to), i) }
     }
 
     /// A direction from `to` to some light; `u` chooses the light with `u[2]` and the place with the others.
     #[inline]
-    pub fn sample(&self, textures: &Textures, to: &Receiver, u: [f32; 4]) -> Option<LightSample> {
+    pub fn sample(&self, textures: &Textures, to: &LightSampleContext, u: [f32; 4]) -> Option<LightSample> {
         let (i, probability) = self.choose(to, u[2])?;
         let p = to.position;
         let uv = Vec2::new(u[0], u[1]);
@@ -358,7 +357,7 @@ impl Lights {
             LightSample {
                 wi: to / distance,
                 distance,
-                brings: Brings::This(intensity / d2),
+                emission: Emission::This(intensity / d2),
                 light: i as u32,
                 pdf: probability,
                 delta: true,
@@ -384,7 +383,7 @@ impl Lights {
                 LightSample {
                     wi,
                     distance,
-                    brings: Brings::This(textures.rgb(radiance, &at)),
+                    emission: Emission::This(textures.rgb(radiance, &at)),
                     light: i as u32,
                     pdf: s.pdf * probability,
                     delta: false,
@@ -415,18 +414,18 @@ impl Lights {
             Emitter::Directional { direction, irradiance } => LightSample {
                 wi: -*direction,
                 distance: f32::INFINITY,
-                brings: Brings::This(*irradiance),
+                emission: Emission::This(*irradiance),
                 light: i as u32,
                 pdf: probability,
                 delta: true,
             },
             Emitter::Environment(e) => {
                 let (wi, pdf, cell) = e.sample(to.facing, uv)?;
-                let brings = Brings::Cell(i as u32, cell);
+                let emission = Emission::Cell(i as u32, cell);
                 LightSample {
                     wi,
                     distance: f32::INFINITY,
-                    brings,
+                    emission,
                     light: i as u32,
                     pdf: pdf * probability,
                     delta: false,
@@ -453,8 +452,8 @@ impl Lights {
     }
 
     /// Which group each light belongs to.
-    pub fn shares(&self) -> &Shares {
-        &self.shares
+    pub fn group_map(&self) -> &LightGroupMap {
+        &self.map
     }
 
     /// Radiance that the surface a ray met sends back along it.
@@ -484,14 +483,18 @@ impl Lights {
     }
 
     /// Density with which `sample` for `to` finds `surface`, which is on emitter `i`.
-    pub fn pdf_hit(&self, i: u32, to: &Receiver, surface: &Surface) -> f32 {
+    pub fn pdf_hit(&self, i: u32, to: &LightSampleContext, surface: &Surface) -> f32 {
         let Emitter::Area { sampler, .. } = &self.emitters[i as usize] else { return 0.0 };
         sampler.pdf(to.position, surface) * self.probability(to, i as usize)
     }
 
     /// Radiance from infinity along `direction`, light by light, its number and the density with which `sample` for `to` finds
     /// that direction on it.
-    pub fn escaped(&self, to: &Receiver, direction: Vec3) -> impl Iterator<Item = (Vec3, f32, u32)> + '_ {
+    pub fn escaped(
+        &self,
+        to: &LightSampleContext,
+        direction: Vec3,
+    ) -> impl Iterator<Item = (Vec3, f32, u32)> + '_ {
         let to = *to;
         let environments = self.environments.iter().filter_map(move |&i| {
             let Emitter::Environment(e) = &self.emitters[i as usize] else { return None };
@@ -504,9 +507,9 @@ impl Lights {
     /// What a sample brings: radiance along it; for a Dirac light irradiance on a surface that faces it.
     #[inline]
     pub fn radiance(&self, sample: &LightSample) -> Vec3 {
-        match sample.brings {
-            Brings::This(radiance) => radiance,
-            Brings::Cell(i, cell) => match &self.emitters[i as usize] {
+        match sample.emission {
+            Emission::This(radiance) => radiance,
+            Emission::Cell(i, cell) => match &self.emitters[i as usize] {
                 Emitter::Environment(e) => e.radiance_at(cell),
                 _ => Vec3::ZERO,
             },

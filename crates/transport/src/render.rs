@@ -10,8 +10,8 @@ use crate::checkpoint::{self, Counting, Head, Part, ResumeError};
 use crate::denoise::denoise;
 use crate::film::{FilmLayout, Tile};
 use crate::guide::{self, Guide};
-use crate::integrator::{FirstHit, Follow, Groups, PrepareError, Radiance, Walk, World};
-use crate::reuse::{GROUP, Rooms};
+use crate::integrator::{FirstHit, Follow, Groups, PathState, PrepareError, Radiance, World};
+use crate::reuse::{GROUP, GroupScratch};
 use crate::sampler::Sampler;
 use glam::{Vec2, Vec3};
 use std::cell::Cell;
@@ -366,18 +366,18 @@ impl Job {
         };
         let mut values = Vec::with_capacity(self.layout.channels.len());
         let mut visit = self.layout.visit(tile);
-        let mut rooms = Rooms::new();
+        let mut scratch = GroupScratch::new();
         let (mut pixels, mut positions) = (Vec::new(), Vec::new());
         let (mut paths, mut radiances) = (Vec::new(), Vec::new());
-        let shares = self.world.lights.shares();
+        let map = self.world.lights.group_map();
         let by_light = self.aovs.contains(&Aov::Lights);
-        let sums = vec![Cell::new(Vec3::ZERO); if by_light { shares.names().len() } else { 0 }];
+        let sums = vec![Cell::new(Vec3::ZERO); if by_light { map.names().len() } else { 0 }];
         let follow = Follow {
             settings: &self.integrator,
-            groups: by_light.then_some(Groups { shares, sums: &sums }),
+            groups: by_light.then_some(Groups { map, sums: &sums }),
             albedo: self.aovs.contains(&Aov::Albedo),
             shading_normal: self.aovs.contains(&Aov::ShadingNormal),
-            sight: self.denoise,
+            features: self.denoise,
             width: width * sharpen,
             spread: spread * sharpen,
         };
@@ -406,11 +406,11 @@ impl Job {
                 radiances.resize(pixels.len(), Radiance::default());
                 if sharing {
                     tile.shared +=
-                        self.world.radiance_of_group(&follow, &mut paths, &mut rooms, &mut radiances);
+                        self.world.radiance_of_group(&follow, &mut paths, &mut scratch, &mut radiances);
                 } else {
                     let (ray, sampler) = &mut paths[0];
-                    let walk = &mut Walk::new(&follow, *ray);
-                    self.world.radiance(&follow, walk, sampler, rooms.of_one(), &mut radiances[0]);
+                    let path = &mut PathState::new(&follow, *ray);
+                    self.world.radiance(&follow, path, sampler, scratch.of_one(), &mut radiances[0]);
                 }
                 for ((pixel, position), r) in pixels.iter().zip(&positions).zip(&radiances) {
                     tile.clamped += f64::from(r.clamped);

@@ -9,7 +9,7 @@
 //! models share that take longer than a ray to ask.
 
 use crate::geometry::offset_origin;
-use crate::integrator::{Arriving, Follow, Radiance, Sight, Vertex, Walk, World};
+use crate::integrator::{DenoiseFeatures, Follow, IncidentLight, PathState, Radiance, Vertex, World};
 use crate::lights::BACKGROUND;
 use crate::sampler::Sampler;
 use glam::Vec3;
@@ -24,27 +24,27 @@ const SIZE: usize = (GROUP[0] * GROUP[1]) as usize;
 const RARE: f32 = 0.01;
 
 /// Memory for one thread's group.
-pub struct Rooms {
+pub struct GroupScratch {
     first: [Scratch; SIZE],
     second: [Scratch; SIZE],
     later: Scratch,
-    between: Scratch,
+    for_shadows: Scratch,
 }
 
-impl Rooms {
+impl GroupScratch {
     /// Fresh.
     pub fn new() -> Box<Self> {
         Box::new(Self {
             first: [scratch(); SIZE],
             second: [scratch(); SIZE],
             later: scratch(),
-            between: scratch(),
+            for_shadows: scratch(),
         })
     }
 
     /// For a path that goes alone.
     pub(crate) fn of_one(&mut self) -> [&mut Scratch; 2] {
-        [&mut self.later, &mut self.between]
+        [&mut self.later, &mut self.for_shadows]
     }
 }
 
@@ -53,7 +53,7 @@ struct End<'a> {
     /// At y.
     vertex: Vertex<'a>,
     /// Up to two: from a light, and from further on.
-    arriving: [Option<Arriving>; 2],
+    incident: [Option<IncidentLight>; 2],
     /// With which x drew the direction to y.
     pdf: f32,
     /// One over the chance that roulette gave the path at x.
@@ -90,44 +90,45 @@ impl World {
         &self,
         follow: &Follow,
         paths: &mut [(crate::accel::Ray, Sampler)],
-        rooms: &mut Rooms,
+        scratch: &mut GroupScratch,
         out: &mut [Radiance],
     ) -> f64 {
         let n = paths.len().min(SIZE);
-        let Rooms { first, second, later, between } = rooms;
-        let mut walks: [Option<Walk>; SIZE] = [None; SIZE];
+        let GroupScratch { first, second, later, for_shadows } = scratch;
+        let mut states: [Option<PathState>; SIZE] = [None; SIZE];
         let mut xs: [Option<Vertex>; SIZE] = [const { None }; SIZE];
-        for (i, room) in first.iter_mut().enumerate().take(n) {
-            let mut walk = Walk::new(follow, paths[i].0);
-            xs[i] = self.meet(follow, &mut walk, room, &mut out[i]);
-            walks[i] = Some(walk);
+        for (i, scratch) in first.iter_mut().enumerate().take(n) {
+            let mut path = PathState::new(follow, paths[i].0);
+            xs[i] = self.next_vertex(follow, &mut path, scratch, &mut out[i]);
+            states[i] = Some(path);
         }
         let mut ends: [Option<End>; SIZE] = [const { None }; SIZE];
         // Those that share.
         let sharing: [Option<&Vertex>; SIZE] =
             std::array::from_fn(|i| xs[i].as_ref().filter(|x| self.materials.shares(x.surface.material)));
-        for (i, room) in second.iter_mut().enumerate().take(n) {
-            let (Some(x), Some(walk), sampler, out) = (&xs[i], &mut walks[i], &mut paths[i].1, &mut out[i])
+        for (i, scratch) in second.iter_mut().enumerate().take(n) {
+            let (Some(x), Some(path), sampler, out) = (&xs[i], &mut states[i], &mut paths[i].1, &mut out[i])
             else {
                 continue;
             };
-            let Some((s, boost)) = self.bounce(follow, walk, x, sampler, between, out) else { continue };
+            let Some((s, boost)) = self.bounce(follow, path, x, sampler, for_shadows, out) else { continue };
             if sharing[i].is_none() || s.delta || s.null || s.pdf < RARE {
-                self.radiance(follow, walk, sampler, [&mut *later, &mut *between], out);
+                self.radiance(follow, path, sampler, [&mut *later, &mut *for_shadows], out);
                 continue;
             }
-            let Some(vertex) = self.meet(follow, walk, room, out) else { continue };
+            let Some(vertex) = self.next_vertex(follow, path, scratch, out) else { continue };
             if !self.materials.shares(vertex.surface.material) {
-                self.radiance_from(follow, walk, &vertex, sampler, [&mut *later, &mut *between], out);
+                self.radiance_from(follow, path, &vertex, sampler, [&mut *later, &mut *for_shadows], out);
                 continue;
             }
-            let arriving = self.arriving(follow, walk, &vertex, sampler, [&mut *later, &mut *between], out);
-            ends[i] = Some(End { vertex, arriving, pdf: s.pdf, boost });
+            let incident =
+                self.incident(follow, path, &vertex, sampler, [&mut *later, &mut *for_shadows], out);
+            ends[i] = Some(End { vertex, incident, pdf: s.pdf, boost });
         }
         let mut shared = Vec3::ZERO;
         for (j, end) in ends.iter().enumerate() {
             if let Some(end) = end {
-                shared += self.share(&sharing, j, end, between, out);
+                shared += self.share(&sharing, j, end, for_shadows, out);
             }
         }
         f64::from(shared.element_sum())
@@ -135,32 +136,32 @@ impl World {
 
     /// What comes to `vertex`, the y of a path: from a light and from further on. What cannot be shared is added to
     /// `out`.
-    fn arriving(
+    fn incident(
         &self,
         follow: &Follow,
-        walk: &mut Walk,
+        path: &mut PathState,
         vertex: &Vertex,
         sampler: &mut Sampler,
-        [later, between]: [&mut Scratch; 2],
+        [later, for_shadows]: [&mut Scratch; 2],
         out: &mut Radiance,
-    ) -> [Option<Arriving>; 2] {
-        sampler.at_vertex(walk.depth);
+    ) -> [Option<IncidentLight>; 2] {
+        sampler.at_vertex(path.depth);
         let (u_light, u_bsdf) = (sampler.next_4d(), sampler.next_4d());
-        let straight = self.light(follow, walk, vertex, u_light, between);
+        let straight = self.light(follow, path, vertex, u_light, for_shadows);
         let Some(s) = vertex.shading.sample(u_bsdf, vertex.wo) else { return [straight, None] };
-        let carried = walk.throughput * s.weight;
-        let Some(boost) = self.scatter(follow, walk, vertex, &s, u_bsdf[3]) else { return [straight, None] };
+        let carried = path.throughput * s.weight;
+        let Some(boost) = self.scatter(follow, path, vertex, &s, u_bsdf[3]) else { return [straight, None] };
         if s.delta || s.null {
-            self.radiance(follow, walk, sampler, [&mut *later, &mut *between], out);
+            self.radiance(follow, path, sampler, [&mut *later, &mut *for_shadows], out);
             return [straight, None];
         }
         // From here on the path is followed for whoever looks at y.
-        walk.before = carried;
-        walk.throughput = Vec3::splat(boost);
-        let mut found = Radiance { alpha: 1.0, sight: Sight::of_none(), ..Radiance::default() };
-        self.radiance(follow, walk, sampler, [&mut *later, &mut *between], &mut found);
+        path.before = carried;
+        path.throughput = Vec3::splat(boost);
+        let mut found = Radiance { alpha: 1.0, features: DenoiseFeatures::of_none(), ..Radiance::default() };
+        self.radiance(follow, path, sampler, [&mut *later, &mut *for_shadows], &mut found);
         let (f, _) = vertex.shading.eval_pdf(s.wi);
-        [straight, Some(Arriving { wi: s.wi, from: BACKGROUND, radiance: found.rgb / s.pdf, f })]
+        [straight, Some(IncidentLight { wi: s.wi, from: BACKGROUND, radiance: found.rgb / s.pdf, f })]
     }
 
     /// Gives the end of path `j` to all of the group; returns what that was.
@@ -169,10 +170,10 @@ impl World {
         xs: &[Option<&Vertex>; SIZE],
         j: usize,
         end: &End,
-        between: &mut Scratch,
+        for_shadows: &mut Scratch,
         out: &mut [Radiance],
     ) -> Vec3 {
-        if end.arriving.iter().flatten().all(|a| a.radiance == Vec3::ZERO) {
+        if end.incident.iter().flatten().all(|a| a.radiance == Vec3::ZERO) {
             return Vec3::ZERO;
         }
         let y = &end.vertex.surface;
@@ -202,7 +203,7 @@ impl World {
                     offset_origin(x.surface.position, x.surface.error, x.surface.geometric_normal, -wo);
                 let way = y.position - from;
                 let distance = way.length();
-                if self.visibility(from, way / distance, distance, 0, between) <= 0.0 {
+                if self.visibility(from, way / distance, distance, 0, for_shadows) <= 0.0 {
                     continue;
                 }
             }
@@ -211,10 +212,10 @@ impl World {
         }
         let density: f32 = links.iter().map(|l| l.density).sum();
         let mut given = Vec3::ZERO;
-        for arriving in end.arriving.iter().flatten() {
+        for incident in end.incident.iter().flatten() {
             for (k, link) in links.iter().enumerate().filter(|(_, l)| l.density > 0.0) {
-                let f = if k == j { arriving.f } else { end.vertex.shading.eval_from(link.wo, arriving.wi) };
-                let light = link.f * f * arriving.radiance * (end.boost / density);
+                let f = if k == j { incident.f } else { end.vertex.shading.eval_from(link.wo, incident.wi) };
+                let light = link.f * f * incident.radiance * (end.boost / density);
                 out[k].rgb += light;
                 given += light;
             }
