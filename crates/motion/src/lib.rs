@@ -6,6 +6,7 @@
 
 mod clip;
 mod deform;
+pub mod noise;
 mod skeleton;
 
 pub use clip::{Clip, Curve, CurveError, Interpolation, Property};
