@@ -8,6 +8,7 @@
 //! highlights are: without that, three readings in shadow would pass for a dark texel full of highlights.
 
 pub mod height;
+pub(crate) mod layout;
 pub(crate) mod stereo;
 
 use crate::fit::compare::quantile;
@@ -15,6 +16,7 @@ use crate::lanes::{F, LANES};
 use crate::parallel::parallel_in;
 use crate::readings::Readings;
 use glam::Vec3;
+use layout::Layout;
 use stereo::{Light, Scratch, Task};
 
 /// What the light of a texel that is no highlight comes from.
@@ -199,36 +201,19 @@ struct Block {
 struct Finder<'a, R> {
     readings: &'a R,
     task: Task,
-    /// Indices of the readings that are used and their lights, where these are the same for all texels.
-    common: Option<(Vec<usize>, Vec<Light>)>,
-    /// Where they are at least in the same order.
-    triplets: Option<Vec<[usize; 3]>>,
+    layout: Layout<Light>,
 }
 
 impl<'a, R: Readings> Finder<'a, R> {
     fn new(readings: &'a R, surface: &Surface, options: &Options) -> Self {
-        let light = |texel: usize, i: usize| {
-            let r = readings.reading(texel, i);
-            Light::of(r.light, r.eye, r.irradiance).map(|l| (i, l))
-        };
-        let middle = readings.texels() / 2;
-        let all = if readings.texels() == 0 { 0 } else { readings.values(middle).len() };
-        if readings.in_common() {
-            let (used, lights): (Vec<usize>, Vec<Light>) = (0..all).filter_map(|i| light(middle, i)).unzip();
-            let triplets = stereo::triplets(&lights.iter().map(Light::toward).collect::<Vec<_>>());
-            let (common, triplets) = (Some((used, lights)), Some(triplets));
-            return Self { readings, task: task(surface, options), common, triplets };
-        }
-        let toward = |i: usize| light(middle, i).map_or(Vec3::ZERO, |(_, l)| l.toward());
-        let triplets =
-            readings.in_order().then(|| stereo::triplets(&(0..all).map(toward).collect::<Vec<_>>()));
-        Self { readings, task: task(surface, options), common: None, triplets }
+        let layout = Layout::new(readings, |r| Light::of(r.light, r.eye, r.irradiance), |light| *light);
+        Self { readings, task: task(surface, options), layout }
     }
 
     /// Turns the readings of up to eight texels on their side, for lights of their own into `own`.
     fn gather<'l>(&'l self, texels: &[usize], scratch: &mut Scratch, own: &'l mut Vec<Light>) -> &'l [Light] {
         let values = |lane: usize| texels.get(lane).map(|t| self.readings.values(*t));
-        if let Some((used, lights)) = &self.common {
+        if let Some((used, lights)) = &self.layout.common {
             scratch.gather(used, values);
             return lights;
         }
@@ -251,7 +236,7 @@ impl<'a, R: Readings> Finder<'a, R> {
         let (mut own, theirs);
         own = Vec::new();
         let lights = self.gather(texels, scratch, &mut own);
-        let triplets = match &self.triplets {
+        let triplets = match &self.layout.triplets {
             Some(triplets) => triplets,
             None => {
                 // Readings of a table are in any order, and each texel has its own.
