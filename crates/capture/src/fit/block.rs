@@ -99,8 +99,9 @@ fn block<R: Rays>(geometry: Geometry<R>, task: &Task, scratch: &mut Scratch) -> 
     let mut done = descent.from(start, scratch);
     let mut ground =
         options.surface.as_ref().filter(|_| !learning).map(|s| Ground::new(lights, scratch, triplets, s));
-    let coated = options.surface.is_some_and(|s| s.ground == normals::Ground::Coated);
-    if let Some(ground) = ground.as_mut().filter(|_| coated || !settle) {
+    // The ground that is fitted with a highlight is Lambert's.
+    let other_law = options.surface.is_some_and(|s| s.ground != normals::Ground::Matte);
+    if let Some(ground) = ground.as_mut().filter(|_| other_law || !settle) {
         ground.find(scratch);
     }
     let compare = |ground: &mut Option<Ground>, done: &Refined, scratch: &Scratch| {
@@ -119,7 +120,7 @@ fn block<R: Rays>(geometry: Geometry<R>, task: &Task, scratch: &mut Scratch) -> 
         compare(&mut ground, &done.refined, scratch);
     }
     // From here on normals may be held to the ground's; it is the free fit that stood against the ground.
-    if let Some(ground) = ground.as_ref().filter(|_| coated) {
+    if let Some(ground) = ground.as_ref().filter(|_| other_law) {
         hold_to_ground(
             &descent,
             &mut done,

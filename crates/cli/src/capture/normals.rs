@@ -47,7 +47,7 @@ pub struct Normals {
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
 
-    /// What the surface is: matte, coated, or as the photographs tell.
+    /// What the surface is: matte, coated (glazed, varnished), rough (clay, sandstone), or as the photographs tell.
     #[arg(long, value_name = "NAME", default_value = "auto")]
     ground: AskedGround,
 
@@ -87,6 +87,7 @@ pub enum AskedGround {
     Auto,
     Matte,
     Coated,
+    Rough,
 }
 
 impl AskedGround {
@@ -96,6 +97,7 @@ impl AskedGround {
             Self::Auto => None,
             Self::Matte => Some(Ground::Matte),
             Self::Coated => Some(Ground::Coated),
+            Self::Rough => Some(Ground::Rough),
         }
     }
 }
@@ -195,6 +197,7 @@ impl Normals {
                 "camera_distance": Some(folder.camera_distance).filter(|d| d.is_finite()),
                 "ground": surface.ground.name(),
                 "ground_asked": asked.is_some(),
+                "roughness": surface.roughness,
                 "slack": surface.slack,
                 "blur": blur,
                 "masked": report.masked,

@@ -69,7 +69,8 @@ pub struct Fit {
     #[arg(long, value_name = "RHO", default_value_t = Options::default().floor)]
     floor: f32,
 
-    /// What lies below highlights or has none: matte, coated (glazed, varnished), or as the photographs tell.
+    /// What lies below highlights or has none: matte, coated (glazed, varnished), rough (clay, sandstone), or as the photographs
+    /// tell.
     #[arg(long, value_name = "NAME", default_value = "auto")]
     ground: AskedGround,
 

@@ -293,7 +293,7 @@ impl Report<'_> {
             "masked": masked,
             "kinds": { "ground": ground, "ground_and_highlight": both, "highlight": bare },
             "few_lights": self.few_lights(),
-            "surface": self.surface.map(|s| json!({ "ground": s.ground.name(), "slack": s.slack })),
+            "surface": self.surface.map(|s| json!({ "ground": s.ground.name(), "roughness": s.roughness, "slack": s.slack })),
             "unsure": self.unsure(),
             "blur": self.blur,
             "learned": self.learned,
