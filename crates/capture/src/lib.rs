@@ -3,6 +3,7 @@
 //! Frame of a sample that lies flat before the camera: +x right, +y up in the picture, +z to the camera,
 //! right-handed. Pure: slices in, values out; `archive` reads and writes the files.
 
+pub mod blur;
 pub mod brdf_fit;
 pub mod calibrate;
 pub mod fit;

@@ -122,3 +122,9 @@ mod tests {
         }
     }
 }
+
+/// Standard deviation of a lens's blur, in texels.
+pub fn blur(text: &str) -> Result<f32, String> {
+    let value = text.trim().parse().ok().filter(|b: &f32| (0.0..=100.0).contains(b));
+    value.ok_or_else(|| "expected a number from 0 to 100".into())
+}

@@ -37,6 +37,7 @@ use super::lp::{self, Axes};
 use super::toml::document::{Document, Item, Keys};
 use crate::{Error, Place, atomic_write, read_bounded, update, will_read};
 use glam::Vec3;
+use std::ops::RangeInclusive;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use yugen_optics::ColourSpace;
@@ -54,10 +55,26 @@ const MAX_TEXT: u64 = 16 << 20;
 /// Of the memory for a band, what pictures that cannot be read row by row may hold, all together, as a part of what its
 /// values hold.
 const KEPT: u64 = 3;
-/// The nearest camera, in widths of the picture: wider than 136° none sees straight.
-pub const NEAREST: f32 = 0.2;
+/// How far cameras may stand from the sample, in widths of the picture: wider than 136° none sees straight, and from the
+/// farthest on all texels are seen in the same direction.
+pub const DISTANCES: RangeInclusive<f32> = 0.2..=1e6;
 /// Rows that are decoded before they are sorted by texel.
 const SLICE: usize = 16;
+
+/// A camera's distance in widths of the picture, as `source` tells it, if there can be such a camera; else a warning, and
+/// nothing.
+pub fn distance_told(widths: f32, source: &str) -> Option<f32> {
+    let believed = DISTANCES.contains(&widths);
+    if !believed {
+        tracing::warn!(
+            "{source}: the camera would have stood {widths} widths of the picture away, and none from {} to {} does; it is \
+             taken to be far away unless {OPTIONS} says its camera_distance",
+            DISTANCES.start(),
+            DISTANCES.end()
+        );
+    }
+    believed.then_some(widths)
+}
 
 /// What the numbers of an integer picture mean.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -190,7 +207,7 @@ impl Options {
                 )),
             })?,
             camera_distance: keys.or("camera_distance", usual.camera_distance, |i| match i.try_number() {
-                Some(_) => i.number_in(NEAREST, 1e6).map(Some),
+                Some(_) => i.number_in(*DISTANCES.start(), *DISTANCES.end()).map(Some),
                 None => i.one_of("camera distance", &[("far", Some(f32::INFINITY))]),
             })?,
         };
@@ -343,10 +360,28 @@ impl Folder {
     pub fn open_lit_by(path: &Path, list: &Path) -> Result<Self, Error> {
         let beside = list.parent().unwrap_or(Path::new(""));
         let theirs = Options::read(beside)?;
-        let said = beside.join(OPTIONS).exists() && list.file_name() == Path::new(&theirs.lights).file_name();
+        let there = beside.join(OPTIONS).exists();
+        let said = there && list.file_name() == Path::new(&theirs.lights).file_name();
+        if there && !said {
+            tracing::warn!(
+                "{} speaks of the list '{}', not of '{}': what it says of axes, near and field_width is not used",
+                beside.join(OPTIONS).display(),
+                theirs.lights,
+                list.display()
+            );
+        }
         Self::opened(path, Some(list), |own| {
             own.lights = list.display().to_string();
             if said {
+                if own.near && !theirs.near {
+                    tracing::warn!(
+                        "{}: its near = true is of its own list; {} says that '{}' holds directions, and they are taken as \
+                         such",
+                        path.display(),
+                        beside.join(OPTIONS).display(),
+                        list.display()
+                    );
+                }
                 (own.axes, own.near, own.field_width) = (theirs.axes, theirs.near, theirs.field_width);
                 own.camera_distance = own.camera_distance.or(theirs.camera_distance);
             }
@@ -407,7 +442,7 @@ impl Folder {
             }
             None => exif::read(&pictures[0].path)?
                 .distance(width, height)
-                .filter(|d| *d >= NEAREST)
+                .and_then(|d| distance_told(d, &format!("{}: Exif", pictures[0].path.display())))
                 .unwrap_or(f32::INFINITY),
         };
         let mut stack = Self {

@@ -304,7 +304,7 @@ mod tests {
     /// Of fifty readings, all lanes alike: what ground and fit cost, by how much the fit leaves readings off, and by how
     /// many degrees the ground is expected to be.
     fn ground(cost: f32, fitted: f32, left: f32, error: f32) -> Ground<'static> {
-        let surface = Surface { ground: normals::Ground::Matte, slack: 0.05 };
+        let surface = Surface { ground: normals::Ground::Matte, roughness: 0.0, slack: 0.05 };
         let [zero, one] = [F::ZERO, F::ONE];
         let solved = Solved {
             g: [zero, zero, one],

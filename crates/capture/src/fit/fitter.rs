@@ -9,44 +9,23 @@ use super::rays::{Common, Own, Ray, ray};
 use super::scratch::Scratch;
 use super::task::{BlockWork, Geometry, Task};
 use crate::lanes::{F, LANES};
+use crate::normals::layout::Layout;
 use crate::normals::stereo::{self, Light};
 use crate::readings::{Reading, Readings};
-use glam::Vec3;
 
 /// What the texels of a band have in common.
 pub(super) struct Fitter<'a, R> {
     readings: &'a R,
-    common: Option<Shared>,
-    /// Where all texels have the same lamps and cameras in the same order.
-    triplets: Option<Vec<[usize; 3]>>,
-}
-
-/// Where all texels are lit and seen from the same directions.
-struct Shared {
-    /// Indices of the readings that are used.
-    used: Vec<usize>,
-    rays: Vec<Ray>,
+    layout: Layout<Ray>,
+    /// Of the readings that are used, where they are the same for all texels.
     lights: Vec<Light>,
 }
 
 impl<'a, R: Readings> Fitter<'a, R> {
     pub fn new(readings: &'a R) -> Self {
-        let middle = readings.texels() / 2;
-        let all = if readings.texels() == 0 { 0 } else { readings.values(middle).len() };
-        if readings.in_common() {
-            let ray = |i: usize| Some((i, ray_of(readings, middle, i)?));
-            let (used, rays): (_, Vec<Ray>) = (0..all).filter_map(ray).unzip();
-            let lights: Vec<Light> = rays.iter().map(|r| Light::of_ray(r.map(F::splat))).collect();
-            let triplets = Some(triplets_of(&lights));
-            return Self { readings, common: Some(Shared { used, rays, lights }), triplets };
-        }
-        let triplets = readings.in_order().then(|| {
-            let toward = |i: usize| {
-                ray_of(readings, middle, i).map_or(Vec3::ZERO, |r| Vec3::new(r[3], r[4], r[5]).normalize())
-            };
-            stereo::triplets(&(0..all).map(toward).collect::<Vec<_>>())
-        });
-        Self { readings, common: None, triplets }
+        let layout = Layout::new(readings, of_reading, light_of);
+        let lights = layout.common.iter().flat_map(|(_, rays)| rays.iter().map(light_of)).collect();
+        Self { readings, layout, lights }
     }
 
     /// Fits texels, and those that are in doubt again with more starts.
@@ -89,11 +68,10 @@ impl<'a, R: Readings> Fitter<'a, R> {
     ) {
         for (block, texels) in texels.chunks(LANES).enumerate() {
             let values = |lane: usize| texels.get(lane).map(|t| self.readings.values(*t));
-            let found = if let (Some(Shared { used, rays, lights }), Some(triplets)) =
-                (&self.common, &self.triplets)
-            {
+            let Layout { common, triplets } = &self.layout;
+            let found = if let (Some((used, rays)), Some(triplets)) = (common, triplets) {
                 scratch.gather(used, values, options);
-                work.of(Geometry { rays: Common(rays), lights, triplets }, scratch)
+                work.of(Geometry { rays: Common(rays), lights: &self.lights, triplets }, scratch)
             } else {
                 let most = texels.iter().map(|t| self.readings.values(*t).len()).max().unwrap_or(0);
                 scratch.gather(&(0..most).collect::<Vec<_>>(), values, options);
@@ -102,7 +80,7 @@ impl<'a, R: Readings> Fitter<'a, R> {
                 own.resize(most, BESIDE.map(F::splat));
                 for (lane, &t) in texels.iter().enumerate() {
                     for (i, own) in own.iter_mut().enumerate().take(self.readings.values(t).len()) {
-                        match ray_of(self.readings, t, i) {
+                        match of_reading(self.readings.reading(t, i)) {
                             Some(ray) => own.iter_mut().zip(ray).for_each(|(to, v)| to.0[lane] = v),
                             None => scratch.stated[i].0[lane] = 0.0,
                         }
@@ -110,7 +88,7 @@ impl<'a, R: Readings> Fitter<'a, R> {
                 }
                 let lights: Vec<Light> = own.iter().map(|ray| Light::of_ray(*ray)).collect();
                 let theirs;
-                let triplets = match &self.triplets {
+                let triplets = match triplets {
                     Some(triplets) => triplets,
                     None => {
                         theirs = triplets_of(&lights);
@@ -128,9 +106,12 @@ impl<'a, R: Readings> Fitter<'a, R> {
     }
 }
 
-fn ray_of(readings: &impl Readings, texel: usize, i: usize) -> Option<Ray> {
-    let Reading { light, eye, irradiance } = readings.reading(texel, i);
+fn of_reading(Reading { light, eye, irradiance }: Reading) -> Option<Ray> {
     ray(light, eye, irradiance)
+}
+
+fn light_of(ray: &Ray) -> Light {
+    Light::of_ray(ray.map(F::splat))
 }
 
 fn triplets_of(lights: &[Light]) -> Vec<[usize; 3]> {

@@ -35,6 +35,11 @@ impl Prior {
         Options { noise, floor, ..*options }
     }
 
+    /// Standard deviation of the readings as it was found: a part of them, and what black ones have, as a reflectance.
+    pub fn found_noise(&self) -> [f32; 2] {
+        self.noise
+    }
+
     pub(super) fn nearest(&self, features: &Features) -> Option<usize> {
         let far = |c: &Cluster| distance(&c.centre, features);
         (0..self.clusters.len()).min_by(|&a, &b| far(&self.clusters[a]).total_cmp(&far(&self.clusters[b])))

@@ -8,6 +8,7 @@
 //! highlights are: without that, three readings in shadow would pass for a dark texel full of highlights.
 
 pub mod height;
+pub(crate) mod layout;
 pub(crate) mod stereo;
 
 use crate::fit::compare::quantile;
@@ -15,7 +16,8 @@ use crate::lanes::{F, LANES};
 use crate::parallel::parallel_in;
 use crate::readings::Readings;
 use glam::Vec3;
-use stereo::{Light, Scratch, Task};
+use layout::Layout;
+use stereo::{Law, Light, Scratch, Task};
 
 /// What the light of a texel that is no highlight comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +27,9 @@ pub enum Ground {
     /// Lambert's law below a clear coat (glaze, varnish, plastic), which lets through 1 − (1 − cos θ)⁵ of what it lets
     /// through from straight above (Fresnel's formulas as Schlick 1994 has them, the same for every refractive index).
     Coated,
+    /// Clay, sand, sandstone, unglazed ware: cavities whose walls turn to the light, so that what leans away from the eye
+    /// stays bright under lights on its side (Oren and Nayar 1994).
+    Rough,
 }
 
 impl Ground {
@@ -33,6 +38,7 @@ impl Ground {
         match self {
             Self::Matte => "matte",
             Self::Coated => "coated",
+            Self::Rough => "rough",
         }
     }
 }
@@ -120,6 +126,8 @@ pub fn find(
 pub struct Surface {
     /// What its light comes from that is no highlight.
     pub ground: Ground,
+    /// Of a rough one: standard deviation of the slope angle of its cavities in radians, as of the model `oren_nayar`; else 0.
+    pub roughness: f32,
     /// By what part of the albedo a reading may be off besides its noise.
     pub slack: f32,
 }
@@ -131,6 +139,9 @@ const SAMPLE: usize = 2048;
 /// wrong response curve looks like one, but leaves more.
 const COAT: f64 = 0.93;
 const COAT_SLACK: f32 = 0.05;
+/// Roughness that is tried, and the part of the cost that it may leave to be believed.
+const ROUGH: [f32; 5] = [0.12, 0.2, 0.3, 0.45, 0.7];
+const COARSE: f64 = 0.8;
 /// The least and most slack that is believed. A photograph of one light holds so much of another's light at the least; and
 /// what is off by more obeys no law.
 const SLACK: [f32; 2] = [0.01, 0.15];
@@ -169,22 +180,47 @@ impl Surface {
             (costs.iter().sum(), Self { slack: (OF_MEDIAN * median).clamp(SLACK[0], SLACK[1]), ..surface })
         };
         // Loose first, so that a law that is not quite met does not pass for many shadows.
-        let settled = |ground: Ground| tried(tried(Self { ground, slack: SLACK[1] }).1).1;
+        let settled =
+            |ground: Ground, roughness: f32| tried(tried(Self { ground, roughness, slack: SLACK[1] }).1).1;
+        // Two of them by the same measure, the strictest that either needs.
+        let costs = |a: Self, b: Self| {
+            let slack = a.slack.min(b.slack);
+            [a, b].map(|surface| tried(Self { slack, ..surface }).0)
+        };
+        let better = |a: Self, b: Self| match costs(a, b) {
+            [of_a, of_b] if of_b < of_a => b,
+            _ => a,
+        };
+        let roughest = || ROUGH.map(|sigma| settled(Ground::Rough, sigma)).into_iter().reduce(better);
         match asked {
-            Some(ground) => settled(ground),
+            Some(Ground::Rough) => roughest().unwrap_or_else(|| settled(Ground::Matte, 0.0)),
+            Some(ground) => settled(ground, 0.0),
             None => {
-                let (matte, coated) = (settled(Ground::Matte), settled(Ground::Coated));
-                // By the same measure.
-                let slack = matte.slack.min(coated.slack);
-                let cost = |surface: Self| tried(Self { slack, ..surface }).0;
-                if coated.slack < COAT_SLACK && cost(coated) < COAT * cost(matte) { coated } else { matte }
+                let matte = settled(Ground::Matte, 0.0);
+                let believed = |other: &Self, part: f64| {
+                    let [of_matte, of_other] = costs(matte, *other);
+                    other.slack < COAT_SLACK && of_other < part * of_matte
+                };
+                let coated = Some(settled(Ground::Coated, 0.0)).filter(|s| believed(s, COAT));
+                let rough = roughest().filter(|s| believed(s, COARSE));
+                [coated, rough].into_iter().flatten().reduce(better).unwrap_or(matte)
             }
         }
     }
 }
 
 pub(crate) fn task(surface: &Surface, options: &Options) -> Task {
-    Task { coated: surface.ground == Ground::Coated, options: *options, slack: surface.slack }
+    let law = match surface.ground {
+        Ground::Matte => Law::Lambert,
+        Ground::Coated => Law::Coated,
+        Ground::Rough => {
+            let variance = surface.roughness * surface.roughness;
+            // A and B of Oren and Nayar 1994.
+            let (a, b) = (1.0 - 0.5 * variance / (variance + 0.33), 0.45 * variance / (variance + 0.09));
+            Law::Rough(b / a)
+        }
+    };
+    Task { law, options: *options, slack: surface.slack }
 }
 
 /// What became of up to eight texels.
@@ -199,36 +235,19 @@ struct Block {
 struct Finder<'a, R> {
     readings: &'a R,
     task: Task,
-    /// Indices of the readings that are used and their lights, where these are the same for all texels.
-    common: Option<(Vec<usize>, Vec<Light>)>,
-    /// Where they are at least in the same order.
-    triplets: Option<Vec<[usize; 3]>>,
+    layout: Layout<Light>,
 }
 
 impl<'a, R: Readings> Finder<'a, R> {
     fn new(readings: &'a R, surface: &Surface, options: &Options) -> Self {
-        let light = |texel: usize, i: usize| {
-            let r = readings.reading(texel, i);
-            Light::of(r.light, r.eye, r.irradiance).map(|l| (i, l))
-        };
-        let middle = readings.texels() / 2;
-        let all = if readings.texels() == 0 { 0 } else { readings.values(middle).len() };
-        if readings.in_common() {
-            let (used, lights): (Vec<usize>, Vec<Light>) = (0..all).filter_map(|i| light(middle, i)).unzip();
-            let triplets = stereo::triplets(&lights.iter().map(Light::toward).collect::<Vec<_>>());
-            let (common, triplets) = (Some((used, lights)), Some(triplets));
-            return Self { readings, task: task(surface, options), common, triplets };
-        }
-        let toward = |i: usize| light(middle, i).map_or(Vec3::ZERO, |(_, l)| l.toward());
-        let triplets =
-            readings.in_order().then(|| stereo::triplets(&(0..all).map(toward).collect::<Vec<_>>()));
-        Self { readings, task: task(surface, options), common: None, triplets }
+        let layout = Layout::new(readings, |r| Light::of(r.light, r.eye, r.irradiance), |light| *light);
+        Self { readings, task: task(surface, options), layout }
     }
 
     /// Turns the readings of up to eight texels on their side, for lights of their own into `own`.
     fn gather<'l>(&'l self, texels: &[usize], scratch: &mut Scratch, own: &'l mut Vec<Light>) -> &'l [Light] {
         let values = |lane: usize| texels.get(lane).map(|t| self.readings.values(*t));
-        if let Some((used, lights)) = &self.common {
+        if let Some((used, lights)) = &self.layout.common {
             scratch.gather(used, values);
             return lights;
         }
@@ -251,7 +270,7 @@ impl<'a, R: Readings> Finder<'a, R> {
         let (mut own, theirs);
         own = Vec::new();
         let lights = self.gather(texels, scratch, &mut own);
-        let triplets = match &self.triplets {
+        let triplets = match &self.layout.triplets {
             Some(triplets) => triplets,
             None => {
                 // Readings of a table are in any order, and each texel has its own.

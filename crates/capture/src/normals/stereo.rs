@@ -14,12 +14,15 @@ pub(crate) struct Light {
     dim: F,
     /// Unit half vector between it and the eye.
     half: [F; 3],
+    /// Cosine between it and the eye.
+    apart: F,
 }
+
+const UP: [F; 3] = [F::ZERO, F::ZERO, F::ONE];
 
 impl Light {
     /// Stands where there is no reading.
-    pub const BESIDE: Self =
-        Self { l: [F::ZERO, F::ZERO, F::ONE], dim: F::ONE, half: [F::ZERO, F::ZERO, F::ONE] };
+    pub const BESIDE: Self = Self { l: UP, dim: F::ONE, half: UP, apart: F::ONE };
 
     /// `None` below the horizon.
     pub fn of(light: Vec3, eye: Vec3, irradiance: f32) -> Option<Self> {
@@ -29,14 +32,16 @@ impl Light {
         }
         let l = (light * irradiance).to_array().map(F::splat);
         let half = (light + eye).normalize().to_array().map(F::splat);
-        Some(Self { l, dim: F::splat(1.0 / irradiance), half })
+        Some(Self { l, dim: F::splat(1.0 / irradiance), half, apart: F::splat(light.dot(eye)) })
     }
 
     /// Of slopes x, y of the half vector, anything, and the direction times its irradiance.
     pub fn of_ray([x, y, _, lx, ly, lz]: [F; 6]) -> Self {
         let flat = F::ONE / (x * x + y * y + 1.0).sqrt();
         let l = [lx, ly, lz];
-        Self { l, dim: F::ONE / dot(&l, &l).sqrt(), half: [x * flat, y * flat, flat] }
+        let (dim, half) = (F::ONE / dot(&l, &l).sqrt(), [x * flat, y * flat, flat]);
+        let cos = dot(&l, &half) * dim;
+        Self { l, dim, half, apart: cos * cos * 2.0 - 1.0 }
     }
 
     /// Takes over one texel's.
@@ -44,6 +49,7 @@ impl Light {
         let pairs = self.l.iter_mut().zip(light.l).chain(self.half.iter_mut().zip(light.half));
         pairs.for_each(|(to, from)| to.0[lane] = from.0[lane]);
         self.dim.0[lane] = light.dim.0[lane];
+        self.apart.0[lane] = light.apart.0[lane];
     }
 
     /// Unit, of the first texel.
@@ -83,10 +89,19 @@ impl Scratch {
     }
 }
 
+/// By what a ground departs from Lambert's law.
+#[derive(Clone, Copy)]
+pub(crate) enum Law {
+    Lambert,
+    Coated,
+    /// Oren and Nayar's B/A: how much is added to Lambert's share where light and eye are on one side.
+    Rough(f32),
+}
+
 /// How eight texels are to be fitted.
 #[derive(Clone, Copy)]
 pub(crate) struct Task {
-    pub coated: bool,
+    pub law: Law,
     pub options: Options,
     /// A part of the albedo by which every reading may be off besides its noise: what shadows that are not quite black, light
     /// from neighbours and the law itself make of it.
@@ -157,7 +172,7 @@ const PASSES: [usize; 2] = [4, 6];
 
 /// A reading beside what g says of it.
 struct Beside {
-    /// What g alone would read, and what the coat lets through of it.
+    /// What g alone would read by Lambert's law, and what the law makes of it: what the coat lets through.
     lit: F,
     through: F,
     /// Squares of the standard deviation and of the difference.
@@ -209,6 +224,18 @@ fn through_coat(cos: F) -> F {
     F::ONE - out2 * out2 * out
 }
 
+/// Oren and Nayar 1994 over Lambert's law as Fujii has it (see the model `oren_nayar`): 1 + B/A cos Δφ sin α tan β where light
+/// and eye stand on one side of the normal, 1 + B/A cos Δφ sin α sin β where not. `cos` is the light's cosine, `g_half` g times
+/// the half vector.
+#[inline(always)]
+fn of_rough(light: &Light, cos: F, g_half: F, inverse: F, rough: f32) -> F {
+    // The eye is the light mirrored at the half vector.
+    let eye = (g_half * inverse * ((light.apart + 1.0) * 2.0).sqrt() - cos).max(F::ZERO);
+    let beside = light.apart - cos * eye;
+    let one_side = beside.above(F::ZERO);
+    F::ONE + beside / one_side.choose(cos.max(eye).max(F::splat(0.05)), F::ONE) * rough
+}
+
 #[inline(always)]
 fn beside(
     light: &Light,
@@ -216,11 +243,17 @@ fn beside(
     g: &[F; 3],
     size: Size,
     slack: f32,
-    coated: bool,
+    law: Law,
     options: &Options,
 ) -> Beside {
     let lit = dot(g, &light.l).max(F::ZERO);
-    let through = if coated { through_coat(lit * size.inverse * light.dim) } else { F::ONE };
+    let g_half = dot(g, &light.half);
+    let cos = lit * size.inverse * light.dim;
+    let through = match law {
+        Law::Lambert => F::ONE,
+        Law::Coated => through_coat(cos),
+        Law::Rough(rough) => of_rough(light, cos, g_half, size.inverse, rough),
+    };
     let seen = lit * through;
     let deviation = seen.max(value) * options.noise + (size.length * slack + options.floor);
     let off = value - seen;
@@ -230,7 +263,7 @@ fn beside(
         variance: deviation * deviation,
         off: off * off,
         bright: off.above(F::ZERO),
-        shiny: dot(g, &light.half).above(size.length * SHINY),
+        shiny: g_half.above(size.length * SHINY),
     }
 }
 
@@ -271,8 +304,8 @@ fn cost_of_candidate(
     let size = Size::of(g);
     let mut sum = F::ZERO;
     for ((light, value), usable) in lights.iter().zip(value).zip(usable) {
-        // Without the coat: what differs is little beside what shadows do.
-        sum += beside(light, *value, g, size, slack, false, options).loss() * *usable;
+        // By Lambert's law: what differs is little beside what shadows do.
+        sum += beside(light, *value, g, size, slack, Law::Lambert, options).loss() * *usable;
     }
     // What looks away from the camera cannot be seen; NaN fails as well.
     g[2].above(F::ZERO).choose(sum, F::splat(f32::INFINITY))
@@ -341,7 +374,7 @@ fn equations(lights: &[Light], value: &[F], usable: &[F], g: &[F; 3], slack: f32
     // Weights in units of the albedo, so that single precision holds their products.
     let unit = size.length * size.length;
     for ((light, value), usable) in lights.iter().zip(value).zip(usable) {
-        let at = beside(light, *value, g, size, slack, task.coated, &task.options);
+        let at = beside(light, *value, g, size, slack, task.law, &task.options);
         let w = weight(&at) * *usable * at.lit.above(F::ZERO) * unit * at.through;
         let [x, y, z] = light.l;
         let (hw, v) = (w * at.through, w * *value);
@@ -447,7 +480,7 @@ fn judge(lights: &[Light], value: &[F], usable: &[F], g: [F; 3], least: F, secon
     let (mut sum, mut all) = (F::ZERO, F::ZERO);
     let (mut agreeing, mut against, mut squares, mut weights) = (F::ZERO, F::ZERO, F::ZERO, F::ZERO);
     for ((light, value), usable) in lights.iter().zip(value).zip(usable) {
-        let at = beside(light, *value, &g, size, task.slack, task.coated, &task.options);
+        let at = beside(light, *value, &g, size, task.slack, task.law, &task.options);
         sum += at.loss() * *usable;
         all += *usable;
         let agrees = (at.variance * 4.0).above(at.off);
@@ -536,7 +569,7 @@ pub(crate) fn albedo(
     let size = Size::of(&solved.g);
     let (mut up, mut down) = ([F::ZERO; 3], F::splat(1e-20));
     for (i, light) in lights.iter().enumerate() {
-        let at = beside(light, value[i], &solved.g, size, task.slack, task.coated, &task.options);
+        let at = beside(light, value[i], &solved.g, size, task.slack, task.law, &task.options);
         let seen = at.lit * at.through * size.inverse;
         let w = weight(&at) * usable[i] * seen;
         down += w * seen;
@@ -580,7 +613,7 @@ pub(crate) fn cost(lights: &[Light], value: &[F], usable: &[F], solved: &Solved,
     let size = Size::of(&solved.g);
     let mut cost = F::ZERO;
     for (i, light) in lights.iter().enumerate() {
-        let at = beside(light, value[i], &solved.g, size, task.slack, task.coated, &task.options);
+        let at = beside(light, value[i], &solved.g, size, task.slack, task.law, &task.options);
         cost += cost_of_reading(value[i], at.lit * at.through, at.shiny, slack, &task.options) * usable[i];
     }
     cost
@@ -642,7 +675,7 @@ pub(crate) fn misfit(
     let size = Size::of(&solved.g);
     let mut off: [Vec<f32>; LANES] = std::array::from_fn(|_| Vec::with_capacity(lights.len()));
     for (i, light) in lights.iter().enumerate() {
-        let at = beside(light, scratch.value[i], &solved.g, size, task.slack, task.coated, &task.options);
+        let at = beside(light, scratch.value[i], &solved.g, size, task.slack, task.law, &task.options);
         for (lane, off) in off.iter_mut().enumerate() {
             if scratch.usable[i].0[lane] > 0.0 && at.lit.0[lane] > 0.0 {
                 off.push(at.off.0[lane].sqrt() * size.inverse.0[lane]);

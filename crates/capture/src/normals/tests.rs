@@ -1,7 +1,11 @@
 use super::*;
 use crate::simulate::fibonacci_dome;
 use crate::{Eye, Lights, Stack};
+use std::f32::consts::PI;
+use yugen_optics::Frame;
 use yugen_optics::random::Pcg32;
+use yugen_reflectance::Model;
+use yugen_reflectance::oren_nayar::OrenNayar;
 
 const SIZE: usize = 48;
 const ALBEDO: [f32; 3] = [0.5, 0.3, 0.2];
@@ -23,6 +27,8 @@ struct Spoilt {
     /// A highlight of this height, as wide as Beckmann's of roughness .15.
     shine: f32,
     coated: bool,
+    /// As of the model `oren_nayar`.
+    sigma: f32,
     noise: f32,
 }
 
@@ -53,7 +59,15 @@ fn photograph(lights: &Lights, spoilt: Spoilt) -> Stack {
                     let shine = spoilt.shine * (-tan2 / 0.0225).exp() * f32::from(u8::from(cos > 0.0));
                     let light = if dark { 0.02 } else { 1.0 };
                     let noise = 1.0 + spoilt.noise * (random[1] - 0.5);
-                    ALBEDO.map(|rho| irradiance * light * noise * (rho * cos * coat + shine))
+                    let (eye, frame) = (stack.eye(l, x, y), Frame::from_normal(n));
+                    let rough = OrenNayar {
+                        reflectance: Vec3::from(ALBEDO),
+                        sigma: spoilt.sigma,
+                        ..OrenNayar::default()
+                    };
+                    let f = rough.eval(&[], frame.to_local(eye), frame.to_local(toward)) * PI;
+                    let ground = if spoilt.sigma > 0.0 { f.to_array() } else { ALBEDO };
+                    ground.map(|rho| irradiance * light * noise * (rho * cos * coat + shine))
                 }
             });
         }
@@ -151,6 +165,23 @@ fn a_glazed_thing_is_known_as_such() {
     assert!(right < 0.6 && wrong > 3.0 * right, "{right} {wrong}");
 }
 
+/// Clay and sandstone, of the library's own model, whose light between the cavities' walls the fit does not know: taken for
+/// Lambert's, as sabotage, normals lean too little.
+#[test]
+fn a_rough_thing_is_known_as_such() {
+    for (lights, sigma) in [(50, 0.25), (50, 0.5), (12, 0.35)] {
+        let spoilt = Spoilt { sigma, shadows: Some(8), noise: 0.02, ..Spoilt::default() };
+        let stack = photograph(&dome(lights), spoilt);
+        let surface = told(&stack);
+        let right = off(&stack, &surface).mean;
+        let wrong = off(&stack, &Surface { ground: Ground::Matte, roughness: 0.0, ..surface }).mean;
+        println!("{lights} {sigma}: {} {} {right:.2} {wrong:.2}", surface.ground.name(), surface.roughness);
+        assert_eq!(surface.ground, Ground::Rough);
+        assert!((surface.roughness / sigma - 1.0).abs() < 0.45, "{}", surface.roughness);
+        assert!(right < 1.5 && wrong > 2.5 * right, "{right} {wrong}");
+    }
+}
+
 #[test]
 fn near_lamps_are_followed() {
     let near = fibonacci_dome(16, 60f32.to_radians()).into_iter().map(|l| l * 1.5).collect();
@@ -198,7 +229,7 @@ fn what_cannot_be_known_is_said_so() {
     stack.values[middle * n..][..n].fill([f32::NAN; 3]);
     stack.values[(middle + 1) * n..][..7].fill([f32::NAN; 3]);
     stack.values[(middle + 2) * n..][..n].fill([0.0; 3]);
-    let surface = Surface { ground: Ground::Matte, slack: 0.01 };
+    let surface = Surface { ground: Ground::Matte, roughness: 0.0, slack: 0.01 };
     let found = find(&stack, &surface, &Options::default(), 1, &|_| {});
     assert_eq!(found[middle], NOTHING);
     assert_eq!(found[middle + 1], Found { readings: 2, ..NOTHING });

@@ -1,6 +1,6 @@
 //! What a cloth is made of: a weave and the threads in it.
 
-use super::{Weave, presets};
+use super::Weave;
 use glam::{Vec2, Vec3};
 use yugen_archive::formats::wif::{Draft, Thread};
 use yugen_optics::ColourSpace;
@@ -113,19 +113,6 @@ pub struct Fabric {
 }
 
 impl Fabric {
-    /// The preset called `name` (see [`presets::PRESETS`]), colours in `space`.
-    pub fn preset(name: &str, space: ColourSpace) -> Option<Self> {
-        presets::preset(name, space)
-    }
-
-    /// Vermilion silk in any weave, colours in `space`.
-    ///
-    /// # Panics
-    /// Never: the silk of the model `noh` is always there.
-    pub fn silk(name: &str, weave: Weave, space: ColourSpace) -> Self {
-        presets::silk(name, weave, space).expect("the preset vermilion_silk")
-    }
-
     /// The cloth that a draft weaves, of smooth twisted yarn in the colours of the draft, which are of `space`.
     pub fn from_draft(draft: &Draft, space: ColourSpace) -> Self {
         let mut yarns: Vec<Yarn> = Vec::new();

@@ -19,19 +19,26 @@ pub const PRESETS: &[Preset] = &[
     },
 ];
 
-pub(super) fn preset(name: &str, space: ColourSpace) -> Option<Fabric> {
-    match name {
-        "karaori" => karaori(space),
-        "kinran" => kinran(space),
-        _ => None,
+impl Fabric {
+    /// The preset called `name` (see [`PRESETS`]), colours in `space`.
+    pub fn preset(name: &str, space: ColourSpace) -> Option<Self> {
+        match name {
+            "karaori" => karaori(space),
+            "kinran" => kinran(space),
+            _ => None,
+        }
     }
-}
 
-/// Vermilion silk, ten ends and ten picks to the millimetre, in any weave.
-pub(super) fn silk(name: &str, weave: Weave, space: ColourSpace) -> Option<Fabric> {
-    let yarns = vec![vermilion("warp", 0.053, 0.025, space)?, vermilion("weft", 0.053, 0.025, space)?];
-    let (warp, weft) = (vec![(0, 0.1); weave.ends()], vec![(1, 0.1); weave.picks()]);
-    Some(Fabric { name: name.into(), weave, yarns, warp, weft, colour_space: space })
+    /// Vermilion silk in any weave, ten ends and ten picks to the millimetre, colours in `space`.
+    ///
+    /// # Panics
+    /// Never: the silk of the model `noh` is always there.
+    pub fn silk(name: &str, weave: Weave, space: ColourSpace) -> Self {
+        let yarn = |name| vermilion(name, 0.053, 0.025, space).expect("the preset vermilion_silk");
+        let yarns = vec![yarn("warp"), yarn("weft")];
+        let (warp, weft) = (vec![(0, 0.1); weave.ends()], vec![(1, 0.1); weave.picks()]);
+        Self { name: name.into(), weave, yarns, warp, weft, colour_space: space }
+    }
 }
 
 /// A ground silk thread of the colour and gloss of `vermilion_silk`.

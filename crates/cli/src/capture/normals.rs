@@ -1,7 +1,7 @@
 //! `yugen capture normals`: normal map, albedo and height of a stack of photographs.
 
-use super::fit::{sample, sample_rows};
-use super::stack::Source;
+use super::fit::{parts, sample_rows};
+use super::stack::{Source, blurred};
 use crate::{argument, json, progress};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
@@ -11,6 +11,7 @@ use std::time::Instant;
 use yugen_archive::formats::btf::maps;
 use yugen_archive::formats::image::{self, ReadOptions, WriteOptions};
 use yugen_archive::{check_outputs, make_folder, will_read};
+use yugen_capture::blur::{self, blur};
 use yugen_capture::fit::compare::{NormalErrors, SURE, UNDECIDED, WRONG, angle, quantile};
 use yugen_capture::normals::{
     FEWEST_READINGS, Found, Ground, Options, Surface, find, height::closure, height::integrate,
@@ -46,13 +47,18 @@ pub struct Normals {
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
 
-    /// What the surface is: matte, coated, or as the photographs tell.
+    /// What the surface is: matte, coated (glazed, varnished), rough (clay, sandstone), or as the photographs tell.
     #[arg(long, value_name = "NAME", default_value = "auto")]
     ground: AskedGround,
 
     /// Standard deviation of a reading, as a part of it.
     #[arg(long, value_name = "PART", default_value_t = Options::default().noise, value_parser = argument::positive)]
     noise: f32,
+
+    /// Blur of the photographs: the standard deviation of their spot in texels, 0 for sharp ones, instead of what their steepest
+    /// steps tell. It raises the expected error where texels with other normals are near.
+    #[arg(long, value_name = "TEXELS", value_parser = argument::blur)]
+    blur: Option<f32>,
 
     /// Leave the height out.
     #[arg(long)]
@@ -81,6 +87,7 @@ pub enum AskedGround {
     Auto,
     Matte,
     Coated,
+    Rough,
 }
 
 impl AskedGround {
@@ -90,6 +97,7 @@ impl AskedGround {
             Self::Auto => None,
             Self::Matte => Some(Ground::Matte),
             Self::Coated => Some(Ground::Coated),
+            Self::Rough => Some(Ground::Rough),
         }
     }
 }
@@ -138,19 +146,17 @@ impl Normals {
         bar.set_message("reading");
         let mut bands = source.bands(rows)?;
         let mut next = bands.next()?;
-        let mut seconds = 0.0;
-        let surface = match &next {
-            Some(whole) if whole.height == height => {
-                let started = Instant::now();
-                let surface = Surface::of(std::slice::from_ref(whole), asked, &options, threads);
-                seconds += started.elapsed().as_secs_f64();
-                surface
-            }
-            _ => {
-                let sample = sample(std::slice::from_ref(folder), sample_rows(folder, lights))?;
-                Surface::of(&sample, asked, &options, threads)
-            }
+        // The same rows whatever the memory, so that the result is.
+        let chosen = sample_rows(folder, lights);
+        let sample = match &next {
+            Some(whole) if whole.height == height => parts(whole, chosen),
+            _ => source.sample(chosen)?,
         };
+        let started = Instant::now();
+        let surface = Surface::of(&sample, asked, &options, threads);
+        let mut seconds = started.elapsed().as_secs_f64();
+        let blur = self.blur.unwrap_or_else(|| blur(&sample));
+        drop(sample);
         bar.set_message("finding normals");
         let mut found: Vec<Found> = Vec::with_capacity(width * height);
         while let Some(band) = next {
@@ -161,6 +167,7 @@ impl Normals {
             drop(band);
             next = bands.next()?;
         }
+        doubt_blurred(&mut found, blur, width, height);
         bar.set_message("integrating");
         let started = Instant::now();
         let normals: Vec<Vec3> = found.iter().map(|f| f.normal).collect();
@@ -190,7 +197,9 @@ impl Normals {
                 "camera_distance": Some(folder.camera_distance).filter(|d| d.is_finite()),
                 "ground": surface.ground.name(),
                 "ground_asked": asked.is_some(),
+                "roughness": surface.roughness,
                 "slack": surface.slack,
+                "blur": blur,
                 "masked": report.masked,
                 "undecided": report.undecided,
                 "median_agreeing": report.agreeing,
@@ -212,7 +221,8 @@ impl Normals {
                     "ninety": t.ninety,
                     "sure": t.sure,
                     "sure_mean": t.sure_mean,
-                    "sure_and_off_by_5": t.sure_and_wrong,
+                    "sure_and_wrong": t.sure_and_wrong,
+                "wrong_from_degrees": WRONG,
                 });
             }
             json::print(all);
@@ -232,6 +242,7 @@ impl Normals {
             report.masked, report.undecided, report.error[0], report.error[1]
         );
         println!("{}", super::stack::camera(folder.camera_distance));
+        blurred(blur).iter().for_each(|line| println!("{line}"));
         if let Some([low, high]) = report.heights {
             println!(
                 "heights from {low:.1} to {high:.1} widths of a texel about their mean, in {integration:.2} s"
@@ -305,6 +316,17 @@ impl Normals {
             exr("height.exr", &["Y"], heights.to_vec())?;
         }
         Ok(())
+    }
+}
+
+/// Expects more of an error where a blur of so many texels mixed texels with others.
+fn doubt_blurred(found: &mut [Found], blur: f32, width: usize, height: usize) {
+    let there = |i: usize| Some(&found[i]).filter(|f| usize::from(f.readings) >= FEWEST_READINGS);
+    let turned =
+        blur::turned(blur, width, height, |i| there(i).map(|f| (f.normal, f.albedo.element_sum().max(0.0))));
+    for (f, degrees) in found.iter_mut().zip(turned) {
+        f.error = f.error.hypot(degrees).min(90.0);
+        f.confidence = f.confidence.min(blur::left(f.error));
     }
 }
 

@@ -74,7 +74,7 @@ pub struct Simulate {
 
     /// How far the camera stands from the middle of the picture, in widths of it (focal length over width of the sensor),
     /// instead of far away.
-    #[arg(long, value_name = "D", conflicts_with_all = ["trace", "pairs"], value_parser = parse_camera_distance)]
+    #[arg(long, value_name = "D", conflicts_with = "pairs", value_parser = parse_camera_distance)]
     camera_distance: Option<f32>,
 
     /// How the maps reflect: a form of the model `noh`.
@@ -115,7 +115,7 @@ pub struct Simulate {
     bits: Option<u32>,
 
     /// Standard deviation of the lens's blur in texels.
-    #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = parse_blur)]
+    #[arg(long, value_name = "TEXELS", default_value_t = 0.0, value_parser = argument::blur)]
     blur: f32,
 
     /// Part of the light that the corners lose; a picture of a white surface, flat.exr, is written as well.
@@ -196,7 +196,7 @@ impl Simulate {
                     // One seed a picture, or their noise would be the same.
                     Some(tracer) => {
                         let seed = self.weaving.seed.wrapping_add(counts.pictures as u32);
-                        tracer.picture(lights, light, view, seed)?
+                        tracer.picture(lights, light, *eye, seed)?
                     }
                     None => subject.picture(lights, light, *eye),
                 };
@@ -455,9 +455,7 @@ fn parse_polar(text: &str) -> Result<f32, String> {
 }
 
 fn parse_camera_distance(text: &str) -> Result<f32, String> {
-    number(text, "a distance from 0.2 to 1000000 widths of the picture", |v| {
-        (stack::NEAREST..=1e6).contains(&v)
-    })
+    number(text, "a distance from 0.2 to 1000000 widths of the picture", |v| stack::DISTANCES.contains(&v))
 }
 
 fn parse_distance(text: &str) -> Result<f32, String> {
@@ -470,10 +468,6 @@ fn parse_stops(text: &str) -> Result<f32, String> {
 
 fn parse_at_least_zero(text: &str) -> Result<f32, String> {
     number(text, "a number, zero or more", |v| v >= 0.0)
-}
-
-fn parse_blur(text: &str) -> Result<f32, String> {
-    number(text, "a number from 0 to 100", |v| (0.0..=100.0).contains(&v))
 }
 
 fn parse_part(text: &str) -> Result<f32, String> {

@@ -1,5 +1,6 @@
 //! A stack folder as verbs read it: bands of photographs in linear sRGB.
 
+use super::fit::SAMPLE_ROWS;
 use anyhow::{Result, bail};
 use std::path::Path;
 use yugen_archive::formats::relightable;
@@ -43,6 +44,18 @@ impl Source {
         }
     }
 
+    /// Bands of so many rows from each first row.
+    pub fn sample(&self, of: Vec<(usize, usize)>) -> Result<Vec<Stack>> {
+        let (mut sample, mut row) = (Vec::new(), 0);
+        let mut bands = self.bands(SAMPLE_ROWS)?;
+        for (first, rows) in of {
+            bands.bands.skip_rows(first - row)?;
+            sample.extend(bands.next()?);
+            row = first + rows;
+        }
+        Ok(sample)
+    }
+
     /// The whole stack, if its values fit into so many bytes.
     pub fn whole(&self, bytes: u64) -> Result<Stack> {
         let Folder { width, height, .. } = self.folder;
@@ -64,6 +77,16 @@ pub fn camera(distance: f32) -> String {
         true => format!("the camera stood {distance:.2} widths of the picture away"),
         false => "the camera is taken to be far away (else say camera_distance in stack.toml)".into(),
     }
+}
+
+/// What to say of a blur of so many texels; `None` of sharp pictures.
+pub fn blurred(texels: f32) -> Option<String> {
+    (texels > 0.0).then(|| {
+        format!(
+            "the steepest steps in the photographs are as soft as a blur of {texels:.2} texels makes them (its standard \
+             deviation): where normals change from texel to texel they are mixed, and the confidence is less"
+        )
+    })
 }
 
 /// Bands of a [`Source`].

@@ -1,14 +1,16 @@
 //! A sample as a scene for the reference renderer: every texel a level facet at its height, turned as its maps say.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
+use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
-use yugen_capture::Lights;
+use yugen_capture::{Eye, Lights};
 use yugen_optics::{Mat4, Vec2, Vec3};
 use yugen_reflectance::Kind;
 use yugen_reflectance::btf::Btf;
 use yugen_scene::Scene;
 use yugen_scene::{
-    Camera, Film, Filter, Geometry, Integrator, Light, Mesh, ModelBuilder, Projection, Shape, Texture, Value,
+    Camera, Film, Filter, FovAxis, Geometry, Integrator, Light, Mesh, ModelBuilder, Projection, Shape,
+    Texture, Value,
 };
 use yugen_transport::render::{Action, Budget, Job, Options};
 
@@ -68,23 +70,45 @@ impl Tracer {
         Ok(Self { scene, width, height, top, samples })
     }
 
-    /// The picture that [`yugen_capture::simulate::Subject::picture`] gives, with what bounces between threads:
-    /// parallel rays along `view` through the middles of flat texels.
-    pub fn picture(&mut self, lights: &Lights, light: usize, view: Vec3, seed: u32) -> Result<Vec<Vec3>> {
+    /// The picture that [`yugen_capture::simulate::Subject::picture`] gives, with what bounces between threads: rays from
+    /// `eye`, parallel ones if it is far away, through the middles of flat texels.
+    pub fn picture(&mut self, lights: &Lights, light: usize, eye: Eye, seed: u32) -> Result<Vec<Vec3>> {
         // Half the width spans the camera's [−1, 1]; its +x is to the left. The frame is sheared, not turned, so that
         // a pixel of the plane z = 0 stays the same pixel from every side.
         let half = 0.5 * self.width as f32;
-        let back = view / view.z;
+        let (projection, away, position) = if eye.distance.is_finite() {
+            let position = eye.toward * eye.distance * self.width as f32;
+            if position.z <= self.top {
+                bail!(
+                    "the camera stands {:.0} widths of a texel above the sample, which is {:.0} high; raise \
+                     --camera-distance",
+                    position.z,
+                    self.top
+                );
+            }
+            let projection = Projection::Perspective {
+                // The tangent of half of it is one.
+                fov_x: FRAC_PI_2,
+                fov_axis: FovAxis::X,
+                aperture_radius: 0.0,
+                focus_distance: 1.0,
+                principal_point: Vec2::ZERO,
+            };
+            (projection, -position, position)
+        } else {
+            let back = eye.toward / eye.toward.z;
+            (Projection::Orthographic, -back, back * (self.top + 1.0))
+        };
         let frame = Mat4::from_cols(
             Vec3::new(-half, 0.0, 0.0).extend(0.0),
             Vec3::new(0.0, half, 0.0).extend(0.0),
-            (-back).extend(0.0),
-            (back * (self.top + 1.0)).extend(1.0),
+            away.extend(0.0),
+            position.extend(1.0),
         );
         self.scene.cameras = vec![Camera {
             name: "machine".into(),
             to_world: frame,
-            projection: Projection::Orthographic,
+            projection,
             near_far: [0.0, 1e6],
             film: Film {
                 width: self.width as u32,

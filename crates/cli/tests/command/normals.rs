@@ -139,7 +139,7 @@ fn things_whose_normals_are_known() {
         assert_eq!(json["ground"], ground, "{name}");
         assert!(error("mean") < mean && error("ninety") < ninety, "{name}: {json}");
         // Sure of itself and wrong: one in a hundred at most.
-        assert!(error("sure_and_off_by_5") <= 0.01 * error("sure"), "{name}: {json}");
+        assert!(error("sure_and_wrong") <= 0.01 * error("sure"), "{name}: {json}");
         assert!(error("sure") > 0.6 * error("texels"), "{name}: {json}");
     }
 }

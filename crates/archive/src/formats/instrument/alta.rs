@@ -92,7 +92,7 @@ fn convert(name: &str, x: &[f32]) -> Option<(Vec3, Vec3)> {
 /// The readings of a file, colours in `space`.
 pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement, Error> {
     // Bytes of a binary form need not be text, and are told of before.
-    let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+    let lines = bytes.split(|b| *b == b'\n' || *b == b'\r').map(<[u8]>::trim_ascii);
     if lines.take(64).any(|l| l.starts_with(b"#FORMAT") && l.ends_with(b"binary")) {
         let problem = "this is ALTA's binary form, which is not read; convert it to text with its data2data";
         return Err(Error::invalid(Place::file(file), problem));
@@ -248,6 +248,18 @@ mod tests {
         close(at("COS_TH", "0.8"), Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.6, 0.0, 0.8));
         let (wi, wo, _) = at("COS_TH_TD", "1 0.8");
         assert!((wi.z - 0.8).abs() < 1e-6 && (wo.z - 0.8).abs() < 1e-6);
+    }
+
+    #[test]
+    fn lines_end_as_they_like() {
+        let text = "#DIM 2 1\n#PARAM_IN ISOTROPIC_TV_TL\n#PARAM_OUT INV_STERADIAN\n0.1 0.5 0.25\n0.2 0.5 x\n";
+        let good = text.replace('x', "0.5");
+        let [lf, cr, both] = ["\n", "\r", "\r\n"].map(|end| of(&good.replace('\n', end)).unwrap().readings);
+        assert!(lf.len() == 2 && lf.iter().zip(&cr).zip(&both).all(|((a, b), c)| a.f == b.f && a.f == c.f));
+        let error = of(&text.replace('\n', "\r")).unwrap_err();
+        assert!(error.starts_with("a.brdf:5:1: 'x'"), "{error}");
+        let error = of(&format!("#FORMAT binary\r{}", text.replace('\n', "\r"))).unwrap_err();
+        assert!(error.contains("binary form"), "{error}");
     }
 
     #[test]

@@ -24,9 +24,9 @@ impl<'a> Text<'a> {
         Ok(Self { text, file })
     }
 
-    /// Lines with their numbers, from 1.
+    /// Lines with their numbers, from 1, whether they end with LF, CR LF or, of old machines, CR.
     pub fn lines(self) -> impl Iterator<Item = (usize, &'a str)> {
-        self.text.lines().enumerate().map(|(i, l)| (i + 1, l.trim()))
+        self.text.lines().flat_map(|l| l.split('\r')).enumerate().map(|(i, l)| (i + 1, l.trim()))
     }
 
     /// Something is wrong in a line.

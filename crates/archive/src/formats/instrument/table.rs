@@ -14,6 +14,8 @@ use yugen_reflectance::tabulated::Goniometry;
 const HALF: f32 = 4.0;
 /// The widest step between azimuths of a table, in degrees.
 const MAX_STEP: f32 = 45.0;
+/// Grids of more places are not made as they are: at 44 bytes each they would take more than 370 MB.
+const MOST_PLACES: usize = 1 << 23;
 /// So many neighbours are looked at, a few for each of the five numbers of a plane; the last one has no weight.
 const NEIGHBOURS: usize = 20;
 /// Readings are the same that lie in one of so many cells of a unit: some hundredths of a degree.
@@ -67,7 +69,8 @@ fn exact(m: &Measurement) -> Option<Goniometry> {
     let axes = axes(readings.iter().map(|r| r.0));
     let size = axes.iter().fold(1usize, |n, axis| n.saturating_mul(axis.len()));
     // At a pole one reading stands for all azimuths.
-    if size > 4 * readings.len() {
+    let mirrored = if m.isotropic { 2 } else { 1 };
+    if size > 4 * readings.len() || mirrored * size > MOST_PLACES {
         return None;
     }
     // A plane says nothing of what is beside it.

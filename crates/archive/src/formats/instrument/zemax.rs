@@ -171,6 +171,7 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
     }
     let [rotations, incidences, azimuths, radials] = &axes;
     let (light, eye) = (bands(incidences, 90.0), bands(radials, 180.0));
+    let share = shares(azimuths);
     let mut readings = Vec::new();
     for (r, rotation) in rotations.iter().enumerate() {
         let turn = Mat3::from_rotation_z(rotation.to_radians());
@@ -187,8 +188,7 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
                     let around = azimuth.cos() * up + azimuth.sin() * Vec3::Y;
                     let wo = radial.cos() * mirror + radial.sin() * around;
                     let i = ((r * incidences.len() + t) * azimuths.len() + a) * radials.len() + d;
-                    let weight =
-                        light[t] * if radial == 0.0 { eye[d] } else { eye[d] / azimuths.len() as f32 };
+                    let weight = light[t] * eye[d] * if radial == 0.0 { 1.0 } else { share[a] };
                     let f = colour(i).unwrap_or_default().max(Vec3::ZERO);
                     readings.push(Reading { wi: turn * wi, wo: turn * wo, f, weight });
                 }
@@ -197,6 +197,20 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
     }
     let isotropic = (rotations.len() == 1).then_some(true);
     Measurement::new("Zemax or ASAP BSDF", readings, isotropic, Vec::new(), file)
+}
+
+/// What part of all azimuths each stands for: half of what lies to both sides, around the circle if they go around it. The
+/// ends of half a circle, in the plane of incidence, are one side of it each and stand for half as much as the rest.
+fn shares(azimuths: &[f32]) -> Vec<f32> {
+    let [first, .., last] = azimuths else { return vec![1.0] };
+    let steps: Vec<f32> = azimuths.windows(2).map(|w| w[1] - w[0]).collect();
+    let gap = first + 360.0 - last;
+    // Half a circle is one side of the plane of incidence, however coarse.
+    let closes = last - first > 180.5 && gap < 1.5 * steps.iter().copied().fold(0.0, f32::max);
+    let around = if closes { gap.max(0.0) } else { 0.0 };
+    let step = |i: Option<usize>| i.and_then(|i| steps.get(i)).copied().unwrap_or(around);
+    let all = last - first + around;
+    (0..azimuths.len()).map(|i| 0.5 * (step(i.checked_sub(1)) + step(Some(i))) / all).collect()
 }
 
 /// Refuses angles that do not rise or are out of range.
@@ -278,10 +292,35 @@ mod tests {
         let g = m.table();
         assert_eq!(g.phi_o.len(), 1);
         assert!(g.rgb.iter().all(|v| (v - 0.5 * FRAC_1_PI).abs() < 1e-6));
-        // All of the sky about the mirror, so that the shares make up what the eye sees of a white sky: π.
-        let upright = m.readings.iter().filter(|r| r.wi.z > 0.9999);
-        let share: f32 = upright.clone().map(|r| r.weight).sum();
-        assert!(upright.map(|r| r.weight / share * r.f.x * PI).sum::<f32>() - 0.5 < 1e-5);
+    }
+
+    /// What leans one way along the plane of incidence and the other way across it, over half the azimuths and over all of
+    /// them: with the ends of the half counted in full, it would be 7 % too bright.
+    #[test]
+    fn readings_weigh_what_they_stand_for() {
+        let f = |_: Vec3, wo: Vec3| {
+            let (c, s) = (wo.x / wo.truncate().length().max(1e-6), wo.y / wo.truncate().length().max(1e-6));
+            0.5 * FRAC_1_PI * (1.0 + 0.5 * (c * c - s * s))
+        };
+        for azimuths in [
+            (0..7).map(|i| 30.0 * i as f32).collect::<Vec<_>>(),
+            (0..12).map(|i| 30.0 * i as f32).collect(),
+            (0..13).map(|i| 30.0 * i as f32).collect(),
+        ] {
+            let m = of(&file(&[0.0], &azimuths, f)).unwrap();
+            // Straight up the mirror stands in a single line, where f is no mean of all azimuths.
+            let upright: Vec<_> = m.readings.iter().filter(|r| r.wi.z > 0.9999 && r.wo.z < 0.9999).collect();
+            let sum = |of: &dyn Fn(&Reading) -> f32| upright.iter().map(|r| r.weight * of(r)).sum::<f32>();
+            let albedo = PI * sum(&|r| r.f.x * r.wo.z) / sum(&|r| r.wo.z);
+            assert!((albedo - 0.5).abs() < 1e-3, "{} azimuths: {albedo}", azimuths.len());
+        }
+        assert_eq!(shares(&[0.0, 90.0, 180.0]), [0.25, 0.5, 0.25]);
+        assert_eq!(shares(&[0.0, 90.0, 180.0, 270.0]), [0.25; 4]);
+        assert_eq!(shares(&[0.0]), [1.0]);
+        let uneven = shares(&[0.0, 10.0, 40.0, 180.0]);
+        assert!(
+            (uneven.iter().sum::<f32>() - 1.0).abs() < 1e-6 && uneven[0] < uneven[1] && uneven[1] < uneven[2]
+        );
     }
 
     #[test]

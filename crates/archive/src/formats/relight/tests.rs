@@ -207,21 +207,24 @@ fn tiles_that_others_cut_fit_together() {
         });
     }
     // Two pictures' tiles in turn, after two of a smaller size; what tiles share may not be said.
-    for (name, said) in [("itarzoom", 2), ("itarzoom_by_script", 0)] {
+    // With tiles of 66 the first one is all of the width, clipped, and the last one tells.
+    for (name, said, side, shared) in
+        [("itarzoom", 2, 32, 2), ("itarzoom_by_script", 0, 32, 2), ("itarzoom_clipped", 0, 66, 6)]
+    {
         check(name, &|folder, i| {
             if i == 1 {
                 return;
             }
             let mut data = b"small!".to_vec();
             let mut offsets = vec![0, 3, 6];
-            for (_, _, (left, across), (top, down)) in tiles(32, 2) {
+            for (_, _, (left, across), (top, down)) in tiles(side, shared) {
                 for _ in 0..2 {
                     data.extend(tile(left, top, across, down));
                     offsets.push(data.len());
                 }
             }
             let text = format!(
-                r#"{{"tilesize": 32, "overlap": {said}, "format": "png", "width": {width}, "height": {height}, "nlevels": 2,
+                r#"{{"tilesize": {side}, "overlap": {said}, "format": "png", "width": {width}, "height": {height}, "nlevels": 2,
 "mode": "interleaved", "stride": 2, "offsets": {offsets:?}}}"#
             );
             put(folder.join("planes.tzb"), &data);

@@ -308,17 +308,18 @@ fn archive(path: &Path, number: usize, size: [usize; 2]) -> Result<Picture, Erro
     let (grid, parts) = parts(&read_bounded(path, MAX_INDEX)?, path, number, size, bytes)?;
     let source = Source::Archive(Archive { path: data, file, parts });
     let mut picture = Picture { grid, source };
-    // RelightLab's script says that tiles share nothing whatever they share; the first tile knows.
+    // RelightLab's script says that tiles share nothing whatever they share; the last one knows, which always reaches from
+    // the border of the picture as far beyond its own place as others do (the first may be all there is across).
     if grid.overlap == 0 && (grid.across() > 1 || grid.down() > 1) {
+        let [x, y] = if grid.across() > 1 { [grid.across() - 1, 0] } else { [0, grid.down() - 1] };
         let most = [(grid.side[0], grid.width), (grid.side[1], grid.height)].map(|(s, n)| (s + s / 2).min(n));
         let options = ReadOptions { max_samples: 3 * (most[0] * most[1]) as u64, ..ReadOptions::raw() };
-        let (path, bytes) = picture.bytes(0, 0, options.max_samples.saturating_mul(2).max(1 << 20))?;
-        let first = read_bytes(&bytes, &path, &options)?;
-        let [across, down] = [first.width, first.height];
+        let (path, bytes) = picture.bytes(x, y, options.max_samples.saturating_mul(2).max(1 << 20))?;
+        let last = read_bytes(&bytes, &path, &options)?;
         let shared = if grid.across() > 1 {
-            across as i64 - grid.side[0] as i64
+            last.width as i64 - (grid.width - x * grid.side[0]) as i64
         } else {
-            down as i64 - grid.side[1] as i64
+            last.height as i64 - (grid.height - y * grid.side[1]) as i64
         };
         // Other sizes are told as what is wrong with the tile.
         if (1..grid.side[0] as i64 / 2).contains(&shared) {

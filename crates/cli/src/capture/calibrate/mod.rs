@@ -10,6 +10,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use pictures::{Grey, Pictures, name};
 use serde_json::json;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::image;
 use yugen_archive::formats::lp;
@@ -207,7 +208,7 @@ impl Calibrate {
         if output.file_name().is_some_and(|n| n == stack::LIGHTS) {
             let said = stack::Options::read(&beside)?;
             // The balls prove the focal length of their own pictures; another stack may say better of its own.
-            let distance = view.focal.map(|f| f / width as f32).filter(|d| *d >= stack::NEAREST);
+            let distance = view.focal.and_then(|f| stack::distance_told(f / width as f32, "--focal"));
             let options = stack::Options {
                 camera_distance: if elsewhere {
                     said.camera_distance.or(distance)
@@ -275,6 +276,8 @@ impl Calibrate {
             }
             bar.inc(1);
         }
+        // Then they need not be decoded once more.
+        let all_kept = every == 1 && outline.is_none();
         let mut candidates = Vec::new();
         for (window, (seen, whole)) in windows.iter_mut().zip(&circles) {
             let given = !self.ball.is_empty();
@@ -329,7 +332,9 @@ impl Calibrate {
                 && centre.x + radius <= width as f32
                 && centre.y + radius <= height as f32;
             let fault = if inside { fault } else { Some(Fault::Cut) };
-            window.pictures.clear();
+            if !all_kept {
+                window.pictures.clear();
+            }
             candidates.push(Candidate {
                 seen,
                 outline: exact.unwrap_or(as_given),
@@ -341,12 +346,15 @@ impl Calibrate {
         let many = pictures.files.len() > 2;
         let mut all: Vec<Vec<Option<Highlight>>> = vec![Vec::new(); candidates.len()];
         bar.reset();
-        for file in &pictures.files {
-            let picture = Grey::read(file, response)?;
+        for (i, file) in pictures.files.iter().enumerate() {
+            let picture = if all_kept { None } else { Some(Grey::read(file, response)?) };
             for (((candidate, window), still), all) in
                 candidates.iter_mut().zip(&windows).zip(&still).zip(&mut all)
             {
-                let cut = window.cut(&picture.values, width);
+                let cut = match &picture {
+                    Some(picture) => Cow::Owned(window.cut(&picture.values, width)),
+                    None => Cow::Borrowed(&window.pictures[i]),
+                };
                 let corner = Vec2::new(window.corner[0] as f32, window.corner[1] as f32);
                 let ball = Ball { centre: candidate.seen.centre - corner, ..candidate.seen };
                 let look = |still: Option<&[f32]>| {

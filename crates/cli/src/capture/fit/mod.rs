@@ -20,6 +20,7 @@ use yugen_archive::formats::image::{self, ReadOptions};
 use yugen_archive::formats::stack::Folder;
 use yugen_archive::{check_outputs, check_writable, make_folder, will_read};
 use yugen_capture::Stack;
+use yugen_capture::blur::{self, blur};
 use yugen_capture::fit::{FEWEST_FOR_HIGHLIGHTS, Fitted, Options, Prior, Readings, fit, smooth_tangents};
 use yugen_capture::normals::{self, Ground, Surface};
 use yugen_optics::Vec3;
@@ -68,9 +69,15 @@ pub struct Fit {
     #[arg(long, value_name = "RHO", default_value_t = Options::default().floor)]
     floor: f32,
 
-    /// What lies below highlights or has none: matte, coated (glazed, varnished), or as the photographs tell.
+    /// What lies below highlights or has none: matte, coated (glazed, varnished), rough (clay, sandstone), or as the photographs
+    /// tell.
     #[arg(long, value_name = "NAME", default_value = "auto")]
     ground: AskedGround,
+
+    /// Blur of the photographs: the standard deviation of their spot in texels, 0 for sharp ones, instead of what their steepest
+    /// steps tell. It lowers the confidence where texels with other normals are near.
+    #[arg(long, value_name = "TEXELS", value_parser = argument::blur)]
+    blur: Option<f32>,
 
     /// Fit every texel by itself.
     #[arg(long)]
@@ -115,7 +122,7 @@ pub struct Fit {
 /// Fewer lights than this say nothing of shadows.
 const FEWEST_LIGHTS: usize = 4;
 /// Rows of a band that threads are learned from.
-const SAMPLE_ROWS: usize = 8;
+pub(super) const SAMPLE_ROWS: usize = 8;
 
 /// What the sample may take of memory.
 const SAMPLE_BYTES: usize = 512 << 20;
@@ -146,6 +153,8 @@ struct Learned {
     surface: Surface,
     /// What threads have in common; `None` where that is not wanted or cannot be told.
     prior: Option<Prior>,
+    /// Blur of the photographs in texels; 0 of a table.
+    blur: f32,
 }
 
 impl Work<'_> {
@@ -155,7 +164,11 @@ impl Work<'_> {
         let options = Options { surface: Some(surface), ..*self.options };
         let prior = self.learns.then(|| Prior::learn(sample, &options, self.threads)).flatten();
         self.bar.set_message("fitting");
-        Learned { options, surface, prior }
+        Learned { options, surface, prior, blur: 0.0 }
+    }
+
+    fn learn_photographs(&self, sample: &[Stack]) -> Learned {
+        Learned { blur: blur(sample), ..self.learn(sample) }
     }
 
     /// Texels from the `first` of all.
@@ -181,20 +194,11 @@ impl Work<'_> {
         // A stack that is read in one go need not be read twice.
         if rows >= folder.height && done == 0 {
             let Some(stack) = Sides::open(folders, rows)?.next()? else { return Ok(None) };
-            let row = stack.width * lights;
-            let part = |(first, rows): (usize, usize)| Stack {
-                first_row: first,
-                height: rows,
-                lights: stack.lights.clone(),
-                eyes: stack.eyes.clone(),
-                values: stack.values[first * row..(first + rows) * row].to_vec(),
-                ..stack
-            };
-            let learned = self.learn(&sample_rows(folder, lights).into_iter().map(part).collect::<Vec<_>>());
+            let learned = self.learn_photographs(&parts(&stack, sample_rows(folder, lights)));
             checkpoint.append(&self.fit(&stack, 0, &learned))?;
             return Ok(Some(learned));
         }
-        let learned = self.learn(&sample(folders, sample_rows(folder, lights))?);
+        let learned = self.learn_photographs(&sample(folders, sample_rows(folder, lights))?);
         let mut bands = Sides::open(folders, rows)?;
         bands.skip_rows(done)?;
         while let Some(stack) = bands.next()? {
@@ -206,8 +210,22 @@ impl Work<'_> {
     }
 }
 
-/// Bands of so many rows from each first row.
-pub(super) fn sample(folders: &[Folder], of: Vec<(usize, usize)>) -> Result<Vec<Stack>> {
+/// Bands of so many rows from each first row, of photographs that were read as a whole.
+pub(super) fn parts(whole: &Stack, of: Vec<(usize, usize)>) -> Vec<Stack> {
+    let row = whole.width * whole.lights.len();
+    let part = |(first, rows): (usize, usize)| Stack {
+        first_row: first,
+        height: rows,
+        lights: whole.lights.clone(),
+        eyes: whole.eyes.clone(),
+        values: whole.values[first * row..(first + rows) * row].to_vec(),
+        ..*whole
+    };
+    of.into_iter().map(part).collect()
+}
+
+/// The same of photographs that are read now.
+fn sample(folders: &[Folder], of: Vec<(usize, usize)>) -> Result<Vec<Stack>> {
     let (mut sample, mut row) = (Vec::new(), 0);
     let mut bands = Sides::open(folders, SAMPLE_ROWS)?;
     for (first, rows) in of {
@@ -315,6 +333,15 @@ impl Fit {
                 Some(learned)
             }
         };
+        // All may have been fitted before.
+        let blurred = match (self.blur, &source, &learned) {
+            (Some(said), ..) => said,
+            (_, _, Some(learned)) => learned.blur,
+            (_, Source::Photographs(folders), None) => {
+                blur(&sample(folders, sample_rows(&folders[0], lights))?)
+            }
+            (_, Source::Table { .. }, None) => 0.0,
+        };
         work.bar.finish_and_clear();
         let fitted = checkpoint.texels()?;
         let seconds = started.elapsed();
@@ -332,6 +359,7 @@ impl Fit {
         if self.no_prior && !self.no_smoothing {
             smooth_tangents(&mut maps);
         }
+        blur::doubt(&mut maps, blurred);
         btf::save(&self.output, &maps, &about)?;
         checkpoint.remove();
 
@@ -339,10 +367,12 @@ impl Fit {
             output: &self.output,
             maps: &maps,
             residuals: &residuals,
+            blur: blurred,
             kinds: &kinds,
             lights,
             camera_distance: source.camera_distance(),
             learned: learned.as_ref().is_some_and(|l| l.prior.is_some()),
+            noise: learned.as_ref().and_then(|l| Some(l.prior.as_ref()?.found_noise())),
             surface: learned.map(|l| l.surface),
             seconds: seconds.as_secs_f64(),
             comparison: truth.map(|t| Comparison::of(&maps, &t)),

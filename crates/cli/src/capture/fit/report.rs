@@ -1,6 +1,6 @@
 //! What a fit says about itself.
 
-use super::super::stack::camera;
+use super::super::stack::{blurred, camera};
 use super::page;
 use anyhow::Result;
 use serde_json::{Map as Json, json};
@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use yugen_archive::formats::btf::maps::{self, Map};
 use yugen_archive::{atomic_write, make_folder};
 use yugen_capture::fit::compare::{
-    HEADING, NAMES, NORMAL, NormalErrors, SURE, Step, UNDECIDED, angle, calibration, errors, failed, numbers,
-    quantile, row,
+    HEADING, NAMES, NORMAL, NormalErrors, SURE, Step, UNDECIDED, WRONG, angle, calibration, errors, failed,
+    numbers, quantile, row,
 };
 use yugen_capture::fit::{FEWEST_FOR_HIGHLIGHTS, Kind};
 use yugen_capture::normals::Surface;
@@ -20,12 +20,16 @@ pub struct Report<'a> {
     pub output: &'a Path,
     pub maps: &'a Btf,
     pub residuals: &'a [f32],
+    /// Of the photographs, in texels.
+    pub blur: f32,
     /// What each texel is made of.
     pub kinds: &'a [Kind],
     pub lights: usize,
     /// How far the camera stood, in widths of the picture; `None` of a table of readings, infinite if far away.
     pub camera_distance: Option<f32>,
     pub learned: bool,
+    /// How much readings were found to be off: a part of them, and what black ones have.
+    pub noise: Option<[f32; 2]>,
     /// What the ground is like; `None` where all was done before.
     pub surface: Option<Surface>,
     pub seconds: f64,
@@ -225,6 +229,7 @@ impl Report<'_> {
             ),
         ];
         all.extend(self.camera_distance.map(camera));
+        all.extend(blurred(self.blur));
         if self.few_lights() {
             all.push(format!(
                 "{} lights are too few for highlights ({FEWEST_FOR_HIGHLIGHTS} are not): normals and grounds are those of \
@@ -288,9 +293,11 @@ impl Report<'_> {
             "masked": masked,
             "kinds": { "ground": ground, "ground_and_highlight": both, "highlight": bare },
             "few_lights": self.few_lights(),
-            "surface": self.surface.map(|s| json!({ "ground": s.ground.name(), "slack": s.slack })),
+            "surface": self.surface.map(|s| json!({ "ground": s.ground.name(), "roughness": s.roughness, "slack": s.slack })),
             "unsure": self.unsure(),
+            "blur": self.blur,
             "learned": self.learned,
+            "noise": self.noise.map(|[part, floor]| json!({ "part": part, "floor": floor })),
             "median_confidence": self.median_confidence(),
             "residual": { "median": residual[0], "ninety": residual[1] },
             "seconds": self.seconds,
@@ -318,7 +325,8 @@ impl Report<'_> {
                 "ninety": n.ninety,
                 "sure": n.sure,
                 "sure_mean": n.sure_mean,
-                "sure_and_off_by_5": n.sure_and_wrong,
+                "sure_and_wrong": n.sure_and_wrong,
+                "wrong_from_degrees": WRONG,
             });
         }
         let step = |s: &Step| {

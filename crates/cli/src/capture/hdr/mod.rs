@@ -274,11 +274,14 @@ impl Hdr {
 
     /// How far away the camera stood, as the lens or the Exif data of a photograph tell: the merged pictures have none.
     fn camera_distance(&self, photograph: &Path, [width, height]: [usize; 2]) -> Result<Option<f32>> {
-        let told = match &self.lens {
-            Some(lens) => Some(lens.focal / width as f32),
-            None => exif::read(photograph)?.distance(width, height),
+        let (told, source) = match &self.lens {
+            Some(lens) => (Some(lens.focal / width as f32), "--lens".to_string()),
+            None => {
+                let told = exif::read(photograph)?.distance(width, height);
+                (told, format!("{}: Exif", photograph.display()))
+            }
         };
-        Ok(told.filter(|d| *d >= stack::NEAREST))
+        Ok(told.and_then(|d| stack::distance_told(d, &source)))
     }
 
     /// Undoes the lens, if there is one.
