@@ -8,7 +8,7 @@ use crate::scene::{SceneBuffers, scene_wgsl};
 use crate::surface::SURFACE_WGSL;
 use crate::view::VIEW_WGSL;
 use wgpu::Device;
-use yugen_scene::prepared::{Rows, wgsl};
+use yugen_scene::prepared::{NONE, Rows, wgsl};
 
 /// Most lights that the first surface looks at in a frame, one sample each; of more some are chosen by their power.
 const LIGHTS: u32 = 16;
@@ -38,9 +38,11 @@ pub fn shade_pass(
         "// Surfaces that reflect light on its way; 0: only what shines is seen.\nconst BOUNCES: u32 = {}u;\n\
          // Bounces from which roulette may end a path.\nconst ROULETTE: u32 = {ROULETTE}u;\n\
          // Most lights that the first surface looks at, one sample each.\nconst LIGHTS: u32 = {LIGHTS}u;\n\
-         // Lights are not seen by the camera.\nconst HIDE_EMITTERS: bool = {};",
+         // Lights are not seen by the camera.\nconst HIDE_EMITTERS: bool = {};\n\
+         // Some surface shines.\nconst HAS_SURFACE_LIGHTS: bool = {};",
         bounces.min(BOUNCES),
-        options.hide_emitters
+        options.hide_emitters,
+        rows.draws.iter().any(|d| d.emitter != NONE)
     );
     let pieces = [
         &constants,

@@ -1,7 +1,9 @@
 // Light along a camera ray: what the visibility buffer saw, shaded, and up to BOUNCES surfaces behind it. The reference
 // renderer's path tracer with fewer choices left to chance: the first surface looks at every light while they are few.
 //
-// Every function that is large is called from one place, for drivers put it in place of its call.
+// Every function that is large is called from one place, for drivers put it in place of its call. A software GPU goes
+// through both sides of every branch, so what the last surface of a path does not need is not in the loop for it: a ray
+// and what shines at its end belong to the surface that it leaves.
 
 // Hash of Jarzynski and Olano 2020, "Hash Functions for GPU Rendering": PCG.
 fn pcg(v: u32) -> u32 {
@@ -60,6 +62,15 @@ fn passes(draw: u32, triangle: u32, b: vec2<f32>, dir: vec3<f32>) -> f32 {
 
 @group(1) @binding(1) var visibility: texture_2d<u32>;
 
+// Surfaces whose reflection is looked at; light also passes straight through the last.
+const SURFACES: u32 = select(BOUNCES, BOUNCES + 1u, SEES_THROUGH);
+
+fn footprint_on(s: Surface, dir: vec3<f32>, width: f32) -> f32 {
+    // Width on the surface, stretched where it is seen at a slant, in units of uv.
+    let slant = max(abs(dot(s.geometric_normal, dir)), 0.1);
+    return width / (slant * max(min(length(s.dp_du), length(s.dp_dv)), 1e-12));
+}
+
 @compute @workgroup_size(8, 8)
 fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= view.window.z || id.y >= view.window.w) {
@@ -67,23 +78,12 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = pcg(id.x ^ pcg(id.y ^ pcg(view.seed)));
     let camera = pixel_ray(id.xy);
-    var origin = camera.origin;
     var dir = camera.dir;
     var hit = Hit(camera.t_max, 0.0, 0.0, NONE, NONE);
     let seen = textureLoad(visibility, id.xy, 0);
     if (seen.x != 0u) {
-        hit = intersect_triangle(seen.x - 1u, seen.y, origin, dir);
+        hit = intersect_triangle(seen.x - 1u, seen.y, camera.origin, dir);
     }
-    var radiance = vec3<f32>(0.0);
-    var throughput = vec3<f32>(1.0);
-    var alpha = 0.0;
-    // Where the last direction was drawn, towards which side, and how likely it was.
-    var facing = vec3<f32>(0.0);
-    var drawn_pdf = 0.0;
-    var drawn_delta = true;
-    // How far back that was.
-    var since = 0.0;
-    var absorption = vec3<f32>(0.0);
     // The ray's footprint and how it grows.
     var width = 0.0;
     var spread = abs(view.scale.x);
@@ -95,53 +95,56 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     let sharpen = 1.0 / clamp(sqrt(f32(view.index + 1u)), 1.0, 8.0);
     width *= sharpen;
     spread *= sharpen;
+
+    // Lights that are not seen do not stand in the way.
+    if (HIDE_EMITTERS && HAS_SURFACE_LIGHTS) {
+        for (var i = 0u; i < MOST_SHEETS && hit.draw != NONE && draws[hit.draw].emitter != NONE; i += 1u) {
+            let h = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+            width += spread * hit.t;
+            hit = trace_closest(offset_origin(h.position, h.error, h.geometric_normal, dir), dir, 0.0, 1e30);
+        }
+    }
+
+    var radiance = vec3<f32>(0.0);
+    var throughput = vec3<f32>(1.0);
+    var alpha = 0.0;
+    // Where the path is, and whether it goes on from there.
+    var s: Surface;
+    var point: ShadingPoint;
+    var alive = hit.draw != NONE;
+    if (alive) {
+        s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+        width += spread * hit.t;
+        point = shading_point(s, footprint_on(s, dir, width));
+        if (HAS_SURFACE_LIGHTS && s.emitter != NONE) {
+            let value = emitted(s.emitter, s.frame_n, -dir);
+            if (value != NONE) {
+                radiance = value_at(point, vec2<f32>(0.0), value).xyz;
+            }
+        }
+    } else if (!HIDE_EMITTERS) {
+        radiance = background();
+        for (var i = 0u; i < environment_count(); i += 1u) {
+            radiance += environment_radiance(environment_of(i).y, dir);
+        }
+    }
+    // How far back the last direction was drawn, how likely it was, and whether it is the camera's or a mirror's.
+    var since = hit.t;
+    var drawn_pdf = 0.0;
+    var drawn_delta = true;
+    // The side that it was drawn towards.
+    var facing = vec3<f32>(0.0);
+    var absorption = vec3<f32>(0.0);
     // Surfaces passed straight through count as little as those before the camera.
     var null_steps = 0u;
-    var hidden = 0u;
-    for (var depth = 0u; depth <= BOUNCES;) {
-        if (hit.draw == NONE) {
-            // Lights at infinity.
-            if (HIDE_EMITTERS && drawn_delta && alpha == 0.0) {
-                break;
-            }
-            var sum = background();
-            for (var i = 0u; i < environment_count(); i += 1u) {
-                let e = environment_of(i);
-                let r = environment_radiance_pdf(e.y, dir, facing);
-                var weight = 1.0;
-                if (!drawn_delta) {
-                    weight = power_heuristic(drawn_pdf, r.w * light_chance(e.x, depth));
-                }
-                sum += weight * r.xyz;
-            }
-            radiance += throughput * sum;
-            break;
-        }
-        if (any(absorption != vec3<f32>(0.0))) {
-            throughput *= exp(-hit.t * absorption);
-        }
-        since += hit.t;
-        let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+    for (var depth = 0u; alive && depth < SURFACES;) {
         let wo = -dir;
-        // Lights that are not seen do not stand in the way.
-        if (HIDE_EMITTERS && depth == 0u && null_steps == 0u && s.emitter != NONE && hidden < MOST_SHEETS) {
-            hidden += 1u;
-            width += spread * hit.t;
-            hit = trace_closest(offset_origin(s.position, s.error, s.geometric_normal, dir), dir, 0.0, 1e30);
-            continue;
-        }
-        // Width on the surface, stretched where it is seen at a slant, in units of uv.
-        width += spread * hit.t;
-        let slant = max(abs(dot(s.geometric_normal, dir)), 0.1);
-        let footprint = width / (slant * max(min(length(s.dp_du), length(s.dp_dv)), 1e-12));
-        let point = shading_point(s, footprint);
         shade(s.material, point, wo);
         if (alpha == 0.0 && through < 1.0) {
             alpha = 1.0;
         }
         let own_facing = shading_facing(s.frame_n, wo);
-        let smooth_lobes = shading_smooth();
-        let last = depth == BOUNCES;
+        let last = SEES_THROUGH && depth == BOUNCES;
         // Five sets of its own and one for each light.
         let first_set = 32u * (depth + (BOUNCES + 1u) * null_steps);
 
@@ -151,115 +154,136 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         if (!last || through > 0.0) {
             next = shading_sample(u_lobe, wo);
         }
+        alive = next.pdf > 0.0 && !(last && !next.is_null) && null_steps < MOST_SHEETS;
 
-        // Looked at one after the other: what the surface itself sends (0), lights, and the direction drawn.
+        // Looked at one after the other: lights, and the direction drawn.
         let count = emitter_count();
         var looks = select(min(count, LIGHTS), min(count, 1u), depth > 0u);
-        if (last || !smooth_lobes) {
+        if (last || !shading_smooth()) {
             looks = 0u;
         }
-        for (var look = 0u; look <= looks + 1u; look += 1u) {
-            var value = NONE;
-            var at = point;
+        let here = s;
+        for (var look = 0u; look < looks + u32(alive); look += 1u) {
+            let of_light = look < looks;
             var wi = next.wi;
-            var factor = vec3<f32>(1.0);
-            var pdf = 0.0;
-            var distance = 0.0;
-            var is_delta = false;
-            let of_light = look > 0u && look <= looks;
-            if (look == 0u) {
-                if (s.emitter == NONE) {
-                    continue;
-                }
-                value = emitted(s.emitter, s.frame_n, wo);
-                if (value == NONE) {
-                    continue;
-                }
-                if (!drawn_delta) {
-                    let p = area_pdf(s.emitter, s.position - since * dir, since, dot(s.geometric_normal, dir));
-                    factor = vec3<f32>(power_heuristic(drawn_pdf, p * light_chance(s.emitter, depth)));
-                }
-            } else if (of_light) {
-                let u = sample2(pixel, first_set + 4u + look, view.index);
-                var emitter = look - 1u;
-                var chance = 1.0;
+            var light = no_light();
+            var chance = 1.0;
+            if (of_light) {
+                let u = sample2(pixel, first_set + 5u + look, view.index);
+                var emitter = look;
                 if (looks < count) {
-                    let stratum = (f32(look - 1u) + sample2(pixel, first_set + 2u, view.index).x) / f32(looks);
+                    let stratum = (f32(look) + sample2(pixel, first_set + 2u, view.index).x) / f32(looks);
                     let choice = emitter_choose(stratum);
                     emitter = choice.entry;
                     chance = choice.probability * f32(looks);
                 }
-                let light = light_sample(emitter, s.position, own_facing, u);
+                light = light_sample(emitter, here.position, own_facing, u);
                 if (light.pdf <= 0.0 || chance <= 0.0) {
                     continue;
                 }
+                wi = light.wi;
+            }
+            var f = vec4<f32>(0.0);
+            if (of_light || next.combine) {
+                f = shading_eval_pdf(wi);
+            }
+            // What the ray has to carry, and how far it goes.
+            var carried: vec3<f32>;
+            var reach = 1e30;
+            if (of_light) {
+                let pdf = light.pdf * chance;
+                let weight = select(power_heuristic(pdf, f.w), 1.0, light.is_delta);
+                carried = throughput * f.xyz * light.radiance * (weight / pdf);
+                reach = light.distance * (1.0 - 1e-3);
+                if (all(carried <= vec3<f32>(0.0))) {
+                    continue;
+                }
+            } else {
+                if (next.combine) {
+                    next.pdf = f.w;
+                    next.weight = select(vec3<f32>(0.0), f.xyz / max(f.w, 1e-30), f.w > 0.0);
+                }
+                throughput *= next.weight;
+                if (has_body && dot(here.geometric_normal, wo) * dot(here.geometric_normal, wi) < 0.0) {
+                    absorption = select(vec3<f32>(0.0), body, dot(here.geometric_normal, wi) < 0.0);
+                }
+                if (next.is_null) {
+                    null_steps += 1u;
+                } else {
+                    facing = own_facing;
+                    since = 0.0;
+                    drawn_pdf = next.pdf;
+                    drawn_delta = next.is_delta;
+                    depth += 1u;
+                    if (!next.is_delta) {
+                        // A rough bounce spreads the footprint like a lobe of that density.
+                        spread = max(spread, min(sqrt(1.0 / (4.0 * max(next.pdf, 0.05))), 0.5));
+                    }
+                }
+                // Russian roulette: long paths that carry little end, and those that go on count for them.
+                let most = max(throughput.x, max(throughput.y, throughput.z));
+                var survive = select(0.0, 1.0, next.pdf > 0.0 && most > 0.0);
+                if (depth >= ROULETTE) {
+                    survive *= min(most, 0.95);
+                }
+                alive = sample2(pixel, first_set + 3u, view.index).x < survive;
+                if (!alive) {
+                    break;
+                }
+                throughput /= survive;
+                dir = wi;
+            }
+
+            let h = traverse(offset_origin(here.position, here.error, here.geometric_normal, wi), wi, 0.0, reach, of_light);
+            // What shines there: where its value is and where that is looked up.
+            var value = NONE;
+            var at = point;
+            if (of_light) {
+                carried *= h.t;
                 value = light_value;
                 at = light_at;
-                wi = light.wi;
-                pdf = light.pdf * chance;
-                factor = light.radiance;
-                distance = light.distance;
-                is_delta = light.is_delta;
-            } else if (!next.combine) {
-                continue;
+            } else if (h.draw == NONE) {
+                alive = false;
+                carried = vec3<f32>(0.0);
+                if (!(HIDE_EMITTERS && drawn_delta && alpha == 0.0)) {
+                    carried = background();
+                    for (var i = 0u; i < environment_count(); i += 1u) {
+                        let e = environment_of(i);
+                        let r = environment_radiance_pdf(e.y, dir, facing);
+                        var weight = 1.0;
+                        if (!drawn_delta) {
+                            weight = power_heuristic(drawn_pdf, r.w * light_chance(e.x, depth));
+                        }
+                        carried += weight * r.xyz;
+                    }
+                    carried *= throughput;
+                }
+            } else {
+                since += h.t;
+                width += spread * h.t;
+                if (any(absorption != vec3<f32>(0.0))) {
+                    throughput *= exp(-h.t * absorption);
+                }
+                carried = vec3<f32>(0.0);
+                s = surface_at(h.draw, h.triangle, vec2<f32>(h.b1, h.b2));
+                point = shading_point(s, footprint_on(s, dir, width));
+                at = point;
+                if (HAS_SURFACE_LIGHTS && s.emitter != NONE) {
+                    value = emitted(s.emitter, s.frame_n, -dir);
+                    if (value != NONE) {
+                        carried = throughput;
+                        if (!drawn_delta) {
+                            let p = area_pdf(s.emitter, s.position - since * dir, since, dot(s.geometric_normal, dir));
+                            carried *= power_heuristic(drawn_pdf, p * light_chance(s.emitter, depth));
+                        }
+                    }
+                }
             }
             if (value != NONE) {
-                factor *= value_at(at, vec2<f32>(0.0), value).xyz;
+                carried *= value_at(at, vec2<f32>(0.0), value).xyz;
             }
-            if (look == 0u) {
-                radiance += throughput * factor;
-                continue;
-            }
-            let f = shading_eval_pdf(wi);
-            if (!of_light) {
-                next.pdf = f.w;
-                next.weight = select(vec3<f32>(0.0), f.xyz / max(f.w, 1e-30), f.w > 0.0);
-                continue;
-            }
-            if (all(f.xyz <= vec3<f32>(0.0))) {
-                continue;
-            }
-            let start = offset_origin(s.position, s.error, s.geometric_normal, wi);
-            let clear = trace_any(start, wi, 0.0, distance * (1.0 - 1e-3));
-            let weight = select(power_heuristic(pdf, f.w), 1.0, is_delta);
-            radiance += throughput * f.xyz * factor * (clear * weight / pdf);
+            radiance += carried;
         }
-
-        if (next.pdf <= 0.0 || (last && !next.is_null) || null_steps >= MOST_SHEETS) {
-            break;
-        }
-        throughput *= next.weight;
-        if (has_body && dot(s.geometric_normal, wo) * dot(s.geometric_normal, next.wi) < 0.0) {
-            absorption = select(vec3<f32>(0.0), body, dot(s.geometric_normal, next.wi) < 0.0);
-        }
-        if (next.is_null) {
-            null_steps += 1u;
-        } else {
-            facing = own_facing;
-            since = 0.0;
-            drawn_pdf = next.pdf;
-            drawn_delta = next.is_delta;
-            depth += 1u;
-            if (!next.is_delta) {
-                // A rough bounce spreads the footprint like a lobe of that density.
-                spread = max(spread, min(sqrt(1.0 / (4.0 * max(next.pdf, 0.05))), 0.5));
-            }
-        }
-        // Russian roulette: long paths that carry little end, and those that go on count for them.
-        let carried = max(throughput.x, max(throughput.y, throughput.z));
-        if (carried <= 0.0) {
-            break;
-        }
-        if (depth >= ROULETTE) {
-            let survive = min(carried, 0.95);
-            if (sample2(pixel, first_set + 3u, view.index).x >= survive) {
-                break;
-            }
-            throughput /= survive;
-        }
-        origin = offset_origin(s.position, s.error, s.geometric_normal, next.wi);
-        dir = next.wi;
-        hit = trace_closest(origin, dir, 0.0, 1e30);
     }
     film_add(id.xy, vec4<f32>(radiance, alpha));
 }

@@ -69,7 +69,9 @@ pub(super) fn write(
         let mut words = vec![Op::Area as u32, draw, u32::from(shape.two_sided_emission)];
         words.extend(value);
         words.extend([rows.numbers.len() as u32, cumulative.len() as u32, area.to_bits()]);
-        words.extend(sphere(shape, value[0] == 2).map(f32::to_bits));
+        let cone = sphere(shape, value[0] == 2);
+        rows.lights |= u32::from(cone[3] > 0.0) << 31;
+        words.extend(cone.map(f32::to_bits));
         rows.numbers.extend(cumulative);
         put(rows, table, &mut next, &words);
     }
@@ -167,6 +169,7 @@ fn sphere(shape: &crate::Shape, textured: bool) -> [f32; 4] {
 }
 
 fn put(rows: &mut Rows, table: usize, next: &mut u32, words: &[u32]) {
+    rows.lights |= 1 << words[0];
     let at = table + STRIDE * *next as usize;
     rows.words[at..at + words.len()].copy_from_slice(words);
     *next += 1;

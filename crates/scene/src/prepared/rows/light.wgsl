@@ -6,6 +6,14 @@ const EMITTER_POINT: u32 = 1u;
 const EMITTER_SPOT: u32 = 2u;
 const EMITTER_DIRECTIONAL: u32 = 3u;
 const EMITTER_ENVIRONMENT: u32 = 4u;
+const EMITTER_PROJECTOR: u32 = 5u;
+// Not a kind: some sphere among them.
+const EMITTER_ROUND: u32 = 31u;
+
+// Whether emitters of this kind occur in the scene; what does not is left out when the shader is compiled.
+fn has_emitter(kind: u32) -> bool {
+    return ((EMITTERS >> kind) & 1u) != 0u;
+}
 
 // The unit normal on the side that the winding and the vertex normals say, of a triangle of a draw with these edges.
 fn draw_normal(flags: u32, e1: vec3<f32>, e2: vec3<f32>) -> vec3<f32> {
@@ -64,18 +72,18 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     light_value = NONE;
     let e = emitter_at(emitter);
     let kind = word_at(e);
-    if (kind == EMITTER_AREA) {
+    if (has_emitter(EMITTER_AREA) && kind == EMITTER_AREA) {
         return area_sample(e, position, u);
     }
-    if (kind == EMITTER_DIRECTIONAL) {
+    if (has_emitter(EMITTER_DIRECTIONAL) && kind == EMITTER_DIRECTIONAL) {
         return LightSample(-vec3_at(e + 1u), 3.0e38, vec3_at(e + 4u), 1.0, true);
     }
-    if (kind == EMITTER_ENVIRONMENT) {
+    if (has_emitter(EMITTER_ENVIRONMENT) && kind == EMITTER_ENVIRONMENT) {
         let s = environment_sample(word_at(e + 1u), facing, u);
         return LightSample(s.wi, 3.0e38, environment_radiance_at(word_at(e + 1u), s.place), s.pdf, false);
     }
     var origin = vec3_at(e + 1u);
-    if (kind > EMITTER_ENVIRONMENT) {
+    if (kind == EMITTER_PROJECTOR) {
         origin = vec3_at(e + 13u);
     }
     let to = origin - position;
@@ -83,7 +91,7 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     let distance = sqrt(d2);
     let wi = to / distance;
     var intensity = vec3_at(e + 4u);
-    if (kind == EMITTER_SPOT) {
+    if (has_emitter(EMITTER_SPOT) && kind == EMITTER_SPOT) {
         let local = normalize(mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u)) * -wi);
         let angle = acos(clamp(local.z, -1.0, 1.0));
         let beam = float_at(e + 16u);
@@ -98,7 +106,7 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
             light_value = e + 18u;
             light_at = nowhere(0.5 + 0.5 * local.xy / (local.z * tan(cutoff)));
         }
-    } else if (kind > EMITTER_ENVIRONMENT) {
+    } else if (has_emitter(EMITTER_PROJECTOR) && kind == EMITTER_PROJECTOR) {
         let p = vec4<f32>(position, 1.0);
         var local: vec3<f32>;
         for (var i = 0u; i < 3u; i += 1u) {
@@ -120,6 +128,9 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
 
 // One minus the cosine of the cone that a round sphere subtends; 0 where the emitter is none, or `position` within it.
 fn sphere_cone(e: u32, position: vec3<f32>) -> f32 {
+    if (!has_emitter(EMITTER_ROUND)) {
+        return 0.0;
+    }
     let r = float_at(e + 13u);
     let to = vec3_at(e + 10u) - position;
     let sin2 = r * r / dot(to, to);

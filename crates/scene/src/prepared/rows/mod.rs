@@ -48,6 +48,14 @@ pub struct Rows {
     pub has_cloth: bool,
     /// Whether anything varies over a surface.
     pub has_programs: bool,
+    /// Steps of materials that occur, steps of textures' programs, and kinds of emitters: a bit each, by their numbers.
+    pub steps: u32,
+    /// See `steps`.
+    pub operations: u32,
+    /// See `steps`; the highest bit: one of them is sampled by the cone that it subtends.
+    pub lights: u32,
+    /// Most operands of a texture's program that wait at once.
+    pub operands: u32,
     /// Emitters, of which the header knows where they begin.
     pub emitters: u32,
     /// Attributes of meshes that textures ask for.
@@ -144,6 +152,14 @@ pub fn wgsl(rows: &Rows) -> String {
         rows.turns > 0,
         rows.has_programs,
         rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0)
+    );
+    let _ = writeln!(
+        out,
+        "const STEPS: u32 = {}u;\nconst OPERATIONS: u32 = {}u;\nconst EMITTERS: u32 = {}u;\nconst OPERANDS: u32 = {}u;",
+        rows.steps,
+        rows.operations,
+        rows.lights,
+        rows.operands.max(1)
     );
     let _ = writeln!(out, "const KIND_NOH: u32 = {}u;", Kind::Noh as u32);
     let any_of = |holds: &dyn Fn(&Kind) -> bool| -> String {
