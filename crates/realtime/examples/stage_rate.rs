@@ -5,6 +5,8 @@
 //! prints that part.
 //! `stage_rate scene BOUNCES FRAMES SCENE…` prints the passes of scene files at 320 x 240.
 //! `stage_rate rays SCENE…` prints how many random rays a second shaders trace: nearest hit, and any hit.
+//! `stage_rate preview SCENE FOLDER` writes what is shown in the 1st, 4th and 16th frame, standing still and after a turn,
+//! with and without previews, and the mean of 512 frames.
 //! `stage_rate picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]` shows a scene and writes its picture and AOVs.
 
 use glam::{Mat4, Vec2, Vec3};
@@ -18,7 +20,7 @@ use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::hierarchy::HIERARCHY_WGSL;
 use yugen_realtime::scene::{SceneBuffers, scene_wgsl};
 use yugen_realtime::surface::OPAQUE_WGSL;
-use yugen_realtime::{Gpu, Options, Stage};
+use yugen_realtime::{Gpu, Options, Preview, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
@@ -55,19 +57,21 @@ fn main() -> Result<()> {
         ["rays", scenes @ ..] => {
             scenes.iter().try_for_each(|s| rays(&gpu.device, &gpu.queue, Path::new(s)))
         }
+        ["preview", scene, folder] => previews(&gpu, Path::new(scene), Path::new(folder)),
         ["picture", scene, out, ..] => {
             let size = [number(3, 640)?, number(4, 480)?];
             picture(&gpu, Path::new(scene), Path::new(out), size, number(5, 16)?)
         }
         _ => Err("usage: stage_rate [passes | pixels | triangles | lights | environment | scene BOUNCES FRAMES SCENE... | \
-                  rays SCENE... | picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]]"
+                  rays SCENE... | preview SCENE FOLDER | picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]]"
             .into()),
     }
 }
 
 const AOVS: [Aov; 6] = [Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Position, Aov::Uv, Aov::Id];
 
-const HEAD: &str = "scene                 ready s  visible ms   shade ms  ms/Mpx shaded  clock ms/Mpx  CPU s/Mpx";
+const HEAD: &str =
+    "scene                 ready s  visible ms   shade ms  ms/Mpx shaded  clock ms/Mpx  CPU s/Mpx";
 
 /// What frames of a scene cost, each the mean of some.
 struct Cost {
@@ -106,7 +110,7 @@ impl Cost {
     }
 }
 
-/// `frames` frames after one that warms up.
+/// `frames` frames after two that warm up.
 fn cost(gpu: &Gpu, rows: &Rows, camera: &Camera, change: &dyn Fn(&mut Options), frames: u32) -> Result<Cost> {
     let [_, _, width, height] = camera.film.crop.unwrap_or([0, 0, camera.film.width, camera.film.height]);
     let mut options = Options {
@@ -123,8 +127,11 @@ fn cost(gpu: &Gpu, rows: &Rows, camera: &Camera, change: &dyn Fn(&mut Options), 
     let start = Instant::now();
     let mut stage = Stage::new(&gpu.device, &gpu.queue, rows, &options)?;
     let ready = start.elapsed().as_secs_f64();
-    stage.frame(camera)?;
-    stage.wait()?;
+    // The first compiles, and the timings of a frame come with the next.
+    for _ in 0..2 {
+        stage.frame(camera)?;
+        stage.wait()?;
+    }
     let (start, cpu) = (Instant::now(), cpu_seconds());
     let mut passes: Vec<(&'static str, f64)> = Vec::new();
     for i in 0..frames {
@@ -280,8 +287,8 @@ fn environment(gpu: &Gpu) -> Result<()> {
     println!("\nSamples of an environment a pixel, 160 x 120: noise against 256 of them\n{HEAD}    noise");
     let light = Light::Environment { image: Arc::new(sky()), scale: 1.0, to_world: Mat4::IDENTITY };
     let rows = Rows::new(&Scene { lights: vec![light], ..room()? })?;
-    let many = cost(gpu, &rows, &camera([160, 120]), &|o| o.seed = 1, 255)?.image;
-    for samples in [1, 4, 16, 64] {
+    let many = cost(gpu, &rows, &camera([160, 120]), &|o| o.seed = 1, 254)?.image;
+    for samples in [4, 16, 64] {
         let mut few = cost(gpu, &rows, &camera([160, 120]), &|_| (), samples)?;
         let off = |f: &dyn Fn(f32, f32) -> f32| -> f64 {
             few.image.data.iter().zip(&many.data).map(|(a, b)| f64::from(f(*a, *b))).sum()
@@ -312,6 +319,66 @@ fn scene_file(gpu: &Gpu, path: &Path, bounces: u32, frames: u32) -> Result<()> {
     Ok(())
 }
 
+fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
+    let scene = load_scene(path, &Default::default())?;
+    let rows = Rows::new(&scene)?;
+    let mut camera = match scene.cameras.first() {
+        Some(camera) => camera.clone(),
+        None => scene.framing_camera(Film::default()),
+    };
+    camera.resize(192, 144);
+    let options = Options {
+        size: [192, 144],
+        filter: camera.film.filter,
+        aovs: Vec::new(),
+        trace_camera: false,
+        threads: 2,
+        bounces: Some(8),
+        hide_emitters: false,
+        seed: 0,
+    };
+    let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options)?;
+    let write = |name: &str, image: &Image| {
+        image::write(&folder.join(name), image, &image::WriteOptions::from(ColourSpace::default()))
+    };
+    let none = Preview::default();
+    let middle = scene.bounds().map_or(Vec3::ZERO, |[lo, hi]| 0.5 * (lo + hi));
+    for (name, settings, moved) in [
+        ("still_plain", none, false),
+        ("still_smooth", Preview::ALL, false),
+        ("turned_kept", Preview { reproject: true, ..none }, true),
+        ("turned_all", Preview::ALL, true),
+    ] {
+        stage.set_preview(settings)?;
+        // Towards the camera in steps of a degree around the middle of the scene.
+        for step in (1..=8).rev().filter(|_| moved) {
+            let mut other = camera.clone();
+            let about = Mat4::from_translation(middle)
+                * Mat4::from_axis_angle(camera.to_world.y_axis.truncate().normalize(), 0.0175 * step as f32)
+                * Mat4::from_translation(-middle);
+            other.to_world = about * camera.to_world;
+            stage.frame(&other)?;
+        }
+        for frame in 1..=16 {
+            stage.frame(&camera)?;
+            if [1, 4, 16].contains(&frame) {
+                write(&format!("{name}_{frame}.exr"), &stage.shown_image()?)?;
+            }
+        }
+        for time in stage.timings() {
+            println!("{name:14} {:12} {:8.2} ms", time.pass, time.milliseconds);
+        }
+        // Begins the sum anew.
+        stage.place(&rows.draws)?;
+    }
+    stage.set_preview(none)?;
+    for _ in 0..512 {
+        stage.frame(&camera)?;
+    }
+    write("reference.exr", &stage.image()?)?;
+    Ok(())
+}
+
 fn rows_of(scene: &Scene) -> Result<Rows> {
     let mut rows = Rows::default();
     rows.add_shapes(scene, &|_| false, &|_| None)?;
@@ -326,7 +393,8 @@ fn picture(gpu: &Gpu, path: &Path, out: &Path, [width, height]: [u32; 2], frames
         None => scene.framing_camera(Film::default()),
     };
     camera.resize(width, height);
-    let written = cost(gpu, &rows, &camera, &|o| (o.aovs, o.bounces) = (AOVS.to_vec(), Some(8)), frames.max(1) - 1)?;
+    let written =
+        cost(gpu, &rows, &camera, &|o| (o.aovs, o.bounces) = (AOVS.to_vec(), Some(8)), frames.max(3) - 2)?;
     println!("{} triangles, ready after {:.2} s", rows.triangles.len(), written.ready);
     for (pass, ms) in &written.passes {
         println!("{pass:16} {ms:8.2} ms");

@@ -45,21 +45,6 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
     return 1.0 / (1.0 + r * r);
 }
 
-fn shading_point(s: Surface, footprint: f32) -> ShadingPoint {
-    return ShadingPoint(
-        Frame(s.frame_s, s.frame_t, s.frame_n), s.handedness, s.geometric_normal, s.dp_du, s.dp_dv, s.uv, footprint,
-        draws[s.draw].attributes, s.triangle, s.barycentric,
-    );
-}
-
-// The part of light that passes a surface, for rays on their way to a light.
-fn passes(draw: u32, triangle: u32, b: vec2<f32>, dir: vec3<f32>) -> f32 {
-    if (!SEES_THROUGH) {
-        return 0.0;
-    }
-    return shade_through(draws[draw].material, shading_point(surface_at(draw, triangle, b), 0.0), -dir);
-}
-
 @group(1) @binding(1) var visibility: texture_2d<u32>;
 
 // Surfaces whose reflection is looked at; light also passes straight through the last.
@@ -156,48 +141,89 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         alive = next.pdf > 0.0 && !(last && !next.is_null) && null_steps < MOST_SHEETS;
 
-        // Looked at one after the other: lights, and the direction drawn.
-        let count = emitter_count();
-        var looks = select(min(count, LIGHTS), min(count, 1u), depth > 0u);
+        // Rays one after the other: to lights, and into the direction drawn. Where lights are many a ray is for several,
+        // from which one is drawn by what it would add if nothing stood in its way (Talbot, Cline and Egbert 2005,
+        // "Importance Resampling for Global Illumination").
+        let count = select(emitter_count(), 1u, HEAD_LIGHT);
+        var candidates = select(min(count, CANDIDATES), min(count, select(1u, 0u, HEAD_LIGHT)), depth > 0u);
         if (last || !shading_smooth()) {
-            looks = 0u;
+            candidates = 0u;
         }
+        // Then what a ray finds by chance counts nothing, and none is sent for that alone.
+        let by_lights = LIGHTS_SUFFICE && candidates == count && shading_diffuse();
+        let finds = RAYS_FIND_LIGHT && (!by_lights || HAS_BACKGROUND);
+        alive = alive && (next.is_null || depth + 1u < BOUNCES || finds);
+        let rays = select(SHADOW_RAYS, candidates, candidates <= FEW_LIGHTS);
         let here = s;
-        for (var look = 0u; look < looks + u32(alive); look += 1u) {
-            let of_light = look < looks;
+        for (var ray = 0u; ray < rays + u32(alive); ray += 1u) {
+            let of_light = ray < rays;
             var wi = next.wi;
-            var light = no_light();
-            var chance = 1.0;
-            if (of_light) {
-                let u = sample2(pixel, first_set + 5u + look, view.index);
-                var emitter = look;
-                if (looks < count) {
-                    let stratum = (f32(look) + sample2(pixel, first_set + 2u, view.index).x) / f32(looks);
-                    let choice = emitter_choose(stratum);
-                    emitter = choice.entry;
-                    chance = choice.probability * f32(looks);
-                }
-                light = light_sample(emitter, here.position, own_facing, u);
-                if (light.pdf <= 0.0 || chance <= 0.0) {
-                    continue;
-                }
-                wi = light.wi;
-            }
-            var f = vec4<f32>(0.0);
-            if (of_light || next.combine) {
-                f = shading_eval_pdf(wi);
-            }
             // What the ray has to carry, and how far it goes.
-            var carried: vec3<f32>;
+            var carried = vec3<f32>(0.0);
             var reach = 1e30;
-            if (of_light) {
-                let pdf = light.pdf * chance;
-                let weight = select(power_heuristic(pdf, f.w), 1.0, light.is_delta);
-                carried = throughput * f.xyz * light.radiance * (weight / pdf);
-                reach = light.distance * (1.0 - 1e-3);
-                if (all(carried <= vec3<f32>(0.0))) {
+            var value = NONE;
+            var at = point;
+            var f = vec4<f32>(0.0);
+            // What all candidates of the ray would add, and the drawn one.
+            var sum = 0.0;
+            var drawn = 0.0;
+            var u_draw = sample2(pixel, first_set + 4u, view.index + ray).x;
+            let end = select(ray + 1u, candidates, of_light);
+            for (var i = ray; i < end; i += max(rays, 1u)) {
+                var light = no_light();
+                var chance = 1.0;
+                if (of_light) {
+                    let u = sample2(pixel, first_set + 5u + i, view.index);
+                    var emitter = i;
+                    if (candidates < count) {
+                        let stratum = (f32(i) + sample2(pixel, first_set + 2u, view.index).x) / f32(candidates);
+                        let choice = emitter_choose(stratum);
+                        emitter = choice.entry;
+                        chance = choice.probability * f32(candidates);
+                    }
+                    if (HEAD_LIGHT) {
+                        // Nothing is between the eye and what it sees.
+                        light_value = NONE;
+                        light = LightSample(wo, 0.0, vec3<f32>(PI), 1.0, true);
+                    } else {
+                        light = light_sample(emitter, here.position, own_facing, u);
+                    }
+                    if (light.pdf <= 0.0 || chance <= 0.0) {
+                        continue;
+                    }
+                } else if (!next.combine) {
                     continue;
                 }
+                f = shading_eval_pdf(select(wi, light.wi, of_light));
+                if (of_light) {
+                    let pdf = light.pdf * chance;
+                    let weight = select(power_heuristic(pdf, f.w), 1.0, light.is_delta || by_lights);
+                    let adds = throughput * f.xyz * light.radiance * (weight / pdf);
+                    let size = adds.x + adds.y + adds.z;
+                    if (!(size > 0.0 && size < 3e38)) {
+                        continue;
+                    }
+                    sum += size;
+                    // The number is stretched back to [0, 1) after each decision.
+                    let share = size / sum;
+                    if (u_draw < share || rays == candidates) {
+                        u_draw /= share;
+                        drawn = size;
+                        carried = adds;
+                        wi = light.wi;
+                        reach = light.distance * (1.0 - 1e-3);
+                        value = light_value;
+                        at = light_at;
+                    } else {
+                        u_draw = (u_draw - share) / (1.0 - share);
+                    }
+                }
+            }
+            if (of_light) {
+                if (drawn <= 0.0) {
+                    continue;
+                }
+                carried *= sum / drawn;
             } else {
                 if (next.combine) {
                     next.pdf = f.w;
@@ -212,7 +238,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 } else {
                     facing = own_facing;
                     since = 0.0;
-                    drawn_pdf = next.pdf;
+                    drawn_pdf = select(next.pdf, 0.0, by_lights);
                     drawn_delta = next.is_delta;
                     depth += 1u;
                     if (!next.is_delta) {
@@ -236,12 +262,8 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
 
             let h = traverse(offset_origin(here.position, here.error, here.geometric_normal, wi), wi, 0.0, reach, of_light);
             // What shines there: where its value is and where that is looked up.
-            var value = NONE;
-            var at = point;
             if (of_light) {
                 carried *= h.t;
-                value = light_value;
-                at = light_at;
             } else if (h.draw == NONE) {
                 alive = false;
                 carried = vec3<f32>(0.0);
@@ -291,7 +313,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
 // How many light samples of the surface before are expected to have looked at this emitter.
 fn light_chance(emitter: u32, depth: u32) -> f32 {
     let count = emitter_count();
-    let looks = select(min(count, LIGHTS), min(count, 1u), depth > 1u);
+    let looks = select(min(count, CANDIDATES), min(count, 1u), depth > 1u);
     if (looks >= count) {
         return 1.0;
     }

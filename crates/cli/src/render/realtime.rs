@@ -71,10 +71,13 @@ impl Render {
             // A path of n edges meets n − 1 surfaces.
             _ => integrator.max_depth.map_or(u32::MAX, |edges| edges.saturating_sub(1)),
         };
+        // Not even what shines is seen by a path without edges.
+        let no_edges = integrator.kind == IntegratorKind::Path && integrator.max_depth == Some(0);
+        let dark = no_edges.then(|| without_light(scene));
         let gpu = Gpu::open()?;
         let film = &camera.film;
         let size = film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]);
-        let rows = Rows::new(scene)?;
+        let rows = Rows::new(dark.as_ref().unwrap_or(scene))?;
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let mut stage = Stage::new(
             &gpu.device,
@@ -92,6 +95,11 @@ impl Render {
             },
         )?;
         drop(rows);
+        if stage.has_head_light() {
+            tracing::warn!(
+                "the scene has no light: it is lit from the eye, where the reference renderer sees nothing"
+            );
+        }
         let prepared = started.elapsed();
 
         let interrupt = Interrupt::listen()?;
@@ -153,4 +161,12 @@ impl Render {
         }
         Ok(())
     }
+}
+
+fn without_light(scene: &Scene) -> Scene {
+    let mut dark = scene.clone();
+    dark.lights.clear();
+    dark.light_names.clear();
+    dark.shapes.iter_mut().for_each(|shape| shape.emission = None);
+    dark
 }

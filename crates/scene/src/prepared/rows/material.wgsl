@@ -388,6 +388,16 @@ fn shading_smooth() -> bool {
     return false;
 }
 
+// Whether light sampling finds all there is at least as well as directions drawn from the material: every lobe is diffuse.
+fn shading_diffuse() -> bool {
+    for (var i = 0u; i < lobe_count; i += 1u) {
+        if (!bsdf_is_diffuse(lobes[i].kind)) {
+            return false;
+        }
+    }
+    return lobe_count > 0u;
+}
+
 // A drawn direction in the world. Where `pdf` is 0 there is none. Twin of prepared::ShadingSample; its weight is not
 // final where `combine`: several lobes or light going through, so that it is shading_eval_pdf(wi) that counts.
 struct ShadingSample {

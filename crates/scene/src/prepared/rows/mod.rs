@@ -52,8 +52,11 @@ pub struct Rows {
     pub steps: u32,
     /// See `steps`.
     pub operations: u32,
-    /// See `steps`; the highest bit: one of them is sampled by the cone that it subtends.
+    /// See `steps`; the two highest bits: one of them is a sphere, or a rectangle, sampled by the cone or by the solid
+    /// angle that it subtends.
     pub lights: u32,
+    /// Some emitter is a surface that is sampled evenly by area.
+    pub lights_by_area: bool,
     /// Most operands of a texture's program that wait at once.
     pub operands: u32,
     /// Emitters, of which the header knows where they begin.
@@ -165,10 +168,12 @@ pub fn wgsl(rows: &Rows) -> String {
     let any_of = |holds: &dyn Fn(&Kind) -> bool| -> String {
         rows.kinds.iter().filter(|k| holds(k)).map(|k| format!(" || kind == {}u", *k as u32)).collect()
     };
+    let diffuse = any_of(&|k| matches!(k, Kind::Lambert | Kind::OrenNayar));
     let (delta, transmits) = (any_of(&|k| k.laws().delta), any_of(&|k| k.laws().transmits));
     let _ = writeln!(
         out,
         "fn bsdf_is_delta(kind: u32) -> bool {{ return false{delta}; }}\n\
+         fn bsdf_is_diffuse(kind: u32) -> bool {{ return false{diffuse}; }}\n\
          fn bsdf_transmits(kind: u32) -> bool {{ return false{transmits}; }}"
     );
     out.push_str(include_str!("rows.wgsl"));
