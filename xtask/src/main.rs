@@ -13,6 +13,7 @@ cargo xtask <what>
             bench [render] [--peer]   samples a second; with --peer, time to equal error beside Mitsuba 3
             bench denoise             error of denoised pictures, beside Open Image Denoise
             bench realtime            error of real-time pictures, beside the reference's
+            bench stage [PART]        milliseconds of the real-time passes, by pixels, triangles, lights and samples
             bench bsdf [--peer]       nanoseconds to evaluate and sample each reflectance model
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
@@ -238,12 +239,16 @@ const BENCHES: &[(&str, &str)] = &[
     ("render", "bench.py"),
     ("denoise", "denoise.py"),
     ("realtime", "realtime.py"),
+    ("stage", STAGE),
     ("bsdf", "bsdf_rate.py"),
     ("rays", "ray_rate.py"),
     ("fit", "fit_rate.py"),
     ("rti", "rti_rate.py"),
     ("calibrate", CALIBRATE),
 ];
+
+/// No script: an example that needs nothing beside itself, so that it can be copied to where the GPU is.
+const STAGE: &str = "stage_rate";
 
 /// It measures errors, not time, and draws for long.
 const CALIBRATE: &str = "calibrate.py";
@@ -268,6 +273,13 @@ fn bench(rest: &[String]) -> Outcome {
         let rest = if all && !matches!(*name, "render" | "bsdf") { &[] } else { rest };
         if matches!(*name, "render" | "denoise" | "realtime") {
             cargo(&["build", "--profile", "dist", "--package", "yugen-cli"])?;
+        }
+        if *script == STAGE {
+            cargo(&["build", "--profile", "dist", "--package", "yugen-realtime", "--example", STAGE])?;
+            let program = root().join("target/dist/examples").join(STAGE);
+            step(&format!("{} {}", program.display(), rest.join(" ")));
+            run(Command::new(program).args(rest))?;
+            continue;
         }
         let script = root().join("benches").join(script);
         step(&format!("python3 {} {}", script.display(), rest.join(" ")));

@@ -1,8 +1,13 @@
-//! Milliseconds per pass of the stage, and the pictures that it makes.
+//! What a frame costs on the adapter at hand, from this one program alone.
 //!
-//! `stage_rate` prints how the time grows with triangles, from a thousand to two millions.
+//! `stage_rate` prints the whole table, in a few minutes on a software GPU: passes, and how time grows with pixels,
+//! triangles, lights and samples of an environment. `stage_rate passes`, `pixels`, `triangles`, `lights` or `environment`
+//! prints that part.
+//! `stage_rate scene BOUNCES FRAMES SCENE…` prints the passes of scene files at 320 x 240.
 //! `stage_rate rays SCENE…` prints how many random rays a second shaders trace: nearest hit, and any hit.
-//! `stage_rate SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]` shows a scene and writes its picture and AOVs.
+//! `stage_rate preview SCENE FOLDER` writes what is shown in the 1st, 4th and 16th frame, standing still and after a turn,
+//! with and without previews, and the mean of 512 frames.
+//! `stage_rate picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]` shows a scene and writes its picture and AOVs.
 
 use glam::{Mat4, Vec2, Vec3};
 use std::path::Path;
@@ -10,98 +15,149 @@ use std::sync::Arc;
 use std::time::Instant;
 use wgpu::util::DeviceExt;
 use yugen_archive::formats::{image, load_scene};
-use yugen_optics::ColourSpace;
 use yugen_optics::random::Pcg32;
+use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::hierarchy::HIERARCHY_WGSL;
 use yugen_realtime::scene::{SceneBuffers, scene_wgsl};
 use yugen_realtime::surface::OPAQUE_WGSL;
-use yugen_realtime::{Gpu, Options, Stage};
+use yugen_realtime::{Gpu, Options, Preview, Stage};
+use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
-    Aov, Camera, Film, Filter, FovAxis, Geometry, Projection, Scene, Shape, look_along, primitives,
+    Aov, Camera, Film, Filter, FovAxis, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape,
+    Value, look_along, primitives,
 };
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let (device, queue) = open()?;
-    let number = |i: usize, default: u32| arguments.get(i).map_or(Ok(default), |s| s.parse());
-    match &arguments[..] {
-        [] => growth(&device, &queue),
-        [verb, scenes @ ..] if verb == "rays" => {
-            scenes.iter().try_for_each(|s| rays(&device, &queue, Path::new(s)))
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let number = |i: usize, default: u32| words.get(i).map_or(Ok(default), |s| s.parse());
+    let gpu = Gpu::open()?;
+    println!("on {}", gpu.name);
+    match &words[..] {
+        [] => {
+            passes(&gpu)?;
+            pixels(&gpu)?;
+            triangles(&gpu)?;
+            lights(&gpu)?;
+            environment(&gpu)
         }
-        [scene, out, ..] => {
-            let size = [number(2, 640)?, number(3, 480)?];
-            picture(&device, &queue, Path::new(scene), Path::new(out), size, number(4, 16)?)
+        ["passes"] => passes(&gpu),
+        ["pixels"] => pixels(&gpu),
+        ["triangles"] => triangles(&gpu),
+        ["lights"] => lights(&gpu),
+        ["environment"] => environment(&gpu),
+        ["scene", bounces, frames, scenes @ ..] => {
+            println!("{HEAD}");
+            let (bounces, frames) = (bounces.parse()?, frames.parse()?);
+            scenes.iter().try_for_each(|s| scene_file(&gpu, Path::new(s), bounces, frames))
         }
-        _ => Err("usage: stage_rate [rays SCENE... | SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]]".into()),
+        ["rays", scenes @ ..] => {
+            scenes.iter().try_for_each(|s| rays(&gpu.device, &gpu.queue, Path::new(s)))
+        }
+        ["preview", scene, folder] => previews(&gpu, Path::new(scene), Path::new(folder)),
+        ["picture", scene, out, ..] => {
+            let size = [number(3, 640)?, number(4, 480)?];
+            picture(&gpu, Path::new(scene), Path::new(out), size, number(5, 16)?)
+        }
+        _ => Err("usage: stage_rate [passes | pixels | triangles | lights | environment | scene BOUNCES FRAMES SCENE... | \
+                  rays SCENE... | preview SCENE FOLDER | picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]]"
+            .into()),
     }
-}
-
-/// The fastest device, with the default limits of WebGPU and larger buffers where it has them.
-fn open() -> Result<(wgpu::Device, wgpu::Queue)> {
-    let opened = Gpu::open()?;
-    println!("on {}", opened.name);
-    Ok((opened.device, opened.queue))
 }
 
 const AOVS: [Aov; 6] = [Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Position, Aov::Uv, Aov::Id];
 
-fn rows_of(scene: &Scene) -> Result<Rows> {
-    let mut rows = Rows::default();
-    rows.add_shapes(scene, &|_| false, &|_| None)?;
-    Ok(rows)
+const HEAD: &str =
+    "scene                 ready s  visible ms   shade ms  ms/Mpx shaded  clock ms/Mpx  CPU s/Mpx";
+
+/// What frames of a scene cost, each the mean of some.
+struct Cost {
+    /// Seconds until the first frame can be asked for.
+    ready: f64,
+    /// Milliseconds of each pass, in the order of the frame; empty where the device has no timestamps.
+    passes: Vec<(&'static str, f64)>,
+    /// Seconds of the clock a frame.
+    clock: f64,
+    /// Seconds of all cores a frame, where the system tells.
+    cpu: Option<f64>,
+    /// Millions of pixels that see a surface.
+    shaded: f64,
+    /// Millions of pixels.
+    pixels: f64,
+    /// The last frame's sum.
+    image: Image,
 }
 
-fn picture(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    path: &Path,
-    out: &Path,
-    [width, height]: [u32; 2],
-    frames: u32,
-) -> Result<()> {
-    let scene = load_scene(path, &Default::default())?;
-    let rows = Rows::new(&scene)?;
-    let mut camera = match scene.cameras.first() {
-        Some(camera) => camera.clone(),
-        None => scene.framing_camera(Film::default()),
-    };
-    camera.resize(width, height);
-    let size = camera.film.crop.map_or([width, height], |c| [c[2], c[3]]);
-    let start = Instant::now();
-    let options = Options {
-        size,
+impl Cost {
+    fn pass(&self, name: &str) -> f64 {
+        self.passes.iter().filter(|(pass, _)| *pass == name).map(|(_, ms)| ms).sum()
+    }
+
+    fn print(&self, name: &str) {
+        let all: f64 = self.passes.iter().map(|(_, ms)| ms).sum();
+        let cpu = self.cpu.map_or("-".into(), |s| format!("{:.2}", s / self.pixels));
+        println!(
+            "{name:<20} {:>8.2} {:>11.1} {:>10.1} {:>14.0} {:>13.0} {cpu:>10}",
+            self.ready,
+            self.pass("visibility"),
+            self.pass("shade"),
+            all / self.shaded.max(1e-9),
+            1e3 * self.clock / self.pixels,
+        );
+    }
+}
+
+/// `frames` frames after two that warm up.
+fn cost(gpu: &Gpu, rows: &Rows, camera: &Camera, change: &dyn Fn(&mut Options), frames: u32) -> Result<Cost> {
+    let [_, _, width, height] = camera.film.crop.unwrap_or([0, 0, camera.film.width, camera.film.height]);
+    let mut options = Options {
+        size: [width, height],
         filter: camera.film.filter,
-        aovs: AOVS.to_vec(),
+        aovs: Vec::new(),
         trace_camera: false,
         threads: 2,
-        bounces: Some(8),
+        bounces: Some(1),
         hide_emitters: false,
         seed: 0,
     };
-    let mut stage = Stage::new(device, queue, &rows, &options)?;
-    println!("{} triangles, ready after {:.2} s", rows.triangles.len(), start.elapsed().as_secs_f64());
-    for _ in 0..frames {
-        stage.frame(&camera)?;
+    change(&mut options);
+    let start = Instant::now();
+    let mut stage = Stage::new(&gpu.device, &gpu.queue, rows, &options)?;
+    let ready = start.elapsed().as_secs_f64();
+    // The first compiles, and the timings of a frame come with the next.
+    for _ in 0..2 {
+        stage.frame(camera)?;
+        stage.wait()?;
     }
-    let written = stage.image()?;
-    for time in stage.timings() {
-        println!("{:16} {:8.2} ms", time.pass, time.milliseconds);
+    let (start, cpu) = (Instant::now(), cpu_seconds());
+    let mut passes: Vec<(&'static str, f64)> = Vec::new();
+    for i in 0..frames {
+        stage.frame(camera)?;
+        stage.wait()?;
+        // Those of the frame before.
+        for (k, time) in stage.timings().iter().enumerate() {
+            if i == 0 {
+                passes.push((time.pass, 0.0));
+            }
+            passes[k].1 += time.milliseconds / f64::from(frames);
+        }
     }
-    image::write(out, &written, &image::WriteOptions::from(ColourSpace::default()))?;
-    Ok(())
+    let n = f64::from(frames);
+    let clock = start.elapsed().as_secs_f64() / n;
+    let cpu = cpu.zip(cpu_seconds()).map(|(from, to)| (to - from) / n);
+    let image = stage.image()?;
+    let shaded = match image.channel("A") {
+        Some(a) => image.data.chunks(image.channels.len()).map(|p| f64::from(p[a])).sum::<f64>() * 1e-6,
+        None => f64::from(width * height) * 1e-6,
+    };
+    Ok(Cost { ready, passes, clock, cpu, shaded, pixels: f64::from(width * height) * 1e-6, image })
 }
 
-/// Balls of more and more triangles at 640 x 480.
-fn growth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
-    println!(
-        "{:>10} {:>8} {:>8} {:>10} {:>10} {:>10}",
-        "triangles", "build s", "ready s", "raster ms", "trace ms", "normal ms"
-    );
-    let camera = Camera {
+fn camera(size: [u32; 2]) -> Camera {
+    Camera {
         name: "bench".into(),
         to_world: look_along(Vec3::new(0.0, 0.0, 3.0), -Vec3::Z, Vec3::Y),
         projection: Projection::Perspective {
@@ -112,47 +168,272 @@ fn growth(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
             principal_point: Vec2::ZERO,
         },
         near_far: [0.1, 100.0],
-        film: Film { width: 640, height: 480, crop: None, filter: Filter::Box },
+        film: Film { width: size[0], height: size[1], crop: None, filter: Filter::Box },
         samples_per_pixel: 1,
+    }
+}
+
+fn model(kind: Kind, set: &[(&str, f32)]) -> Result<Material> {
+    let mut builder = ModelBuilder::new(kind);
+    for (param, value) in set {
+        builder.set(param, Value::Number(*value))?;
+    }
+    Ok(builder.build()?)
+}
+
+/// Two balls, one of them glossy, in front of a floor and a wall that fill the picture.
+fn room() -> Result<Scene> {
+    let both = |front| Material::TwoSided { front, back: front };
+    let wall = |to_world| Shape::new("wall", Geometry::Rectangle, to_world, 3);
+    let ball = |x: f32, material| {
+        let place = Mat4::from_translation(Vec3::new(x, -0.3, 0.0)) * Mat4::from_scale(Vec3::splat(0.4));
+        Shape::new("ball", Geometry::Sphere, place, material)
     };
+    Ok(Scene {
+        materials: vec![
+            model(Kind::Lambert, &[("reflectance", 0.5)])?,
+            both(0),
+            model(Kind::Ggx, &[("alpha_x", 0.1), ("alpha_y", 0.3)])?,
+            both(0),
+        ],
+        shapes: vec![
+            ball(-0.5, 1),
+            ball(0.5, 2),
+            wall(Mat4::from_translation(Vec3::Z * -1.0) * Mat4::from_scale(Vec3::splat(6.0))),
+            wall(
+                Mat4::from_translation(Vec3::Y * -0.7)
+                    * Mat4::from_rotation_x(-std::f32::consts::FRAC_PI_2)
+                    * Mat4::from_scale(Vec3::splat(6.0)),
+            ),
+        ],
+        ..Scene::default()
+    })
+}
+
+/// So many point lights in a ring above the balls, of the same intensity together.
+fn point_lights(count: u32) -> Vec<Light> {
+    (0..count)
+        .map(|i| {
+            let (sin, cos) = (std::f32::consts::TAU * (i as f32 + 0.5) / count as f32).sin_cos();
+            let position = Vec3::new(1.5 * cos, 1.6, 1.0 + 0.8 * sin);
+            Light::Point { position, intensity: Vec3::splat(6.0 / count as f32) }
+        })
+        .collect()
+}
+
+/// A lamp overhead.
+fn lamp() -> Shape {
+    let place = Mat4::from_translation(Vec3::new(0.0, 1.6, 0.8))
+        * Mat4::from_rotation_x(std::f32::consts::FRAC_PI_2)
+        * Mat4::from_scale(Vec3::splat(0.4));
+    Shape { emission: Some(Value::Number(8.0)), ..Shape::new("lamp", Geometry::Rectangle, place, 3) }
+}
+
+/// A sky with a sun of a few degrees: 128 x 64 pixels.
+fn sky() -> Image {
+    let mut sky = Image::rgb(128, 64);
+    for (i, pixel) in sky.data.chunks_mut(3).enumerate() {
+        let (x, y) = (i % 128, i / 128);
+        let value = if (40..42).contains(&x) && (12..14).contains(&y) { 400.0 } else { 0.5 };
+        pixel.copy_from_slice(&[value, value, if value > 1.0 { value } else { 0.8 }]);
+    }
+    sky
+}
+
+fn passes(gpu: &Gpu) -> Result<()> {
+    println!("\nOne light, 640 x 480\n{HEAD}");
+    let area = |mut scene: Scene| {
+        scene.shapes.push(lamp());
+        scene
+    };
+    for (name, scene, bounces) in [
+        ("point light", Scene { lights: point_lights(1), ..room()? }, 1),
+        ("area light", area(room()?), 1),
+        ("area, 8 bounces", area(room()?), 8),
+    ] {
+        let rows = Rows::new(&scene)?;
+        cost(gpu, &rows, &camera([640, 480]), &|o| o.bounces = Some(bounces), 3)?.print(name);
+    }
+    let rows = Rows::new(&area(room()?))?;
+    let layers = cost(gpu, &rows, &camera([640, 480]), &|o| (o.aovs, o.bounces) = (AOVS.to_vec(), None), 2)?;
+    for (pass, ms) in layers.passes {
+        println!("  {pass:<18} {ms:>8.2} ms");
+    }
+    Ok(())
+}
+
+fn pixels(gpu: &Gpu) -> Result<()> {
+    println!("\nOne area light, more pixels\n{HEAD}");
+    let mut scene = room()?;
+    scene.shapes.push(lamp());
+    let rows = Rows::new(&scene)?;
+    for size in [[320, 240], [640, 480], [1280, 960]] {
+        cost(gpu, &rows, &camera(size), &|_| (), 2)?.print(&format!("{} x {}", size[0], size[1]));
+    }
+    Ok(())
+}
+
+fn lights(gpu: &Gpu) -> Result<()> {
+    println!("\nPoint lights with shadows, 320 x 240\n{HEAD}");
+    for count in [1, 4, 16, 64] {
+        let rows = Rows::new(&Scene { lights: point_lights(count), ..room()? })?;
+        cost(gpu, &rows, &camera([320, 240]), &|_| (), 3)?.print(&format!("{count}"));
+    }
+    Ok(())
+}
+
+/// The sum of frames, each with one sample of the environment a pixel.
+fn environment(gpu: &Gpu) -> Result<()> {
+    println!("\nSamples of an environment a pixel, 160 x 120: noise against 256 of them\n{HEAD}    noise");
+    let light = Light::Environment { image: Arc::new(sky()), scale: 1.0, to_world: Mat4::IDENTITY };
+    let rows = Rows::new(&Scene { lights: vec![light], ..room()? })?;
+    let many = cost(gpu, &rows, &camera([160, 120]), &|o| o.seed = 1, 254)?.image;
+    for samples in [4, 16, 64] {
+        let mut few = cost(gpu, &rows, &camera([160, 120]), &|_| (), samples)?;
+        let off = |f: &dyn Fn(f32, f32) -> f32| -> f64 {
+            few.image.data.iter().zip(&many.data).map(|(a, b)| f64::from(f(*a, *b))).sum()
+        };
+        let noise = (off(&|a, b| (a - b) * (a - b)) / off(&|_, b| b * b)).sqrt();
+        // Of all frames, not of one.
+        for (_, ms) in &mut few.passes {
+            *ms *= f64::from(samples);
+        }
+        few.clock *= f64::from(samples);
+        few.cpu = few.cpu.map(|s| s * f64::from(samples));
+        few.print(&format!("{samples}"));
+        println!("{:>96.1} %", 100.0 * noise);
+    }
+    Ok(())
+}
+
+fn scene_file(gpu: &Gpu, path: &Path, bounces: u32, frames: u32) -> Result<()> {
+    let scene = load_scene(path, &Default::default())?;
+    let rows = Rows::new(&scene)?;
+    let mut camera = match scene.cameras.first() {
+        Some(camera) => camera.clone(),
+        None => scene.framing_camera(Film::default()),
+    };
+    camera.resize(320, 240);
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    cost(gpu, &rows, &camera, &|o| o.bounces = Some(bounces), frames)?.print(&name);
+    Ok(())
+}
+
+fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
+    let scene = load_scene(path, &Default::default())?;
+    let rows = Rows::new(&scene)?;
+    let mut camera = match scene.cameras.first() {
+        Some(camera) => camera.clone(),
+        None => scene.framing_camera(Film::default()),
+    };
+    camera.resize(192, 144);
+    let options = Options {
+        size: [192, 144],
+        filter: camera.film.filter,
+        aovs: Vec::new(),
+        trace_camera: false,
+        threads: 2,
+        bounces: Some(8),
+        hide_emitters: false,
+        seed: 0,
+    };
+    let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options)?;
+    let write = |name: &str, image: &Image| {
+        image::write(&folder.join(name), image, &image::WriteOptions::from(ColourSpace::default()))
+    };
+    let none = Preview::default();
+    let middle = scene.bounds().map_or(Vec3::ZERO, |[lo, hi]| 0.5 * (lo + hi));
+    for (name, settings, moved) in [
+        ("still_plain", none, false),
+        ("still_smooth", Preview::ALL, false),
+        ("turned_kept", Preview { reproject: true, ..none }, true),
+        ("turned_all", Preview::ALL, true),
+    ] {
+        stage.set_preview(settings)?;
+        // Towards the camera in steps of a degree around the middle of the scene.
+        for step in (1..=8).rev().filter(|_| moved) {
+            let mut other = camera.clone();
+            let about = Mat4::from_translation(middle)
+                * Mat4::from_axis_angle(camera.to_world.y_axis.truncate().normalize(), 0.0175 * step as f32)
+                * Mat4::from_translation(-middle);
+            other.to_world = about * camera.to_world;
+            stage.frame(&other)?;
+        }
+        for frame in 1..=16 {
+            stage.frame(&camera)?;
+            if [1, 4, 16].contains(&frame) {
+                write(&format!("{name}_{frame}.exr"), &stage.shown_image()?)?;
+            }
+        }
+        for time in stage.timings() {
+            println!("{name:14} {:12} {:8.2} ms", time.pass, time.milliseconds);
+        }
+        // Begins the sum anew.
+        stage.place(&rows.draws)?;
+    }
+    stage.set_preview(none)?;
+    for _ in 0..512 {
+        stage.frame(&camera)?;
+    }
+    write("reference.exr", &stage.image()?)?;
+    Ok(())
+}
+
+fn rows_of(scene: &Scene) -> Result<Rows> {
+    let mut rows = Rows::default();
+    rows.add_shapes(scene, &|_| false, &|_| None)?;
+    Ok(rows)
+}
+
+fn picture(gpu: &Gpu, path: &Path, out: &Path, [width, height]: [u32; 2], frames: u32) -> Result<()> {
+    let scene = load_scene(path, &Default::default())?;
+    let rows = Rows::new(&scene)?;
+    let mut camera = match scene.cameras.first() {
+        Some(camera) => camera.clone(),
+        None => scene.framing_camera(Film::default()),
+    };
+    camera.resize(width, height);
+    let written =
+        cost(gpu, &rows, &camera, &|o| (o.aovs, o.bounces) = (AOVS.to_vec(), Some(8)), frames.max(3) - 2)?;
+    println!("{} triangles, ready after {:.2} s", rows.triangles.len(), written.ready);
+    for (pass, ms) in &written.passes {
+        println!("{pass:16} {ms:8.2} ms");
+    }
+    image::write(out, &written.image, &image::WriteOptions::from(ColourSpace::default()))?;
+    Ok(())
+}
+
+/// Balls of more and more triangles.
+fn triangles(gpu: &Gpu) -> Result<()> {
+    println!("\nTriangles, 640 x 480: rastered and traced visibility, a layer of normals, a point light\n");
+    println!(
+        "{:>10} {:>8} {:>8} {:>10} {:>10} {:>10} {:>10}",
+        "triangles", "build s", "ready s", "raster ms", "trace ms", "normal ms", "shade ms"
+    );
     for segments in [32, 100, 320, 1000, 1414] {
         let ball = Geometry::Mesh(Arc::new(primitives::ball(segments)));
         let shapes = vec![Shape::new("ball", ball, Mat4::IDENTITY, 0)];
-        let rows = rows_of(&Scene { shapes, ..Scene::default() })?;
-        let mut times = Vec::new();
-        let (mut ready, mut build) = (0.0, 0.0);
+        let materials = vec![model(Kind::Lambert, &[("reflectance", 0.5)])?];
+        let start = Instant::now();
+        let rows = Rows::new(&Scene { shapes, materials, lights: point_lights(1), ..Scene::default() })?;
+        let mut costs = Vec::new();
         for trace_camera in [false, true] {
-            let start = Instant::now();
-            let options = Options {
-                size: [640, 480],
-                filter: Filter::Box,
-                aovs: vec![Aov::ShadingNormal],
-                trace_camera,
-                threads: 2,
-                bounces: None,
-                hide_emitters: false,
-                seed: 0,
+            let change = |o: &mut Options| {
+                o.aovs = vec![Aov::ShadingNormal];
+                o.trace_camera = trace_camera;
             };
-            let mut stage = Stage::new(device, queue, &rows, &options)?;
-            ready = start.elapsed().as_secs_f64();
-            build = stage.scene().hierarchy_stats().build_seconds;
-            // The least of some: the first ones compile.
-            let mut least = vec![f64::INFINITY; 2];
-            for _ in 0..8 {
-                stage.frame(&camera)?;
-                device.poll(wgpu::PollType::Wait { submission_index: None, timeout: None })?;
-                for (least, time) in least.iter_mut().zip(stage.timings()) {
-                    *least = least.min(time.milliseconds);
-                }
-            }
-            times.push(least);
+            costs.push(cost(gpu, &rows, &camera([640, 480]), &change, 2)?);
         }
+        let build = start.elapsed().as_secs_f64() - costs.iter().map(|c| 3.0 * c.clock).sum::<f64>();
         println!(
-            "{:>10} {build:>8.2} {ready:>8.2} {:>10.2} {:>10.2} {:>10.2}",
+            "{:>10} {:>8.2} {:>8.2} {:>10.2} {:>10.2} {:>10.2} {:>10.2}",
             rows.triangles.len(),
-            times[0][0],
-            times[1][0],
-            times[0][1]
+            0.5 * build,
+            costs[0].ready,
+            costs[0].pass("visibility"),
+            costs[1].pass("visibility"),
+            costs[0].pass(Aov::ShadingNormal.name()),
+            costs[0].pass("shade"),
         );
     }
     Ok(())

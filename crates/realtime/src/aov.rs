@@ -1,13 +1,15 @@
 //! What is known of the first surface, as pictures beside the picture: one dispatch each.
 
 use crate::film::{FILM_WGSL, FilmPass};
+use crate::frame::Options;
 use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::compute;
 use crate::scene::{SceneBuffers, scene_wgsl};
-use crate::surface::{OPAQUE_WGSL, PRIMARY_WGSL, SURFACE_WGSL};
+use crate::surface::{OPAQUE_WGSL, PRIMARY_WGSL, SEE_THROUGH_WGSL, SURFACE_WGSL};
 use crate::view::VIEW_WGSL;
 use wgpu::Device;
 use yugen_scene::Aov;
+use yugen_scene::prepared::{DrawRow, Rows, wgsl};
 
 /// Its number in aov.wgsl.
 fn number(aov: Aov) -> Option<u32> {
@@ -15,27 +17,36 @@ fn number(aov: Aov) -> Option<u32> {
     all.iter().position(|a| *a == aov).map(|i| i as u32)
 }
 
-/// The pass of one AOV; `None` where this renderer has no such AOV. `primary`: the layout of group 1.
+/// The pass of one AOV, compiled for `rows`; `None` where this renderer has no such AOV. `primary`: the layout of group 1.
 pub fn aov_pass(
     device: &Device,
     aov: Aov,
+    rows: &Rows,
     scene: &SceneBuffers,
     primary: &wgpu::BindGroupLayout,
     film: &wgpu::BindGroupLayout,
-    size: [u32; 2],
+    options: &Options,
 ) -> Option<FilmPass> {
     let number = number(aov)?;
+    // Not overrides: naga refuses some shaders that it has to rewrite for those.
+    let constants =
+        format!("const AOV: u32 = {number}u;\nconst HIDE_EMITTERS: bool = {};", options.hide_emitters);
+    // Materials only where light can pass them.
+    let sees_through = rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0);
+    let materials = if sees_through { wgsl(rows) } else { String::new() };
     let pieces = [
+        constants.as_str(),
         &scene_wgsl(),
+        &materials,
         HIERARCHY_WGSL,
-        OPAQUE_WGSL,
         SURFACE_WGSL,
+        if sees_through { SEE_THROUGH_WGSL } else { OPAQUE_WGSL },
         VIEW_WGSL,
         PRIMARY_WGSL,
         FILM_WGSL,
         include_str!("aov.wgsl"),
     ];
     let groups = [scene.layout(), primary, film];
-    let pipeline = compute(device, "add_aov", &pieces, &groups, &[("AOV", f64::from(number))]);
-    Some(FilmPass::new(device, aov.name(), pipeline, film, size))
+    let pipeline = compute(device, "add_aov", &pieces, &groups);
+    Some(FilmPass::new(device, aov.name(), pipeline, film, options.size))
 }

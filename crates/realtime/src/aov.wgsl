@@ -1,7 +1,5 @@
 // What is known of the first surface, added to a picture of its own: one dispatch for each.
 
-override AOV: u32;
-
 const NORMAL: u32 = 0u;
 const SHADING_NORMAL: u32 = 1u;
 const DEPTH: u32 = 2u;

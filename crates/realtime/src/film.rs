@@ -6,7 +6,7 @@
 
 use crate::StageError;
 use crate::pipelines::over_pixels;
-use crate::scene::SceneBuffers;
+use crate::scene::{SceneBuffers, bind_layout, storage_type};
 use crate::timing::Timestamps;
 use wgpu::{BufferUsages, Device, Queue, ShaderStages};
 
@@ -28,7 +28,7 @@ pub fn film_bytes(size: [u32; 2]) -> u64 {
 impl Film {
     /// Group 2.
     pub fn layout(device: &Device) -> wgpu::BindGroupLayout {
-        crate::scene::storage_layout(device, "film", ShaderStages::COMPUTE, &[false])
+        bind_layout(device, "film", ShaderStages::COMPUTE, [storage_type(false)].into_iter())
     }
 
     /// For `size` pixels, of which there is at least one.

@@ -4,9 +4,10 @@ use crate::StageError;
 use crate::aov::aov_pass;
 use crate::display::{DisplayPass, DisplaySettings};
 use crate::film::{Film, FilmPass, film_bytes, map};
+use crate::preview::{Preview, PreviewPass};
 use crate::reconstruction::Reconstruction;
 use crate::scene::SceneBuffers;
-use crate::shade::shade_pass;
+use crate::shade::{needs_head_light, shade_pass};
 use crate::timing::{PassTime, Timestamps};
 use crate::view::{View, ViewRow};
 use crate::visibility::{Visibility, primary_group, primary_layout};
@@ -70,11 +71,15 @@ pub struct Stage {
     film_layout: wgpu::BindGroupLayout,
     shade: Option<FilmPass>,
     aovs: Vec<(Aov, FilmPass)>,
+    preview: Option<PreviewPass>,
     picked: wgpu::Buffer,
     timestamps: Timestamps,
     reconstruction: Reconstruction,
     trace_camera: bool,
+    head_light: bool,
     seed: u32,
+    /// Pictures begun while a preview was on.
+    pictures: u32,
     size: [u32; 2],
     /// What the sums are of: the view, the frames and the sum of their weights.
     seen: Option<View>,
@@ -112,7 +117,7 @@ impl Stage {
                 .aovs
                 .iter()
                 .filter_map(|aov| {
-                    let pass = aov_pass(device, *aov, &scene, &primary_layout, &film_layout, options.size);
+                    let pass = aov_pass(device, *aov, rows, &scene, &primary_layout, &film_layout, options);
                     Some((*aov, pass?))
                 })
                 .collect();
@@ -127,6 +132,7 @@ impl Stage {
                 film_layout,
                 shade,
                 aovs,
+                preview: None,
                 picked: device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("picked"),
                     size: 8,
@@ -136,7 +142,9 @@ impl Stage {
                 timestamps: Timestamps::new(device, queue),
                 reconstruction: Reconstruction::new(options.filter),
                 trace_camera: options.trace_camera,
+                head_light: options.bounces.is_some_and(|b| b > 0) && needs_head_light(rows),
                 seed: options.seed,
+                pictures: 0,
                 size: options.size,
                 seen: None,
                 index: 0,
@@ -144,6 +152,11 @@ impl Stage {
                 lost,
             })
         })
+    }
+
+    /// Whether the scene has no light and is lit from the eye instead. The reference renderer makes it black.
+    pub fn has_head_light(&self) -> bool {
+        self.head_light
     }
 
     /// Adds a frame to the picture that `camera` sees; begins a new picture where the camera or the scene has changed.
@@ -162,10 +175,13 @@ impl Stage {
         }
         if self.seen.as_ref() != Some(&view) {
             (self.index, self.weight) = (0, 0.0);
+            // What is carried from picture to picture must not be the same noise each time.
+            self.pictures = self.pictures.wrapping_add(u32::from(self.preview.is_some()));
         }
         let sample = self.reconstruction.sample(self.index, view.has_lens());
         let weight = self.weight + f64::from(sample.weight);
-        self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view.row(self.index, self.seed, &sample)));
+        let seed = self.seed.wrapping_add(self.pictures.wrapping_mul(0x9e37_79b9));
+        self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view.row(self.index, seed, &sample)));
 
         self.timestamps.begin();
         let mut encoder = self.device.create_command_encoder(&Default::default());
@@ -179,6 +195,20 @@ impl Stage {
         }
         for (_, pass) in &self.aovs {
             pass.record(&mut encoder, &self.timestamps, &self.scene, &self.primary);
+        }
+        if let Some(preview) = &mut self.preview {
+            let (scene, primary) = (&self.scene, &self.primary);
+            let frames = self.index.saturating_add(1);
+            preview.record(
+                &self.queue,
+                &mut encoder,
+                &self.timestamps,
+                scene,
+                primary,
+                &view,
+                frames,
+                weight,
+            );
         }
         if let Some(Target { pass, view, settings }) = target {
             pass.record(&self.queue, &mut encoder, Some(&self.timestamps), view, settings, weight);
@@ -237,9 +267,53 @@ impl Stage {
             for (_, pass) in &mut self.aovs {
                 pass.resize(&device, &self.film_layout, size);
             }
+            if let (Some(preview), Some(shade)) = (&mut self.preview, &self.shade) {
+                preview.resize(&device, shade.film());
+            }
             (self.size, self.seen) = (size, None);
             Ok(())
         })
+    }
+
+    /// What [`Stage::shown`] is from the next frame on. Allocates and compiles when something is first turned on; without
+    /// a picture nothing is.
+    pub fn set_preview(&mut self, settings: Preview) -> Result<(), StageError> {
+        self.check_alive()?;
+        let Some(shade) = &self.shade else { return Ok(()) };
+        if !settings.is_on() {
+            self.preview = None;
+            self.pictures = 0;
+        } else if let Some(preview) = &mut self.preview {
+            preview.settings = settings;
+        } else {
+            let (device, scene, primary) = (&self.device, &self.scene, &self.primary_layout);
+            self.preview = checked(device, || {
+                Ok(Some(PreviewPass::new(device, settings, scene, primary, shade.film())))
+            })?;
+            // It has seen none of the frames so far.
+            self.seen = None;
+        }
+        Ok(())
+    }
+
+    /// The film to show: the preview's where one is on, else the picture's. Both are sums over the same weights.
+    /// [`DisplayPass::set_film`] must be told when it changes: after [`Stage::set_preview`] and [`Stage::resize`].
+    pub fn shown(&self) -> Option<&Film> {
+        self.preview.as_ref().map(PreviewPass::shown).or_else(|| self.film(None))
+    }
+
+    /// Waits for the device and fetches what is shown: R, G, B, A.
+    pub fn shown_image(&self) -> Result<Image, StageError> {
+        self.check_alive()?;
+        let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &["R", "G", "B", "A"]);
+        if let Some(film) = self.shown() {
+            let scale = if self.weight == 0.0 { 1.0 } else { 1.0 / self.weight };
+            let sums = film.read(&self.device, &self.queue)?;
+            for (pixel, sum) in image.data.chunks_exact_mut(4).zip(sums) {
+                pixel.copy_from_slice(&sum.map(|v| (f64::from(v) * scale) as f32));
+            }
+        }
+        Ok(image)
     }
 
     /// Shows the picture as it stands on `target`: for another exposure or curve.

@@ -18,10 +18,12 @@
 //! | `hierarchy.wgsl` | | `trace_closest`, `trace_any`, `intersect_triangle`; needs a `passes` |
 //! | `opaque.wgsl` | | a `passes` for shaders without materials |
 //! | `surface.wgsl` | | `surface_at`: position, normals, frame, texture coordinates; `offset_origin` |
+//! | `see_through.wgsl` | | a `passes` for shaders with materials; `shading_point` |
 //! | `view.wgsl` | 1, binding 0 | the camera: `pixel_ray` |
 //! | `primary.wgsl` | 1, binding 1 | the visibility buffer: `primary_hit` |
 //! | `film.wgsl` | 2 | the sums that a pass adds to: `film_add` |
 //! | `shade.wgsl` | | the picture |
+//! | `gbuffer.wgsl`, `preview.wgsl` | | what is shown while the sum is young |
 //! | `display.wgsl` | | exposure, gamut and curve |
 //!
 //! # How to add a pass
@@ -44,6 +46,7 @@ pub mod film;
 mod frame;
 pub mod hierarchy;
 mod pipelines;
+pub mod preview;
 pub mod reconstruction;
 pub mod scene;
 pub mod shade;
@@ -55,3 +58,4 @@ pub mod visibility;
 pub use device::Gpu;
 pub use error::StageError;
 pub use frame::{Options, Picked, Stage, Target};
+pub use preview::Preview;

@@ -8,14 +8,13 @@ pub(crate) fn compute(
     entry: &str,
     pieces: &[&str],
     groups: &[&wgpu::BindGroupLayout],
-    constants: &[(&str, f64)],
 ) -> wgpu::ComputePipeline {
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(entry),
         layout: Some(&layout(device, entry, groups)),
         module: &module(device, entry, pieces),
         entry_point: Some(entry),
-        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+        compilation_options: Default::default(),
         cache: None,
     })
 }

@@ -2,8 +2,8 @@
 
 @group(1) @binding(1) var visibility: texture_2d<u32>;
 
-// The nearest surface at a pixel of the window along its ray; of those behind each other that let everything pass, the
-// first that does not.
+// The nearest surface at a pixel of the window along its ray; of those behind each other that let everything pass, or that
+// shine and are hidden, the first that does not.
 fn primary_hit(pixel: vec2<u32>, ray: CameraRay) -> Hit {
     let seen = textureLoad(visibility, pixel, 0);
     if (seen.x == 0u) {
@@ -11,10 +11,11 @@ fn primary_hit(pixel: vec2<u32>, ray: CameraRay) -> Hit {
     }
     var hit = intersect_triangle(seen.x - 1u, seen.y, ray.origin, ray.dir);
     for (var i = 0; i < i32(MOST_SHEETS) && hit.draw != NONE; i++) {
-        if ((draws[hit.draw].flags & SEE_THROUGH) == 0u) {
+        let hidden = HIDE_EMITTERS && draws[hit.draw].emitter != NONE;
+        if (!hidden && (draws[hit.draw].flags & SEE_THROUGH) == 0u) {
             break;
         }
-        if (passes(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2), ray.dir) < 1.0) {
+        if (!hidden && passes(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2), ray.dir) < 1.0) {
             break;
         }
         let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));

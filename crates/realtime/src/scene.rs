@@ -38,8 +38,8 @@ pub struct SceneBuffers {
 #[derive(Clone, Debug, PartialEq)]
 struct Plan {
     kinds: Vec<Kind>,
-    has: [bool; 2],
-    counts: [u32; 3],
+    has: [bool; 6],
+    counts: [u32; 7],
     lengths: [usize; 4],
 }
 
@@ -47,8 +47,23 @@ impl Plan {
     fn of(rows: &Rows) -> Self {
         Self {
             kinds: rows.kinds.clone(),
-            has: [rows.has_cloth, rows.has_programs],
-            counts: [rows.lobes, rows.turns, rows.emitters],
+            has: [
+                rows.has_cloth,
+                rows.has_programs,
+                rows.lights_by_area,
+                rows.has_sky(),
+                rows.has_environment(),
+                rows.has_background(),
+            ],
+            counts: [
+                rows.lobes,
+                rows.turns,
+                rows.emitters,
+                rows.steps,
+                rows.operations,
+                rows.lights,
+                rows.operands,
+            ],
             lengths: [rows.triangles.len(), rows.words.len(), rows.numbers.len(), rows.texels.len()],
         }
     }
@@ -81,12 +96,8 @@ impl SceneBuffers {
         let numbers = storage(device, "numbers", &rows.numbers, 4, copied);
         let texels = storage(device, "texels", &rows.texels, 16, copied);
         let buffers = [&vertices, &triangles, &draws, &hierarchy_rows, &words, &numbers, &texels];
-        let layout = storage_layout(
-            device,
-            "scene",
-            ShaderStages::VERTEX | ShaderStages::COMPUTE,
-            &[true; SCENE_BUFFERS as usize],
-        );
+        let types = [storage_type(true); SCENE_BUFFERS as usize].into_iter();
+        let layout = bind_layout(device, "scene", ShaderStages::VERTEX | ShaderStages::COMPUTE, types);
         let entries: Vec<_> = buffers
             .iter()
             .enumerate()
@@ -237,26 +248,25 @@ pub(crate) fn storage<T: NoUninit>(
     })
 }
 
-/// A layout of storage buffers: whether each is only read.
-pub(crate) fn storage_layout(
+/// A storage buffer.
+pub(crate) fn storage_type(read_only: bool) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Storage { read_only },
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    }
+}
+
+/// A layout of `types`, from binding 0 on.
+pub(crate) fn bind_layout(
     device: &Device,
     label: &str,
     visibility: ShaderStages,
-    read_only: &[bool],
+    types: impl Iterator<Item = wgpu::BindingType>,
 ) -> wgpu::BindGroupLayout {
-    let entries: Vec<_> = read_only
-        .iter()
-        .enumerate()
-        .map(|(i, &read_only)| wgpu::BindGroupLayoutEntry {
-            binding: i as u32,
-            visibility,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        })
+    let entries: Vec<_> = (0..)
+        .zip(types)
+        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None })
         .collect();
     device
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })

@@ -5,22 +5,33 @@ use crate::frame::Options;
 use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::compute;
 use crate::scene::{SceneBuffers, scene_wgsl};
-use crate::surface::SURFACE_WGSL;
+use crate::surface::{SEE_THROUGH_WGSL, SURFACE_WGSL};
 use crate::view::VIEW_WGSL;
 use wgpu::Device;
-use yugen_scene::prepared::{Rows, wgsl};
+use yugen_scene::prepared::{NONE, Rows, wgsl};
 
-/// Most lights that the first surface looks at in a frame, one sample each; of more some are chosen by their power.
-const LIGHTS: u32 = 16;
+/// Most lights that the first surface considers in a frame, one sample each; of more some are chosen by their power.
+const CANDIDATES: u32 = 16;
+
+/// So many lights have a shadow ray each, which leaves no noise to those without extent.
+const FEW_LIGHTS: u32 = 4;
+
+/// Shadow rays of the first surface in a frame where there are more lights than few.
+const SHADOW_RAYS: u32 = 2;
 
 /// `shade.wgsl` has 32 sets of samples for a surface, five of them its own.
-const _: () = assert!(LIGHTS + 5 <= 32);
+const _: () = assert!(CANDIDATES + 5 <= 32);
 
 /// Bounces from which Russian roulette may end a path, as in Mitsuba.
 const ROULETTE: u32 = 5;
 
 /// Most bounces: what a path carries so far has gone through a hundred roulettes.
 const BOUNCES: u32 = 100;
+
+/// Whether nothing in the scene shines.
+pub fn needs_head_light(rows: &Rows) -> bool {
+    rows.emitters == 0 && !rows.has_sky()
+}
 
 /// The pass, compiled for the models, maps and lights of `rows`. `primary`: the layout of group 1; `bounces`: surfaces that
 /// may reflect light on its way to the camera.
@@ -33,14 +44,28 @@ pub fn shade_pass(
     options: &Options,
     bounces: u32,
 ) -> FilmPass {
+    let surfaces_shine = rows.draws.iter().any(|d| d.emitter != NONE);
     // Not overrides: naga refuses some shaders that it has to rewrite for those.
     let constants = format!(
         "// Surfaces that reflect light on its way; 0: only what shines is seen.\nconst BOUNCES: u32 = {}u;\n\
          // Bounces from which roulette may end a path.\nconst ROULETTE: u32 = {ROULETTE}u;\n\
-         // Most lights that the first surface looks at, one sample each.\nconst LIGHTS: u32 = {LIGHTS}u;\n\
-         // Lights are not seen by the camera.\nconst HIDE_EMITTERS: bool = {};",
+         // Most lights that the first surface considers, and its shadow rays.\nconst CANDIDATES: u32 = {CANDIDATES}u;\n\
+         const FEW_LIGHTS: u32 = {FEW_LIGHTS}u;\nconst SHADOW_RAYS: u32 = {SHADOW_RAYS}u;\n\
+         // Lights are not seen by the camera.\nconst HIDE_EMITTERS: bool = {};\n\
+         // Some surface shines; something does that rays can find.\nconst HAS_SURFACE_LIGHTS: bool = {};\n\
+         const RAYS_FIND_LIGHT: bool = {};\n\
+         // Samples of lights leave less noise on diffuse surfaces than directions drawn, and find all but the background:\n\
+         // not of smooth skies, nor of what is sampled by area.\n\
+         const LIGHTS_SUFFICE: bool = {};\nconst HAS_BACKGROUND: bool = {};\n\
+         // The scene has no light: it comes from the eye, and white surfaces seen head-on are white.\n\
+         const HEAD_LIGHT: bool = {};",
         bounces.min(BOUNCES),
-        options.hide_emitters
+        options.hide_emitters,
+        surfaces_shine,
+        surfaces_shine || rows.has_sky(),
+        !rows.lights_by_area && !rows.has_environment(),
+        rows.has_background(),
+        needs_head_light(rows)
     );
     let pieces = [
         &constants,
@@ -48,11 +73,12 @@ pub fn shade_pass(
         &wgsl(rows),
         HIERARCHY_WGSL,
         SURFACE_WGSL,
+        SEE_THROUGH_WGSL,
         VIEW_WGSL,
         FILM_WGSL,
         include_str!("shade.wgsl"),
     ];
     let groups = [scene.layout(), primary, film];
-    let pipeline = compute(device, "shade_pixels", &pieces, &groups, &[]);
+    let pipeline = compute(device, "shade_pixels", &pieces, &groups);
     FilmPass::new(device, "shade", pipeline, film, options.size)
 }

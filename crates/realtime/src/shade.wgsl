@@ -1,7 +1,9 @@
 // Light along a camera ray: what the visibility buffer saw, shaded, and up to BOUNCES surfaces behind it. The reference
 // renderer's path tracer with fewer choices left to chance: the first surface looks at every light while they are few.
 //
-// Every function that is large is called from one place, for drivers put it in place of its call.
+// Every function that is large is called from one place, for drivers put it in place of its call. A software GPU goes
+// through both sides of every branch, so what the last surface of a path does not need is not in the loop for it: a ray
+// and what shines at its end belong to the surface that it leaves.
 
 // Hash of Jarzynski and Olano 2020, "Hash Functions for GPU Rendering": PCG.
 fn pcg(v: u32) -> u32 {
@@ -43,22 +45,16 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
     return 1.0 / (1.0 + r * r);
 }
 
-fn shading_point(s: Surface, footprint: f32) -> ShadingPoint {
-    return ShadingPoint(
-        Frame(s.frame_s, s.frame_t, s.frame_n), s.handedness, s.geometric_normal, s.dp_du, s.dp_dv, s.uv, footprint,
-        draws[s.draw].attributes, s.triangle, s.barycentric,
-    );
-}
-
-// The part of light that passes a surface, for rays on their way to a light.
-fn passes(draw: u32, triangle: u32, b: vec2<f32>, dir: vec3<f32>) -> f32 {
-    if (!SEES_THROUGH) {
-        return 0.0;
-    }
-    return shade_through(draws[draw].material, shading_point(surface_at(draw, triangle, b), 0.0), -dir);
-}
-
 @group(1) @binding(1) var visibility: texture_2d<u32>;
+
+// Surfaces whose reflection is looked at; light also passes straight through the last.
+const SURFACES: u32 = select(BOUNCES, BOUNCES + 1u, SEES_THROUGH);
+
+fn footprint_on(s: Surface, dir: vec3<f32>, width: f32) -> f32 {
+    // Width on the surface, stretched where it is seen at a slant, in units of uv.
+    let slant = max(abs(dot(s.geometric_normal, dir)), 0.1);
+    return width / (slant * max(min(length(s.dp_du), length(s.dp_dv)), 1e-12));
+}
 
 @compute @workgroup_size(8, 8)
 fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -67,23 +63,12 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = pcg(id.x ^ pcg(id.y ^ pcg(view.seed)));
     let camera = pixel_ray(id.xy);
-    var origin = camera.origin;
     var dir = camera.dir;
     var hit = Hit(camera.t_max, 0.0, 0.0, NONE, NONE);
     let seen = textureLoad(visibility, id.xy, 0);
     if (seen.x != 0u) {
-        hit = intersect_triangle(seen.x - 1u, seen.y, origin, dir);
+        hit = intersect_triangle(seen.x - 1u, seen.y, camera.origin, dir);
     }
-    var radiance = vec3<f32>(0.0);
-    var throughput = vec3<f32>(1.0);
-    var alpha = 0.0;
-    // Where the last direction was drawn, towards which side, and how likely it was.
-    var facing = vec3<f32>(0.0);
-    var drawn_pdf = 0.0;
-    var drawn_delta = true;
-    // How far back that was.
-    var since = 0.0;
-    var absorption = vec3<f32>(0.0);
     // The ray's footprint and how it grows.
     var width = 0.0;
     var spread = abs(view.scale.x);
@@ -95,53 +80,56 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     let sharpen = 1.0 / clamp(sqrt(f32(view.index + 1u)), 1.0, 8.0);
     width *= sharpen;
     spread *= sharpen;
+
+    // Lights that are not seen do not stand in the way.
+    if (HIDE_EMITTERS && HAS_SURFACE_LIGHTS) {
+        for (var i = 0u; i < MOST_SHEETS && hit.draw != NONE && draws[hit.draw].emitter != NONE; i += 1u) {
+            let h = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+            width += spread * hit.t;
+            hit = trace_closest(offset_origin(h.position, h.error, h.geometric_normal, dir), dir, 0.0, 1e30);
+        }
+    }
+
+    var radiance = vec3<f32>(0.0);
+    var throughput = vec3<f32>(1.0);
+    var alpha = 0.0;
+    // Where the path is, and whether it goes on from there.
+    var s: Surface;
+    var point: ShadingPoint;
+    var alive = hit.draw != NONE;
+    if (alive) {
+        s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+        width += spread * hit.t;
+        point = shading_point(s, footprint_on(s, dir, width));
+        if (HAS_SURFACE_LIGHTS && s.emitter != NONE) {
+            let value = emitted(s.emitter, s.frame_n, -dir);
+            if (value != NONE) {
+                radiance = value_at(point, vec2<f32>(0.0), value).xyz;
+            }
+        }
+    } else if (!HIDE_EMITTERS) {
+        radiance = background();
+        for (var i = 0u; i < environment_count(); i += 1u) {
+            radiance += environment_radiance(environment_of(i).y, dir);
+        }
+    }
+    // How far back the last direction was drawn, how likely it was, and whether it is the camera's or a mirror's.
+    var since = hit.t;
+    var drawn_pdf = 0.0;
+    var drawn_delta = true;
+    // The side that it was drawn towards.
+    var facing = vec3<f32>(0.0);
+    var absorption = vec3<f32>(0.0);
     // Surfaces passed straight through count as little as those before the camera.
     var null_steps = 0u;
-    var hidden = 0u;
-    for (var depth = 0u; depth <= BOUNCES;) {
-        if (hit.draw == NONE) {
-            // Lights at infinity.
-            if (HIDE_EMITTERS && drawn_delta && alpha == 0.0) {
-                break;
-            }
-            var sum = background();
-            for (var i = 0u; i < environment_count(); i += 1u) {
-                let e = environment_of(i);
-                let r = environment_radiance_pdf(e.y, dir, facing);
-                var weight = 1.0;
-                if (!drawn_delta) {
-                    weight = power_heuristic(drawn_pdf, r.w * light_chance(e.x, depth));
-                }
-                sum += weight * r.xyz;
-            }
-            radiance += throughput * sum;
-            break;
-        }
-        if (any(absorption != vec3<f32>(0.0))) {
-            throughput *= exp(-hit.t * absorption);
-        }
-        since += hit.t;
-        let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+    for (var depth = 0u; alive && depth < SURFACES;) {
         let wo = -dir;
-        // Lights that are not seen do not stand in the way.
-        if (HIDE_EMITTERS && depth == 0u && null_steps == 0u && s.emitter != NONE && hidden < MOST_SHEETS) {
-            hidden += 1u;
-            width += spread * hit.t;
-            hit = trace_closest(offset_origin(s.position, s.error, s.geometric_normal, dir), dir, 0.0, 1e30);
-            continue;
-        }
-        // Width on the surface, stretched where it is seen at a slant, in units of uv.
-        width += spread * hit.t;
-        let slant = max(abs(dot(s.geometric_normal, dir)), 0.1);
-        let footprint = width / (slant * max(min(length(s.dp_du), length(s.dp_dv)), 1e-12));
-        let point = shading_point(s, footprint);
         shade(s.material, point, wo);
         if (alpha == 0.0 && through < 1.0) {
             alpha = 1.0;
         }
         let own_facing = shading_facing(s.frame_n, wo);
-        let smooth_lobes = shading_smooth();
-        let last = depth == BOUNCES;
+        let last = SEES_THROUGH && depth == BOUNCES;
         // Five sets of its own and one for each light.
         let first_set = 32u * (depth + (BOUNCES + 1u) * null_steps);
 
@@ -151,115 +139,173 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         if (!last || through > 0.0) {
             next = shading_sample(u_lobe, wo);
         }
+        alive = next.pdf > 0.0 && !(last && !next.is_null) && null_steps < MOST_SHEETS;
 
-        // Looked at one after the other: what the surface itself sends (0), lights, and the direction drawn.
-        let count = emitter_count();
-        var looks = select(min(count, LIGHTS), min(count, 1u), depth > 0u);
-        if (last || !smooth_lobes) {
-            looks = 0u;
+        // Rays one after the other: to lights, and into the direction drawn. Where lights are many a ray is for several,
+        // from which one is drawn by what it would add if nothing stood in its way (Talbot, Cline and Egbert 2005,
+        // "Importance Resampling for Global Illumination").
+        let count = select(emitter_count(), 1u, HEAD_LIGHT);
+        var candidates = select(min(count, CANDIDATES), min(count, select(1u, 0u, HEAD_LIGHT)), depth > 0u);
+        if (last || !shading_smooth()) {
+            candidates = 0u;
         }
-        for (var look = 0u; look <= looks + 1u; look += 1u) {
+        // Then what a ray finds by chance counts nothing, and none is sent for that alone.
+        let by_lights = LIGHTS_SUFFICE && candidates == count && shading_diffuse();
+        let finds = RAYS_FIND_LIGHT && (!by_lights || HAS_BACKGROUND);
+        alive = alive && (next.is_null || depth + 1u < BOUNCES || finds);
+        let rays = select(SHADOW_RAYS, candidates, candidates <= FEW_LIGHTS);
+        let here = s;
+        for (var ray = 0u; ray < rays + u32(alive); ray += 1u) {
+            let of_light = ray < rays;
+            var wi = next.wi;
+            // What the ray has to carry, and how far it goes.
+            var carried = vec3<f32>(0.0);
+            var reach = 1e30;
             var value = NONE;
             var at = point;
-            var wi = next.wi;
-            var factor = vec3<f32>(1.0);
-            var pdf = 0.0;
-            var distance = 0.0;
-            var is_delta = false;
-            let of_light = look > 0u && look <= looks;
-            if (look == 0u) {
-                if (s.emitter == NONE) {
-                    continue;
-                }
-                value = emitted(s.emitter, s.frame_n, wo);
-                if (value == NONE) {
-                    continue;
-                }
-                if (!drawn_delta) {
-                    let p = area_pdf(s.emitter, s.position - since * dir, since, dot(s.geometric_normal, dir));
-                    factor = vec3<f32>(power_heuristic(drawn_pdf, p * light_chance(s.emitter, depth)));
-                }
-            } else if (of_light) {
-                let u = sample2(pixel, first_set + 4u + look, view.index);
-                var emitter = look - 1u;
+            var f = vec4<f32>(0.0);
+            // What all candidates of the ray would add, and the drawn one.
+            var sum = 0.0;
+            var drawn = 0.0;
+            var u_draw = sample2(pixel, first_set + 4u, view.index + ray).x;
+            let end = select(ray + 1u, candidates, of_light);
+            for (var i = ray; i < end; i += max(rays, 1u)) {
+                var light = no_light();
                 var chance = 1.0;
-                if (looks < count) {
-                    let stratum = (f32(look - 1u) + sample2(pixel, first_set + 2u, view.index).x) / f32(looks);
-                    let choice = emitter_choose(stratum);
-                    emitter = choice.entry;
-                    chance = choice.probability * f32(looks);
-                }
-                let light = light_sample(emitter, s.position, own_facing, u);
-                if (light.pdf <= 0.0 || chance <= 0.0) {
+                if (of_light) {
+                    let u = sample2(pixel, first_set + 5u + i, view.index);
+                    var emitter = i;
+                    if (candidates < count) {
+                        let stratum = (f32(i) + sample2(pixel, first_set + 2u, view.index).x) / f32(candidates);
+                        let choice = emitter_choose(stratum);
+                        emitter = choice.entry;
+                        chance = choice.probability * f32(candidates);
+                    }
+                    if (HEAD_LIGHT) {
+                        // Nothing is between the eye and what it sees.
+                        light_value = NONE;
+                        light = LightSample(wo, 0.0, vec3<f32>(PI), 1.0, true);
+                    } else {
+                        light = light_sample(emitter, here.position, own_facing, u);
+                    }
+                    if (light.pdf <= 0.0 || chance <= 0.0) {
+                        continue;
+                    }
+                } else if (!next.combine) {
                     continue;
                 }
-                value = light_value;
-                at = light_at;
-                wi = light.wi;
-                pdf = light.pdf * chance;
-                factor = light.radiance;
-                distance = light.distance;
-                is_delta = light.is_delta;
-            } else if (!next.combine) {
-                continue;
+                f = shading_eval_pdf(select(wi, light.wi, of_light));
+                if (of_light) {
+                    let pdf = light.pdf * chance;
+                    let weight = select(power_heuristic(pdf, f.w), 1.0, light.is_delta || by_lights);
+                    let adds = throughput * f.xyz * light.radiance * (weight / pdf);
+                    let size = adds.x + adds.y + adds.z;
+                    if (!(size > 0.0 && size < 3e38)) {
+                        continue;
+                    }
+                    sum += size;
+                    // The number is stretched back to [0, 1) after each decision.
+                    let share = size / sum;
+                    if (u_draw < share || rays == candidates) {
+                        u_draw /= share;
+                        drawn = size;
+                        carried = adds;
+                        wi = light.wi;
+                        reach = light.distance * (1.0 - 1e-3);
+                        value = light_value;
+                        at = light_at;
+                    } else {
+                        u_draw = (u_draw - share) / (1.0 - share);
+                    }
+                }
+            }
+            if (of_light) {
+                if (drawn <= 0.0) {
+                    continue;
+                }
+                carried *= sum / drawn;
+            } else {
+                if (next.combine) {
+                    next.pdf = f.w;
+                    next.weight = select(vec3<f32>(0.0), f.xyz / max(f.w, 1e-30), f.w > 0.0);
+                }
+                throughput *= next.weight;
+                if (has_body && dot(here.geometric_normal, wo) * dot(here.geometric_normal, wi) < 0.0) {
+                    absorption = select(vec3<f32>(0.0), body, dot(here.geometric_normal, wi) < 0.0);
+                }
+                if (next.is_null) {
+                    null_steps += 1u;
+                } else {
+                    facing = own_facing;
+                    since = 0.0;
+                    drawn_pdf = select(next.pdf, 0.0, by_lights);
+                    drawn_delta = next.is_delta;
+                    depth += 1u;
+                    if (!next.is_delta) {
+                        // A rough bounce spreads the footprint like a lobe of that density.
+                        spread = max(spread, min(sqrt(1.0 / (4.0 * max(next.pdf, 0.05))), 0.5));
+                    }
+                }
+                // Russian roulette: long paths that carry little end, and those that go on count for them.
+                let most = max(throughput.x, max(throughput.y, throughput.z));
+                var survive = select(0.0, 1.0, next.pdf > 0.0 && most > 0.0);
+                if (depth >= ROULETTE) {
+                    survive *= min(most, 0.95);
+                }
+                alive = sample2(pixel, first_set + 3u, view.index).x < survive;
+                if (!alive) {
+                    break;
+                }
+                throughput /= survive;
+                dir = wi;
+            }
+
+            let h = traverse(offset_origin(here.position, here.error, here.geometric_normal, wi), wi, 0.0, reach, of_light);
+            // What shines there: where its value is and where that is looked up.
+            if (of_light) {
+                carried *= h.t;
+            } else if (h.draw == NONE) {
+                alive = false;
+                carried = vec3<f32>(0.0);
+                if (!(HIDE_EMITTERS && drawn_delta && alpha == 0.0)) {
+                    carried = background();
+                    for (var i = 0u; i < environment_count(); i += 1u) {
+                        let e = environment_of(i);
+                        let r = environment_radiance_pdf(e.y, dir, facing);
+                        var weight = 1.0;
+                        if (!drawn_delta) {
+                            weight = power_heuristic(drawn_pdf, r.w * light_chance(e.x, depth));
+                        }
+                        carried += weight * r.xyz;
+                    }
+                    carried *= throughput;
+                }
+            } else {
+                since += h.t;
+                width += spread * h.t;
+                if (any(absorption != vec3<f32>(0.0))) {
+                    throughput *= exp(-h.t * absorption);
+                }
+                carried = vec3<f32>(0.0);
+                s = surface_at(h.draw, h.triangle, vec2<f32>(h.b1, h.b2));
+                point = shading_point(s, footprint_on(s, dir, width));
+                at = point;
+                if (HAS_SURFACE_LIGHTS && s.emitter != NONE) {
+                    value = emitted(s.emitter, s.frame_n, -dir);
+                    if (value != NONE) {
+                        carried = throughput;
+                        if (!drawn_delta) {
+                            let p = area_pdf(s.emitter, s.position - since * dir, since, dot(s.geometric_normal, dir));
+                            carried *= power_heuristic(drawn_pdf, p * light_chance(s.emitter, depth));
+                        }
+                    }
+                }
             }
             if (value != NONE) {
-                factor *= value_at(at, vec2<f32>(0.0), value).xyz;
+                carried *= value_at(at, vec2<f32>(0.0), value).xyz;
             }
-            if (look == 0u) {
-                radiance += throughput * factor;
-                continue;
-            }
-            let f = shading_eval_pdf(wi);
-            if (!of_light) {
-                next.pdf = f.w;
-                next.weight = select(vec3<f32>(0.0), f.xyz / max(f.w, 1e-30), f.w > 0.0);
-                continue;
-            }
-            if (all(f.xyz <= vec3<f32>(0.0))) {
-                continue;
-            }
-            let start = offset_origin(s.position, s.error, s.geometric_normal, wi);
-            let clear = trace_any(start, wi, 0.0, distance * (1.0 - 1e-3));
-            let weight = select(power_heuristic(pdf, f.w), 1.0, is_delta);
-            radiance += throughput * f.xyz * factor * (clear * weight / pdf);
+            radiance += carried;
         }
-
-        if (next.pdf <= 0.0 || (last && !next.is_null) || null_steps >= MOST_SHEETS) {
-            break;
-        }
-        throughput *= next.weight;
-        if (has_body && dot(s.geometric_normal, wo) * dot(s.geometric_normal, next.wi) < 0.0) {
-            absorption = select(vec3<f32>(0.0), body, dot(s.geometric_normal, next.wi) < 0.0);
-        }
-        if (next.is_null) {
-            null_steps += 1u;
-        } else {
-            facing = own_facing;
-            since = 0.0;
-            drawn_pdf = next.pdf;
-            drawn_delta = next.is_delta;
-            depth += 1u;
-            if (!next.is_delta) {
-                // A rough bounce spreads the footprint like a lobe of that density.
-                spread = max(spread, min(sqrt(1.0 / (4.0 * max(next.pdf, 0.05))), 0.5));
-            }
-        }
-        // Russian roulette: long paths that carry little end, and those that go on count for them.
-        let carried = max(throughput.x, max(throughput.y, throughput.z));
-        if (carried <= 0.0) {
-            break;
-        }
-        if (depth >= ROULETTE) {
-            let survive = min(carried, 0.95);
-            if (sample2(pixel, first_set + 3u, view.index).x >= survive) {
-                break;
-            }
-            throughput /= survive;
-        }
-        origin = offset_origin(s.position, s.error, s.geometric_normal, next.wi);
-        dir = next.wi;
-        hit = trace_closest(origin, dir, 0.0, 1e30);
     }
     film_add(id.xy, vec4<f32>(radiance, alpha));
 }
@@ -267,7 +313,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
 // How many light samples of the surface before are expected to have looked at this emitter.
 fn light_chance(emitter: u32, depth: u32) -> f32 {
     let count = emitter_count();
-    let looks = select(min(count, LIGHTS), min(count, 1u), depth > 1u);
+    let looks = select(min(count, CANDIDATES), min(count, 1u), depth > 1u);
     if (looks >= count) {
         return 1.0;
     }

@@ -102,6 +102,22 @@ impl View {
         self.row.aperture_radius > 0.0
     }
 
+    /// World to the raster, columns, of pixels that are looked at in their centres.
+    pub(crate) fn to_clip_of_centres(&self) -> [[f32; 4]; 4] {
+        let centre = FrameSample { offset: glam::Vec2::ZERO, lens: glam::Vec2::splat(0.5), weight: 1.0 };
+        self.to_clip(&centre).to_cols_array_2d()
+    }
+
+    /// Where it looks from, the width of a pixel at distance one, and whether that is the width of all: its rays are
+    /// parallel.
+    pub(crate) fn footprint(&self) -> (glam::Vec3, f32, bool) {
+        let r = &self.row;
+        let eye = glam::Vec3::from(r.to_world.map(|row| row[3]));
+        let parallel = r.orthographic != 0;
+        let across = glam::Vec3::from(r.to_world.map(|row| row[0])).length();
+        (eye, r.scale[0].abs() * if parallel { across } else { 1.0 }, parallel)
+    }
+
     /// Frame `index` of the picture, which looks where `sample` says.
     pub fn row(&self, index: u32, seed: u32, sample: &FrameSample) -> ViewRow {
         let mut row = self.row;

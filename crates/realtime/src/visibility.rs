@@ -64,7 +64,7 @@ impl Visibility {
         let pieces =
             [&scene_wgsl(), HIERARCHY_WGSL, OPAQUE_WGSL, VIEW_WGSL, include_str!("visibility_traced.wgsl")];
         let groups = [scene.layout(), &view_layout, &ids_layout];
-        let trace = compute(device, "trace_visibility", &pieces, &groups, &[]);
+        let trace = compute(device, "trace_visibility", &pieces, &groups);
         let targets = Targets::new(device, &ids_layout, size);
         Self { view_group, bundle, trace, ids_layout, targets }
     }

@@ -20,6 +20,8 @@ pub(super) struct Realtime<'a> {
     options: Options,
     stage: Stage,
     camera: Camera,
+    /// Not even what shines is seen by a path without edges.
+    dark: bool,
 }
 
 impl<'a> Realtime<'a> {
@@ -50,14 +52,20 @@ impl<'a> Realtime<'a> {
             hide_emitters: integrator.hide_emitters,
             seed: render.seed,
         };
-        let stage = Stage::new(&gpu.device, &gpu.queue, &Rows::new(scene)?, &options)?;
-        Ok(Self { render, gpu, options, stage, camera })
+        let dark = integrator.kind == IntegratorKind::Path && integrator.max_depth == Some(0);
+        let stage = Stage::new(&gpu.device, &gpu.queue, &rows(scene, dark)?, &options)?;
+        if stage.has_head_light() {
+            tracing::warn!(
+                "the scene has no light: it is lit from the eye, where the reference renderer sees nothing"
+            );
+        }
+        Ok(Self { render, gpu, options, stage, camera, dark })
     }
 
     /// Takes over another pose of the scene.
     pub(super) fn pose(&mut self, scene: &Scene) -> Result<()> {
         self.camera = self.render.camera(scene)?;
-        let rows = Rows::new(scene)?;
+        let rows = rows(scene, self.dark)?;
         match self.stage.pose(&rows) {
             // As of a mesh that has been flattened, which is no longer the same mesh.
             Err(e @ (StageError::OtherScene | StageError::OtherDraws { .. })) => {
@@ -106,6 +114,18 @@ impl<'a> Realtime<'a> {
     pub(super) fn adapter(&self) -> &str {
         &self.gpu.name
     }
+}
+
+/// The rows of a scene, or of the same without any light.
+fn rows(scene: &Scene, dark: bool) -> Result<Rows> {
+    if !dark {
+        return Ok(Rows::new(scene)?);
+    }
+    let mut scene = scene.clone();
+    scene.lights.clear();
+    scene.light_names.clear();
+    scene.shapes.iter_mut().for_each(|shape| shape.emission = None);
+    Ok(Rows::new(&scene)?)
 }
 
 impl Render {

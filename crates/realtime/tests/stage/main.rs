@@ -3,4 +3,5 @@
 mod device;
 mod display;
 mod frames;
+mod preview;
 mod rays;

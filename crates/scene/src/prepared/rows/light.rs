@@ -1,7 +1,7 @@
 //! Emitters as rows of [`STRIDE`] words.
 
 use super::texture::Programs;
-use super::{NONE, Rows, RowsError, environment};
+use super::{DrawRow, NONE, Rows, RowsError, environment};
 use crate::prepared::{Environment, Textures};
 use crate::{Geometry, Light, Scene, Texture, Value};
 use glam::{Mat3, Vec3};
@@ -69,7 +69,19 @@ pub(super) fn write(
         let mut words = vec![Op::Area as u32, draw, u32::from(shape.two_sided_emission)];
         words.extend(value);
         words.extend([rows.numbers.len() as u32, cumulative.len() as u32, area.to_bits()]);
-        words.extend(sphere(shape, value[0] == 2).map(f32::to_bits));
+        let cone = sphere(shape, value[0] == 2);
+        rows.lights |= u32::from(cone[3] > 0.0) << 31;
+        words.extend(cone.map(f32::to_bits));
+        let mut by_angle = cone[3] > 0.0;
+        if value[0] != 2
+            && let Some(corner_and_sides) = rows.rectangle(draw)
+        {
+            rows.lights |= 1 << 30;
+            words.extend(corner_and_sides.iter().flat_map(|v| v.to_array()).map(f32::to_bits));
+            words.push(1);
+            by_angle = true;
+        }
+        rows.lights_by_area |= !by_angle;
         rows.numbers.extend(cumulative);
         put(rows, table, &mut next, &words);
     }
@@ -167,18 +179,61 @@ fn sphere(shape: &crate::Shape, textured: bool) -> [f32; 4] {
 }
 
 fn put(rows: &mut Rows, table: usize, next: &mut u32, words: &[u32]) {
+    rows.lights |= 1 << words[0];
     let at = table + STRIDE * *next as usize;
     rows.words[at..at + words.len()].copy_from_slice(words);
     *next += 1;
 }
 
 impl Rows {
+    /// Whether the same light comes from everywhere.
+    pub fn has_background(&self) -> bool {
+        self.words.get(8..11).is_some_and(|c| c.iter().any(|w| f32::from_bits(*w) != 0.0))
+    }
+
+    /// Whether a picture of light from everywhere is among the emitters.
+    pub fn has_environment(&self) -> bool {
+        self.lights >> Op::Environment as u32 & 1 != 0
+    }
+
+    /// Whether light comes from infinity other than along one direction.
+    pub fn has_sky(&self) -> bool {
+        self.has_background() || self.has_environment()
+    }
+
     fn corners(&self, draw: usize, triangle: u32) -> [Vec3; 3] {
         let rows = self.draws[draw].to_world;
         self.triangles[triangle as usize].map(|i| {
             let p = Vec3::from(self.vertices[i as usize].position).extend(1.0);
             Vec3::from(rows.map(|r| glam::Vec4::from(r).dot(p)))
         })
+    }
+
+    /// A corner and the two sides from it, in the world, of a draw that is a rectangle of two triangles; their cross
+    /// product is along its normal.
+    fn rectangle(&self, draw: u32) -> Option<[Vec3; 3]> {
+        let d = self.draws.get(draw as usize)?;
+        if d.triangles != 2 {
+            return None;
+        }
+        let [first, second] = [0, 1].map(|i| self.corners(draw as usize, d.first_triangle + i));
+        let size = (first[1] - first[0]).length() + (first[2] - first[0]).length();
+        let same = |a: Vec3, b: Vec3| (a - b).length() < 1e-5 * size;
+        // The corner of the first that the second has not is where the sides are.
+        let alone = (0..3).find(|&i| !second.iter().any(|p| same(*p, first[i])))?;
+        let (corner, x, y) = (first[alone], first[(alone + 1) % 3], first[(alone + 2) % 3]);
+        let (x, mut y) = (x - corner, y - corner);
+        let across = corner + x + y;
+        let whole = second.iter().filter(|p| same(**p, across)).count() == 1
+            && second.iter().filter(|p| same(**p, corner + x) || same(**p, corner + y)).count() == 2;
+        let square = x.dot(y).abs() < 1e-5 * x.length() * y.length() && x.length() * y.length() > 0.0;
+        let mut x = x;
+        let turned =
+            d.flags & (DrawRow::HAS_NORMALS | DrawRow::MIRRORED) == DrawRow::HAS_NORMALS | DrawRow::MIRRORED;
+        if turned != (d.flags & DrawRow::FLIPPED != 0) {
+            std::mem::swap(&mut x, &mut y);
+        }
+        (whole && square).then_some([corner, x, y])
     }
 
     /// Of a draw's triangles in the world: what part each and those before it have, and the whole area.

@@ -6,6 +6,15 @@ const EMITTER_POINT: u32 = 1u;
 const EMITTER_SPOT: u32 = 2u;
 const EMITTER_DIRECTIONAL: u32 = 3u;
 const EMITTER_ENVIRONMENT: u32 = 4u;
+const EMITTER_PROJECTOR: u32 = 5u;
+// Not kinds: some sphere, some rectangle among them.
+const EMITTER_ROUND: u32 = 31u;
+const EMITTER_RECTANGLE: u32 = 30u;
+
+// Whether emitters of this kind occur in the scene; what does not is left out when the shader is compiled.
+fn has_emitter(kind: u32) -> bool {
+    return ((EMITTERS >> kind) & 1u) != 0u;
+}
 
 // The unit normal on the side that the winding and the vertex normals say, of a triangle of a draw with these edges.
 fn draw_normal(flags: u32, e1: vec3<f32>, e2: vec3<f32>) -> vec3<f32> {
@@ -64,18 +73,18 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     light_value = NONE;
     let e = emitter_at(emitter);
     let kind = word_at(e);
-    if (kind == EMITTER_AREA) {
+    if (has_emitter(EMITTER_AREA) && kind == EMITTER_AREA) {
         return area_sample(e, position, u);
     }
-    if (kind == EMITTER_DIRECTIONAL) {
+    if (has_emitter(EMITTER_DIRECTIONAL) && kind == EMITTER_DIRECTIONAL) {
         return LightSample(-vec3_at(e + 1u), 3.0e38, vec3_at(e + 4u), 1.0, true);
     }
-    if (kind == EMITTER_ENVIRONMENT) {
+    if (has_emitter(EMITTER_ENVIRONMENT) && kind == EMITTER_ENVIRONMENT) {
         let s = environment_sample(word_at(e + 1u), facing, u);
         return LightSample(s.wi, 3.0e38, environment_radiance_at(word_at(e + 1u), s.place), s.pdf, false);
     }
     var origin = vec3_at(e + 1u);
-    if (kind > EMITTER_ENVIRONMENT) {
+    if (kind == EMITTER_PROJECTOR) {
         origin = vec3_at(e + 13u);
     }
     let to = origin - position;
@@ -83,7 +92,7 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     let distance = sqrt(d2);
     let wi = to / distance;
     var intensity = vec3_at(e + 4u);
-    if (kind == EMITTER_SPOT) {
+    if (has_emitter(EMITTER_SPOT) && kind == EMITTER_SPOT) {
         let local = normalize(mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u)) * -wi);
         let angle = acos(clamp(local.z, -1.0, 1.0));
         let beam = float_at(e + 16u);
@@ -98,7 +107,7 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
             light_value = e + 18u;
             light_at = nowhere(0.5 + 0.5 * local.xy / (local.z * tan(cutoff)));
         }
-    } else if (kind > EMITTER_ENVIRONMENT) {
+    } else if (has_emitter(EMITTER_PROJECTOR) && kind == EMITTER_PROJECTOR) {
         let p = vec4<f32>(position, 1.0);
         var local: vec3<f32>;
         for (var i = 0u; i < 3u; i += 1u) {
@@ -120,6 +129,9 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
 
 // One minus the cosine of the cone that a round sphere subtends; 0 where the emitter is none, or `position` within it.
 fn sphere_cone(e: u32, position: vec3<f32>) -> f32 {
+    if (!has_emitter(EMITTER_ROUND)) {
+        return 0.0;
+    }
     let r = float_at(e + 13u);
     let to = vec3_at(e + 10u) - position;
     let sin2 = r * r / dot(to, to);
@@ -127,7 +139,91 @@ fn sphere_cone(e: u32, position: vec3<f32>) -> f32 {
     return select(0.0, sin2 / (1.0 + sqrt(max(1.0 - sin2, 0.0))), sin2 > 0.0 && sin2 < 0.999);
 }
 
-// Spheres by the cone that they subtend, all else evenly by area.
+// A rectangle as it is seen from a place: coordinates along its sides and its normal, the angles that its projection on
+// the unit sphere is sampled by, and its solid angle (0: there is none, or it is too small for them).
+struct SeenRectangle {
+    low: vec2<f32>,
+    high: vec2<f32>,
+    // Below zero.
+    z: f32,
+    x_axis: vec3<f32>,
+    y_axis: vec3<f32>,
+    z_axis: vec3<f32>,
+    b0: f32,
+    b1: f32,
+    k: f32,
+    solid_angle: f32,
+}
+
+// Abramowitz and Stegun 1964, 4.4.46: off by 2e-8, where those of drivers are off by some 1e-4.
+fn exact_acos(x: f32) -> f32 {
+    let a = min(abs(x), 1.0);
+    var p = -0.0012624911;
+    p = p * a + 0.0066700901;
+    p = p * a - 0.0170881256;
+    p = p * a + 0.0308918810;
+    p = p * a - 0.0501743046;
+    p = p * a + 0.0889789874;
+    p = p * a - 0.2145988016;
+    p = p * a + 1.5707963050;
+    let r = sqrt(1.0 - a) * p;
+    return select(r, PI - r, x < 0.0);
+}
+
+// Urena, Fajardo and King 2013, "An Area-Preserving Parametrization for Spherical Rectangles".
+fn seen_rectangle(e: u32, position: vec3<f32>) -> SeenRectangle {
+    var r: SeenRectangle;
+    if (!has_emitter(EMITTER_RECTANGLE) || word_at(e + 23u) == 0u) {
+        return r;
+    }
+    let to = vec3_at(e + 14u) - position;
+    let sides = vec2<f32>(length(vec3_at(e + 17u)), length(vec3_at(e + 20u)));
+    r.x_axis = vec3_at(e + 17u) / sides.x;
+    r.y_axis = vec3_at(e + 20u) / sides.y;
+    r.z_axis = cross(r.x_axis, r.y_axis);
+    r.z = dot(to, r.z_axis);
+    if (r.z > 0.0) {
+        r.z_axis = -r.z_axis;
+        r.z = -r.z;
+    }
+    r.low = vec2<f32>(dot(to, r.x_axis), dot(to, r.y_axis));
+    r.high = r.low + sides;
+    // Of small or slanted ones the angles cancel, and evenly by area is as good.
+    let middle = vec3<f32>(0.5 * (r.low + r.high), r.z);
+    let d2 = dot(middle, middle);
+    if (sides.x * sides.y * -r.z < 0.02 * d2 * sqrt(d2) || -r.z < 1e-4 * max(sides.x, sides.y)) {
+        return r;
+    }
+    let n0 = normalize(vec3<f32>(0.0, r.z, -r.low.y));
+    let n1 = normalize(vec3<f32>(-r.z, 0.0, r.high.x));
+    let n2 = normalize(vec3<f32>(0.0, -r.z, r.high.y));
+    let n3 = normalize(vec3<f32>(r.z, 0.0, -r.low.x));
+    let g0 = exact_acos(-dot(n0, n1));
+    let g1 = exact_acos(-dot(n1, n2));
+    let g2 = exact_acos(-dot(n2, n3));
+    let g3 = exact_acos(-dot(n3, n0));
+    r.b0 = n0.z;
+    r.b1 = n2.z;
+    r.k = TAU - g2 - g3;
+    r.solid_angle = g0 + g1 - r.k;
+    return r;
+}
+
+// Towards the point of the rectangle that `u` stands for; not of unit length.
+fn rectangle_sample(r: SeenRectangle, u: vec2<f32>) -> vec3<f32> {
+    let a = u.x * r.solid_angle + r.k;
+    let f = (cos(a) * r.b0 - r.b1) / sin(a);
+    let c = clamp(select(-1.0, 1.0, f > 0.0) * inverseSqrt(f * f + r.b0 * r.b0), -1.0, 1.0);
+    let x = clamp(-c * r.z * inverseSqrt(max(1.0 - c * c, 1e-12)), r.low.x, r.high.x);
+    let d2 = x * x + r.z * r.z;
+    let h0 = r.low.y * inverseSqrt(d2 + r.low.y * r.low.y);
+    let h1 = r.high.y * inverseSqrt(d2 + r.high.y * r.high.y);
+    let h = h0 + u.y * (h1 - h0);
+    let y = clamp(h * sqrt(d2) * inverseSqrt(max(1.0 - h * h, 1e-12)), r.low.y, r.high.y);
+    return r.x_axis * x + r.y_axis * y + r.z_axis * r.z;
+}
+
+// Spheres by the cone that they subtend, rectangles by solid angle, all else evenly by area.
 fn area_sample(e: u32, position: vec3<f32>, u: vec2<f32>) -> LightSample {
     let draw = word_at(e + 1u);
     let count = word_at(e + 8u);
@@ -151,6 +247,19 @@ fn area_sample(e: u32, position: vec3<f32>, u: vec2<f32>) -> LightSample {
         light_value = e + 3u;
         light_at = nowhere(vec2<f32>(0.0));
         return LightSample(wi, distance, vec3<f32>(1.0), 1.0 / (TAU * cone), false);
+    }
+    let rectangle = seen_rectangle(e, position);
+    if (rectangle.solid_angle > 0.0) {
+        let to = rectangle_sample(rectangle, u);
+        let distance = length(to);
+        // The side of the corners' order, which is that of the normal.
+        let front = dot(cross(vec3_at(e + 17u), vec3_at(e + 20u)), to) < 0.0;
+        if (!front && word_at(e + 2u) == 0u) {
+            return no_light();
+        }
+        light_value = e + 3u;
+        light_at = nowhere(vec2<f32>(0.0));
+        return LightSample(to / distance, distance, vec3<f32>(1.0), 1.0 / rectangle.solid_angle, false);
     }
     let which = choose(word_at(e + 7u), count, u.x);
     let m = draws[draw].to_world;
@@ -192,6 +301,10 @@ fn area_pdf(emitter: u32, position: vec3<f32>, distance: f32, c: f32) -> f32 {
     let cone = sphere_cone(emitter_at(emitter), position);
     if (cone > 0.0) {
         return 1.0 / (TAU * cone);
+    }
+    let rectangle = seen_rectangle(emitter_at(emitter), position);
+    if (rectangle.solid_angle > 0.0) {
+        return 1.0 / rectangle.solid_angle;
     }
     return distance * distance / max(abs(c) * float_at(emitter_at(emitter) + 9u), 1e-30);
 }

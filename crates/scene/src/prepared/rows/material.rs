@@ -78,6 +78,20 @@ impl Writer<'_, '_> {
         out: &mut Vec<Vec<u32>>,
     ) -> Result<(), RowsError> {
         self.rows.turns = self.rows.turns.max(turns);
+        let occurring: &[Op] = match &self.materials.nodes[id] {
+            Node::Model { .. } => &[Op::Model],
+            Node::TwoSided { .. } => &[Op::Above, Op::Below],
+            Node::Mask { .. } => &[Op::First, Op::Second, Op::Through],
+            Node::Blend { .. } => &[Op::First, Op::Second],
+            Node::Sum(_) => &[Op::Sum],
+            Node::NormalMap { .. } => &[Op::NormalMap],
+            Node::BumpMap { .. } => &[Op::BumpMap],
+            Node::Cloth { .. } => &[Op::Cloth],
+            Node::Body { .. } => &[Op::Body],
+            Node::OneSided { .. } => &[Op::Front, Op::Back, Op::Through],
+            Node::Null => &[Op::Through],
+        };
+        self.rows.steps |= occurring.iter().fold(0, |bits, op| bits | 1 << *op as u32);
         let then = |more: &[u32]| [steps, more].concat();
         let materials = self.materials;
         match &materials.nodes[id] {

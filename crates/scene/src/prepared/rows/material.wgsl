@@ -14,6 +14,11 @@ const STEP_BACK: u32 = 9u;
 const END_MODEL: u32 = 10u;
 const END_CLOTH: u32 = 11u;
 
+// Whether a step occurs in the scene; what does not is left out when the shader is compiled.
+fn has_step(step: u32) -> bool {
+    return ((STEPS >> step) & 1u) != 0u;
+}
+
 // The tangent turns with a normal that is mirrored.
 const TANGENT_TURNS: u32 = 4u;
 
@@ -147,10 +152,12 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
                 case STEP_FIRST, STEP_SECOND: { value = pc + 1u; }
                 case STEP_NORMAL_MAP: { value = pc + 3u; }
                 case STEP_BUMP_MAP: {
-                    value = pc + 3u;
-                    step = vec2<f32>(float_at(pc + 7u), float_at(pc + 8u));
-                    patch_ = patch_of(point, value);
-                    offset = patch_offset(patch_, i, step);
+                    if (has_step(STEP_BUMP_MAP)) {
+                        value = pc + 3u;
+                        step = vec2<f32>(float_at(pc + 7u), float_at(pc + 8u));
+                        patch_ = patch_of(point, value);
+                        offset = patch_offset(patch_, i, step);
+                    }
                 }
                 case END_MODEL: {
                     if (i < word_at(pc + 5u)) {
@@ -180,11 +187,13 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
                     pc += 1u;
                 }
                 case STEP_FIRST, STEP_SECOND: {
-                    let t = clamp(as_number(c), 0.0, 1.0);
-                    let share = select(t, 1.0 - t, op == STEP_FIRST);
-                    weight *= share;
-                    probability *= share;
-                    left = share <= 0.0;
+                    if (has_step(STEP_FIRST)) {
+                        let t = clamp(as_number(c), 0.0, 1.0);
+                        let share = select(t, 1.0 - t, op == STEP_FIRST);
+                        weight *= share;
+                        probability *= share;
+                        left = share <= 0.0;
+                    }
                     pc += 5u;
                 }
                 case STEP_SUM: {
@@ -192,16 +201,19 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
                     pc += 2u;
                 }
                 case STEP_NORMAL_MAP: {
-                    let scale = float_at(pc + 1u);
-                    let n = c.xyz * 2.0 - 1.0;
-                    given = normalize_or(vec3<f32>(n.x * scale, n.y * scale * point.handedness, n.z), vec3<f32>(0.0, 0.0, 1.0));
-                    turned = word_at(pc + 2u);
+                    if (has_step(STEP_NORMAL_MAP)) {
+                        let scale = float_at(pc + 1u);
+                        let n = c.xyz * 2.0 - 1.0;
+                        let scaled = vec3<f32>(n.x * scale, n.y * scale * point.handedness, n.z);
+                        given = normalize_or(scaled, vec3<f32>(0.0, 0.0, 1.0));
+                        turned = word_at(pc + 2u);
+                    }
                     pc += 7u;
                 }
                 case STEP_BUMP_MAP: {
                     heights[i] = as_number(c);
                     i += 1u;
-                    if (i == 4u) {
+                    if (has_step(STEP_BUMP_MAP) && i == 4u) {
                         i = 0u;
                         let slope = patch_slope(patch_, heights, step) * float_at(pc + 1u);
                         // Of the surface as it lies, whichever side it is seen from.
@@ -252,14 +264,16 @@ fn shade(material: u32, point: ShadingPoint, wo: vec3<f32>) {
                 }
                 case END_CLOTH: {
                     at_end = true;
-                    let cloth = cloth_at(point, pc + 2u, float_at(pc + 1u), own);
-                    // The frame of the maps is +x along u and +y up, against v; mirrored where the picture is.
-                    let up = select(1.0, -1.0, dot(point.dp_dv, seen.frame.t) > 0.0);
-                    given = cloth.normal * vec3<f32>(1.0, up, 1.0);
-                    tangent = cloth.tangent * vec3<f32>(1.0, up, 1.0);
-                    // What was fitted to photographs has the shadows of its threads in it already.
-                    turned = 1u | TANGENT_TURNS;
-                    kind = KIND_NOH;
+                    if (has_step(END_CLOTH)) {
+                        let cloth = cloth_at(point, pc + 2u, float_at(pc + 1u), own);
+                        // The frame of the maps is +x along u and +y up, against v; mirrored where the picture is.
+                        let up = select(1.0, -1.0, dot(point.dp_dv, seen.frame.t) > 0.0);
+                        given = cloth.normal * vec3<f32>(1.0, up, 1.0);
+                        tangent = cloth.tangent * vec3<f32>(1.0, up, 1.0);
+                        // What was fitted to photographs has the shadows of its threads in it already.
+                        turned = 1u | TANGENT_TURNS;
+                        kind = KIND_NOH;
+                    }
                 }
                 default: {
                     at_end = true;
@@ -372,6 +386,16 @@ fn shading_smooth() -> bool {
         }
     }
     return false;
+}
+
+// Whether light sampling finds all there is at least as well as directions drawn from the material: every lobe is diffuse.
+fn shading_diffuse() -> bool {
+    for (var i = 0u; i < lobe_count; i += 1u) {
+        if (!bsdf_is_diffuse(lobes[i].kind)) {
+            return false;
+        }
+    }
+    return lobe_count > 0u;
 }
 
 // A drawn direction in the world. Where `pdf` is 0 there is none. Twin of prepared::ShadingSample; its weight is not

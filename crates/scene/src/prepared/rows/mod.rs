@@ -48,6 +48,17 @@ pub struct Rows {
     pub has_cloth: bool,
     /// Whether anything varies over a surface.
     pub has_programs: bool,
+    /// Steps of materials that occur, steps of textures' programs, and kinds of emitters: a bit each, by their numbers.
+    pub steps: u32,
+    /// See `steps`.
+    pub operations: u32,
+    /// See `steps`; the two highest bits: one of them is a sphere, or a rectangle, sampled by the cone or by the solid
+    /// angle that it subtends.
+    pub lights: u32,
+    /// Some emitter is a surface that is sampled evenly by area.
+    pub lights_by_area: bool,
+    /// Most operands of a texture's program that wait at once.
+    pub operands: u32,
     /// Emitters, of which the header knows where they begin.
     pub emitters: u32,
     /// Attributes of meshes that textures ask for.
@@ -145,14 +156,24 @@ pub fn wgsl(rows: &Rows) -> String {
         rows.has_programs,
         rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0)
     );
+    let _ = writeln!(
+        out,
+        "const STEPS: u32 = {}u;\nconst OPERATIONS: u32 = {}u;\nconst EMITTERS: u32 = {}u;\nconst OPERANDS: u32 = {}u;",
+        rows.steps,
+        rows.operations,
+        rows.lights,
+        rows.operands.max(1)
+    );
     let _ = writeln!(out, "const KIND_NOH: u32 = {}u;", Kind::Noh as u32);
     let any_of = |holds: &dyn Fn(&Kind) -> bool| -> String {
         rows.kinds.iter().filter(|k| holds(k)).map(|k| format!(" || kind == {}u", *k as u32)).collect()
     };
+    let diffuse = any_of(&|k| matches!(k, Kind::Lambert | Kind::OrenNayar));
     let (delta, transmits) = (any_of(&|k| k.laws().delta), any_of(&|k| k.laws().transmits));
     let _ = writeln!(
         out,
         "fn bsdf_is_delta(kind: u32) -> bool {{ return false{delta}; }}\n\
+         fn bsdf_is_diffuse(kind: u32) -> bool {{ return false{diffuse}; }}\n\
          fn bsdf_transmits(kind: u32) -> bool {{ return false{transmits}; }}"
     );
     out.push_str(include_str!("rows.wgsl"));

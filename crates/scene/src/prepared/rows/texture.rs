@@ -80,7 +80,20 @@ impl<'a> Programs<'a> {
         if depth > STACK || code.len() > 1 << 16 {
             return Err(RowsError::Deep { texture: whole, limit: STACK });
         }
+        rows.operands = rows.operands.max(depth as u32);
         let textures = self.textures;
+        let occurring = match &textures.nodes[id] {
+            Node::Image { .. } => Op::Image,
+            Node::Cloth { .. } => Op::Cloth,
+            Node::Checkerboard { .. } => Op::Checkerboard,
+            Node::Attribute { .. } => Op::Attribute,
+            Node::Scaled { .. } => Op::Scale,
+            Node::Product(_) => Op::Product,
+            Node::Step { .. } => Op::Step,
+            // Written into those inside.
+            Node::At { .. } => Op::End,
+        };
+        rows.operations |= 1 << occurring as u32;
         let attribute = |name: &str, rows: &Rows| {
             rows.attribute_names.iter().position(|n| n == name).map_or(NONE, |i| i as u32)
         };
@@ -150,6 +163,8 @@ impl<'a> Programs<'a> {
         if depth > STACK {
             return Err(RowsError::Deep { texture: whole, limit: STACK });
         }
+        rows.operands = rows.operands.max(depth as u32);
+        rows.operations |= 1 << Op::Constant as u32;
         code.push(Op::Constant as u32);
         code.extend(c.map(f32::to_bits));
         code.push(grey);

@@ -13,6 +13,11 @@ const OP_PRODUCT: u32 = 7u;
 const OP_STEP: u32 = 8u;
 const OP_IMAGE_WORDS: u32 = 15u;
 
+// Whether an operation occurs in the scene; what does not is left out when the shader is compiled.
+fn has_operation(operation: u32) -> bool {
+    return ((OPERATIONS >> operation) & 1u) != 0u;
+}
+
 fn wrap_index(i: i32, n: i32, wrap: u32) -> i32 {
     switch wrap {
         case 0u: { return i - n * i32(floor(f32(i) / f32(n))); }
@@ -146,7 +151,7 @@ fn taps_of(point: ShadingPoint, offset: vec2<f32>, at: u32, of_cloth: bool) -> T
 }
 
 fn texture_program(point: ShadingPoint, offset: vec2<f32>, program: u32) -> vec4<f32> {
-    var stack: array<vec4<f32>, 8>;
+    var stack: array<vec4<f32>, OPERANDS>;
     var n = 0u;
     var pc = program;
     loop {
@@ -158,15 +163,16 @@ fn texture_program(point: ShadingPoint, offset: vec2<f32>, program: u32) -> vec4
                 pc += 5u;
             }
             case OP_IMAGE, OP_CLOTH: {
-                let taps = taps_of(point, offset, pc + 1u, op == OP_CLOTH);
-                let width = select(1u, 3u, op == OP_CLOTH);
+                let of_cloth = has_operation(OP_CLOTH) && op == OP_CLOTH;
+                let taps = taps_of(point, offset, pc + 1u, of_cloth);
+                let width = select(1u, 3u, of_cloth);
                 var c = vec4<f32>(0.0);
                 for (var i = 0u; i < taps.taps; i += 1u) {
                     let tap = tap_at(taps, i);
                     c += tap.weight * texels[tap.level + width * tap.texel];
                 }
                 // The fourth component: a plain number in every channel.
-                if (op == OP_CLOTH) {
+                if (of_cloth) {
                     c.w = 0.0;
                     pc += 10u;
                 } else {
@@ -182,14 +188,18 @@ fn texture_program(point: ShadingPoint, offset: vec2<f32>, program: u32) -> vec4
                 n += 1u;
             }
             case OP_CHECKERBOARD: {
-                let uv = affine2(pc + 1u, texture_uv(point, offset, word_at(pc + 7u)));
-                let half = (uv - floor(uv)) > vec2<f32>(0.5);
                 n -= 1u;
-                stack[n - 1u] = select(stack[n], stack[n - 1u], half.x == half.y);
+                if (has_operation(OP_CHECKERBOARD)) {
+                    let uv = affine2(pc + 1u, texture_uv(point, offset, word_at(pc + 7u)));
+                    let half = (uv - floor(uv)) > vec2<f32>(0.5);
+                    stack[n - 1u] = select(stack[n], stack[n - 1u], half.x == half.y);
+                }
                 pc += 8u;
             }
             case OP_ATTRIBUTE: {
-                stack[n] = vec4<f32>(attribute_of(point, word_at(pc + 1u)).xyz, 0.0);
+                if (has_operation(OP_ATTRIBUTE)) {
+                    stack[n] = vec4<f32>(attribute_of(point, word_at(pc + 1u)).xyz, 0.0);
+                }
                 n += 1u;
                 pc += 2u;
             }

@@ -1,0 +1,23 @@
+// Where the first surface of each pixel is: position and draw + 1, or zeros; shading normal.
+
+@group(2) @binding(0) var positions: texture_storage_2d<rgba32float, write>;
+@group(2) @binding(1) var normals: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn write_gbuffer(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x >= view.window.z || id.y >= view.window.w) {
+        return;
+    }
+    let ray = pixel_ray(id.xy);
+    let seen = textureLoad(visibility, id.xy, 0);
+    var position = vec4<f32>(0.0);
+    var normal = vec4<f32>(0.0);
+    if (seen.x != 0u) {
+        let hit = intersect_triangle(seen.x - 1u, seen.y, ray.origin, ray.dir);
+        let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+        position = vec4<f32>(s.position, f32(seen.x));
+        normal = vec4<f32>(select(s.frame_n, -s.frame_n, dot(s.frame_n, ray.dir) > 0.0), 0.0);
+    }
+    textureStore(positions, id.xy, position);
+    textureStore(normals, id.xy, normal);
+}

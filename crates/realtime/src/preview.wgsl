@@ -1,0 +1,143 @@
+// What is shown while the sum is young: with what was seen before the camera moved, and smoothed along surfaces.
+
+struct Preview {
+    // World to the raster of the picture before, without a frame's offset.
+    before_to_clip: mat4x4<f32>,
+    size: vec2<u32>,
+    // Frames of this picture, this one included.
+    frames: u32,
+    // 1: there is a picture before.
+    has_before: u32,
+    // Sum of the weights of the frames.
+    weight: f32,
+    // What the picture before still counts, from 1 to 0.
+    fade: f32,
+    // 1: smooth.
+    smooth_: u32,
+    // Width of a pixel at distance one; of all pixels where rays are parallel.
+    footprint: f32,
+    eye: vec3<f32>,
+    orthographic: u32,
+}
+
+// A picture counts as no more frames than this once something has moved.
+const MOST_FRAMES: f32 = 16.0;
+// From so many frames on nothing is smoothed.
+const SMOOTHED: f32 = 8.0;
+
+@group(0) @binding(0) var<uniform> preview: Preview;
+@group(0) @binding(1) var<storage, read> film: array<vec4<f32>>;
+// Colour and how many frames it is worth: of the picture before where it is seen now, of the picture before where it was
+// seen, and of what is shown now.
+@group(0) @binding(2) var<storage, read_write> carried: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read> before: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read_write> now: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> shown: array<vec4<f32>>;
+@group(0) @binding(6) var positions: texture_2d<f32>;
+@group(0) @binding(7) var normals: texture_2d<f32>;
+@group(0) @binding(8) var positions_before: texture_2d<f32>;
+
+fn width_at(position: vec3<f32>) -> f32 {
+    return preview.footprint * select(distance(position, preview.eye), 1.0, preview.orthographic != 0u);
+}
+
+// What the picture before knew of the place that this pixel sees.
+fn reprojected(pixel: vec2<u32>) -> vec4<f32> {
+    let here = textureLoad(positions, pixel, 0);
+    if (here.w == 0.0) {
+        return vec4<f32>(0.0);
+    }
+    let clip = preview.before_to_clip * vec4<f32>(here.xyz, 1.0);
+    if (clip.w <= 0.0) {
+        return vec4<f32>(0.0);
+    }
+    let at = (vec2<f32>(0.5, -0.5) * clip.xy / clip.w + 0.5) * vec2<f32>(preview.size) - 0.5;
+    let corner = floor(at);
+    let normal = textureLoad(normals, pixel, 0).xyz;
+    let room = 1.5 * width_at(here.xyz);
+    var sum = vec4<f32>(0.0);
+    var weights = 0.0;
+    for (var i = 0u; i < 4u; i += 1u) {
+        let step = vec2<f32>(f32(i & 1u), f32(i >> 1u));
+        let tap = corner + step;
+        if (any(tap < vec2<f32>(0.0)) || any(tap >= vec2<f32>(preview.size))) {
+            continue;
+        }
+        let there = textureLoad(positions_before, vec2<u32>(tap), 0);
+        // The same thing, in the same plane, and not far away in it.
+        let apart = there.xyz - here.xyz;
+        if (there.w != here.w || abs(dot(apart, normal)) > room || dot(apart, apart) > 64.0 * room * room) {
+            continue;
+        }
+        let part = 1.0 - abs(at - tap);
+        let weight = part.x * part.y;
+        sum += weight * before[u32(tap.y) * preview.size.x + u32(tap.x)];
+        weights += weight;
+    }
+    if (weights < 1e-3) {
+        return vec4<f32>(0.0);
+    }
+    sum /= weights;
+    return vec4<f32>(sum.xyz, min(sum.w, MOST_FRAMES));
+}
+
+@compute @workgroup_size(8, 8)
+fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (any(id.xy >= preview.size)) {
+        return;
+    }
+    let i = id.y * preview.size.x + id.x;
+    if (preview.frames == 1u) {
+        var found = vec4<f32>(0.0);
+        if (preview.has_before != 0u) {
+            found = reprojected(id.xy);
+        }
+        carried[i] = found;
+    }
+    let old = carried[i];
+    let count = old.w * preview.fade;
+    let frames = f32(preview.frames);
+    let mean = film[i].xyz / preview.weight;
+    now[i] = vec4<f32>((mean * frames + old.xyz * count) / (frames + count), frames + count);
+}
+
+// Dammertz et al. 2010, "Edge-Avoiding A-Trous Wavelet Transform for fast Global Illumination Filtering": one step of it,
+// over 7 x 7 pixels.
+@compute @workgroup_size(8, 8)
+fn smooth_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (any(id.xy >= preview.size)) {
+        return;
+    }
+    let i = id.y * preview.size.x + id.x;
+    let own = now[i];
+    let here = textureLoad(positions, id.xy, 0);
+    let strength = 1.0 - own.w / SMOOTHED;
+    var colour = own.xyz;
+    if (preview.smooth_ != 0u && strength > 0.0 && here.w != 0.0) {
+        let normal = textureLoad(normals, id.xy, 0).xyz;
+        let room = width_at(here.xyz);
+        var sum = vec3<f32>(0.0);
+        var weights = 0.0;
+        for (var k = 0; k < 49; k += 1) {
+            let step = vec2<i32>(k % 7, k / 7) - 3;
+            let at = vec2<i32>(id.xy) + step;
+            if (any(at < vec2<i32>(0)) || any(at >= vec2<i32>(preview.size))) {
+                continue;
+            }
+            let there = textureLoad(positions, vec2<u32>(at), 0);
+            if (there.w != here.w) {
+                continue;
+            }
+            let facing = dot(textureLoad(normals, vec2<u32>(at), 0).xyz, normal);
+            let off = dot(there.xyz - here.xyz, normal) / room;
+            let weight = pow(max(facing, 0.0), 32.0) * exp(-off * off - f32(dot(step, step)) * 0.15);
+            let tap = now[u32(at.y) * preview.size.x + u32(at.x)];
+            sum += weight * tap.xyz;
+            weights += weight;
+        }
+        if (weights > 0.0) {
+            colour = mix(colour, sum / weights, strength);
+        }
+    }
+    shown[i] = vec4<f32>(colour, film[i].w / preview.weight) * preview.weight;
+}

@@ -1,0 +1,120 @@
+//! What is shown while the sum is young.
+
+use crate::device::gpu;
+use glam::{Mat4, Vec3};
+use yugen_optics::Image;
+use yugen_realtime::{Options, Preview, Stage};
+use yugen_reflectance::Kind;
+use yugen_scene::prepared::Rows;
+use yugen_scene::{
+    Camera, Film, Filter, FovAxis, Geometry, ModelBuilder, Projection, Scene, Shape, Value, look_along,
+};
+
+/// A ball on a floor under a lamp, noisy in the first frames.
+fn scene() -> Scene {
+    let place = |at: Vec3, size: f32| Mat4::from_translation(at) * Mat4::from_scale(Vec3::splat(size));
+    // A disc, which is sampled evenly by area, and near.
+    let lamp = place(Vec3::new(1.5, 1.5, 1.6), 1.5) * Mat4::from_rotation_x(2.4);
+    Scene {
+        materials: vec![ModelBuilder::new(Kind::Lambert).build().expect("a model")],
+        shapes: vec![
+            Shape::new("floor", Geometry::Rectangle, place(Vec3::ZERO, 6.0), 0),
+            Shape::new("ball", Geometry::Sphere, place(Vec3::Z * 0.6, 0.6), 0),
+            Shape { emission: Some(Value::Number(5.0)), ..Shape::new("lamp", Geometry::Disc, lamp, 0) },
+        ],
+        ..Scene::default()
+    }
+}
+
+fn camera(angle: f32) -> Camera {
+    let eye = Mat4::from_rotation_z(angle).transform_point3(Vec3::new(0.0, -4.0, 2.0));
+    Camera {
+        name: "test".into(),
+        to_world: look_along(eye, Vec3::Z * 0.5 - eye, Vec3::Z),
+        projection: Projection::Perspective {
+            fov_x: 0.7,
+            fov_axis: FovAxis::X,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            principal_point: glam::Vec2::ZERO,
+        },
+        near_far: [0.1, 100.0],
+        film: Film { width: 64, height: 48, crop: None, filter: Filter::Box },
+        samples_per_pixel: 1,
+    }
+}
+
+fn stage() -> Option<Stage> {
+    let gpu = gpu()?;
+    let rows = Rows::new(&scene()).expect("rows");
+    let options = Options {
+        size: [64, 48],
+        filter: Filter::Box,
+        aovs: Vec::new(),
+        trace_camera: false,
+        threads: 2,
+        bounces: Some(2),
+        hide_emitters: false,
+        seed: 0,
+    };
+    Some(Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits"))
+}
+
+fn frames(stage: &mut Stage, camera: &Camera, count: u32) {
+    for _ in 0..count {
+        stage.frame(camera).expect("it is seen");
+    }
+}
+
+fn off(a: &Image, b: &Image) -> f64 {
+    let square = |f: &dyn Fn(f32, f32) -> f32| -> f64 {
+        a.data.iter().zip(&b.data).map(|(a, b)| f64::from(f(*a, *b))).sum()
+    };
+    (square(&|a, b| (a - b) * (a - b)) / square(&|_, b| b * b)).sqrt()
+}
+
+#[test]
+fn what_moves_keeps_what_was_known_and_what_stands_tends_to_the_sum() {
+    let Some(mut stage) = stage() else { return };
+    frames(&mut stage, &camera(0.0), 256);
+    let reference = stage.image().expect("a picture");
+    assert_eq!(stage.shown_image().expect("a picture"), reference, "nothing is on by default");
+
+    let mut shown = Vec::new();
+    let keep = Preview { reproject: true, smooth: false };
+    let smooth = Preview { reproject: false, smooth: true };
+    for preview in [Preview::default(), keep, smooth, Preview::ALL] {
+        stage.set_preview(preview).expect("there is room");
+        for step in (1..=8).rev() {
+            frames(&mut stage, &camera(0.01 * step as f32), 1);
+        }
+        frames(&mut stage, &camera(0.0), 1);
+        shown.push(off(&stage.shown_image().expect("a picture"), &reference));
+        // The sum is what it is without.
+        assert_eq!(stage.image().expect("a picture").channels.len(), 4);
+        frames(&mut stage, &camera(0.0), 31);
+        let (sum, seen) = (stage.image().expect("a picture"), stage.shown_image().expect("a picture"));
+        assert!(off(&seen, &sum) < 1e-6, "{preview:?}: {}", off(&seen, &sum));
+    }
+    println!("first frame after a turn: plain, kept, smooth, all: {shown:?}");
+    assert!(shown[1] < 0.8 * shown[0] && shown[2] < 0.8 * shown[0] && shown[3] < 0.7 * shown[0], "{shown:?}");
+    // A cut: nothing of the old picture is seen in the new one.
+    frames(&mut stage, &camera(3.0), 1);
+    frames(&mut stage, &camera(0.0), 1);
+    let cut = off(&stage.shown_image().expect("a picture"), &reference);
+    assert!(cut < shown[0], "{cut} of {shown:?}");
+}
+
+#[test]
+fn previews_follow_the_size_of_the_window() {
+    let Some(mut stage) = stage() else { return };
+    stage.set_preview(Preview::ALL).expect("there is room");
+    frames(&mut stage, &camera(0.0), 2);
+    stage.resize([32, 24]).expect("there is room");
+    let mut small = camera(0.0);
+    small.resize(32, 24);
+    frames(&mut stage, &small, 1);
+    let image = stage.shown_image().expect("a picture");
+    assert_eq!((image.width, image.height), (32, 24));
+    assert!(image.data.iter().all(|v| v.is_finite()) && image.data.iter().any(|v| *v > 0.0));
+}
