@@ -3,5 +3,6 @@
 mod device;
 mod display;
 mod frames;
+mod poses;
 mod preview;
 mod rays;
