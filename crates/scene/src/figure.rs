@@ -379,4 +379,41 @@ mod tests {
         assert_eq!((host.shapes[0].to_world, host.cameras[0].to_world), (floor, camera));
         assert_eq!(host.shapes[1].to_world.transform_point3(Vec3::X), Vec3::new(3.0, 10.0, 8.0));
     }
+
+    #[test]
+    fn rows_take_over_a_pose_as_if_made_for_it() {
+        use crate::prepared::Rows;
+        use crate::{ModelBuilder, Value};
+        use yugen_reflectance::Kind;
+        let mut scene = scene();
+        scene.materials.push(ModelBuilder::new(Kind::Lambert).build().unwrap());
+        scene.shapes[0].emission = Some(Value::Rgb(Vec3::new(3.0, 2.0, 1.0)));
+        let sky = yugen_optics::Image {
+            data: vec![0.5; 4 * 3 * 3],
+            ..yugen_optics::Image::new(4, 3, &["R", "G", "B"])
+        };
+        let to_world = Mat4::from_rotation_x(0.3);
+        scene.add_light("sky", Light::Environment { image: Arc::new(sky), scale: 2.0, to_world });
+        scene.pose(None, 0.0).unwrap();
+        let mut rows = Rows::new(&scene).unwrap();
+        let first = rows.clone();
+        for t in [0.6, 1.0, 0.0] {
+            scene.pose(None, t).unwrap();
+            rows.pose(&scene).unwrap();
+            let new = Rows::new(&scene).unwrap();
+            let same = |rows: &Rows, other: &Rows| {
+                let bits = |v: &[f32]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                rows.vertices == other.vertices
+                    && rows.draws == other.draws
+                    && rows.words == other.words
+                    && bits(&rows.numbers) == bits(&other.numbers)
+                    && rows.texels == other.texels
+                    && (rows.lights, rows.emitters) == (other.lights, other.emitters)
+            };
+            assert!(same(&rows, &new), "at {t}");
+            assert_eq!(same(&rows, &first), t == 0.0);
+        }
+        scene.lights.pop();
+        assert!(rows.pose(&scene).unwrap_err().to_string().contains("another scene is no pose"));
+    }
 }

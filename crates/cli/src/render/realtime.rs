@@ -18,6 +18,8 @@ pub(super) struct Realtime<'a> {
     render: &'a Render,
     gpu: Gpu,
     options: Options,
+    /// For other poses; of one picture they need not be kept.
+    rows: Option<Rows>,
     stage: Stage,
     camera: Camera,
     /// Not even what shines is seen by a path without edges.
@@ -53,24 +55,33 @@ impl<'a> Realtime<'a> {
             seed: render.seed,
         };
         let dark = integrator.kind == IntegratorKind::Path && integrator.max_depth == Some(0);
-        let stage = Stage::new(&gpu.device, &gpu.queue, &rows(scene, dark)?, &options)?;
+        let rows = match dark {
+            true => Rows::new(&without_light(scene))?,
+            false => Rows::new(scene)?,
+        };
+        let stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options)?;
         if stage.has_head_light() {
             tracing::warn!(
                 "the scene has no light: it is lit from the eye, where the reference renderer sees nothing"
             );
         }
-        Ok(Self { render, gpu, options, stage, camera, dark })
+        let rows = render.is_sequence().then_some(rows);
+        Ok(Self { render, gpu, options, rows, stage, camera, dark })
     }
 
     /// Takes over another pose of the scene.
     pub(super) fn pose(&mut self, scene: &Scene) -> Result<()> {
         self.camera = self.render.camera(scene)?;
-        let rows = rows(scene, self.dark)?;
-        match self.stage.pose(&rows) {
+        let Some(rows) = &mut self.rows else { return Ok(()) };
+        match self.dark {
+            true => rows.pose(&without_light(scene))?,
+            false => rows.pose(scene)?,
+        }
+        match self.stage.pose(rows) {
             // As of a mesh that has been flattened, which is no longer the same mesh.
             Err(e @ (StageError::OtherScene | StageError::OtherDraws { .. })) => {
                 tracing::info!("the stage is made anew: {e}");
-                self.stage = Stage::new(&self.gpu.device, &self.gpu.queue, &rows, &self.options)?;
+                self.stage = Stage::new(&self.gpu.device, &self.gpu.queue, rows, &self.options)?;
             }
             done => done?,
         }
@@ -116,16 +127,12 @@ impl<'a> Realtime<'a> {
     }
 }
 
-/// The rows of a scene, or of the same without any light.
-fn rows(scene: &Scene, dark: bool) -> Result<Rows> {
-    if !dark {
-        return Ok(Rows::new(scene)?);
-    }
-    let mut scene = scene.clone();
-    scene.lights.clear();
-    scene.light_names.clear();
-    scene.shapes.iter_mut().for_each(|shape| shape.emission = None);
-    Ok(Rows::new(&scene)?)
+fn without_light(scene: &Scene) -> Scene {
+    let mut dark = scene.clone();
+    dark.lights.clear();
+    dark.light_names.clear();
+    dark.shapes.iter_mut().for_each(|shape| shape.emission = None);
+    dark
 }
 
 impl Render {

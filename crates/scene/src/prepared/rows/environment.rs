@@ -2,6 +2,7 @@
 
 use super::Rows;
 use crate::prepared::environment::{BLOCKS, Edge, Environment, SQUARES};
+use glam::{Mat3, Mat4};
 
 /// Where the words of an environment begin: the columns of the matrix from the world and of that to it (9 floats each),
 /// cells across and down, size of a block, blocks across and down, where its texels, its edges and its views begin.
@@ -17,14 +18,21 @@ pub(super) fn write(e: &Environment, rows: &mut Rows) -> u32 {
         pack(rows, &flat);
     }
     let at = rows.words.len() as u32;
-    rows.push_floats(&e.to_local.to_cols_array());
-    rows.push_floats(&e.to_world.to_cols_array());
+    // See turn.
+    rows.words.extend([0; 18]);
     let [sizes, counts] = [e.cells.size, e.cells.count].map(|v| v.map(|n| n as u32));
     rows.words.extend([e.across as u32, e.down as u32]);
     rows.words.extend(sizes);
     rows.words.extend(counts);
     rows.words.extend([texels, edges, views]);
     at
+}
+
+/// Turns the environment that begins at word `at`: its tables are in its own coordinates.
+pub(super) fn turn(at: u32, to_world: Mat4, rows: &mut Rows) {
+    let to_world = Mat3::from_mat4(to_world);
+    let columns = [to_world.inverse(), to_world].map(|m| m.to_cols_array().map(f32::to_bits));
+    rows.words[at as usize..][..18].copy_from_slice(columns.as_flattened());
 }
 
 /// Two to a word; returns where they begin.

@@ -3,7 +3,7 @@
 use super::texture::Programs;
 use super::{DrawRow, NONE, Rows, RowsError, environment};
 use crate::prepared::{Environment, Textures};
-use crate::{Geometry, Light, Scene, Texture, Value};
+use crate::{Geometry, Light, Scene, Shape, Texture, Value};
 use glam::{Mat3, Vec3};
 use std::f32::consts::PI;
 use yugen_optics::distribution;
@@ -23,15 +23,40 @@ enum Op {
     Projector,
 }
 
+/// What an emitter sends, whatever its pose.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sends {
+    /// Its radiance, or the texture of its light, as [`Programs::value`] has it; the first word of none is [`NONE`]. Of an
+    /// environment, where it begins.
+    value: [u32; 4],
+    /// Luminance: mean radiance of a surface, irradiance of an environment on what faces anywhere.
+    mean: f32,
+    /// Width over height of a projector's picture.
+    aspect: f32,
+}
+
+fn shines(shape: &Shape) -> bool {
+    shape.emission.is_some() && !matches!(shape.geometry, Geometry::Instance(_))
+}
+
+/// Lights that are chosen among, without what comes from everywhere alike.
+fn chosen(scene: &Scene) -> impl Iterator<Item = &Light> {
+    scene.lights.iter().filter(|l| !matches!(l, Light::Constant { .. }))
+}
+
+/// How many emitters there are.
+pub(super) fn count(scene: &Scene) -> usize {
+    scene.shapes.iter().filter(|s| shines(s)).count() + chosen(scene).count()
+}
+
 /// The emitter of each shape: those that shine come first, in their order.
 pub(super) fn number(scene: &Scene) -> Result<Vec<Option<u32>>, RowsError> {
     if let Some(shape) = scene.groups.iter().flatten().find(|s| s.emission.is_some()) {
         return Err(RowsError::EmitterInGroup(shape.name.clone()));
     }
     let mut count = 0;
-    let number = |shape: &crate::Shape| {
-        let shines = shape.emission.is_some() && !matches!(shape.geometry, Geometry::Instance(_));
-        shines.then(|| {
+    let number = |shape: &Shape| {
+        shines(shape).then(|| {
             count += 1;
             count - 1
         })
@@ -39,31 +64,58 @@ pub(super) fn number(scene: &Scene) -> Result<Vec<Option<u32>>, RowsError> {
     Ok(scene.shapes.iter().map(number).collect())
 }
 
-/// Adds the emitters, the chance of each and those before it to be chosen by its power, and the background.
-pub(super) fn write(
+/// Adds the textures of all emitters and the tables of environments.
+pub(super) fn send(
     scene: &Scene,
     textures: &Textures,
     programs: &mut Programs,
-    of_shape: &[Option<u32>],
     rows: &mut Rows,
-) -> Result<(), RowsError> {
+) -> Result<Vec<Sends>, RowsError> {
     let luminance = scene.working_space.luminance_weights();
-    let lit = scene.lights.iter().filter(|l| !matches!(l, Light::Constant { .. })).count();
-    let count = of_shape.iter().flatten().count() + lit;
+    let mut all = Vec::new();
+    for radiance in scene.shapes.iter().filter(|s| shines(s)).filter_map(|s| s.emission.as_ref()) {
+        let mean = luminance.dot(textures.mean(radiance)).max(0.0);
+        all.push(Sends { value: programs.value(radiance, rows)?, mean, ..Sends::default() });
+    }
+    for light in chosen(scene) {
+        all.push(match light {
+            Light::Environment { image, scale, to_world } => {
+                let e = Environment::new(image, *scale, *to_world, luminance)?;
+                let at = environment::write(&e, rows);
+                Sends { value: [at, 0, 0, 0], mean: e.irradiance(Vec3::ZERO), ..Sends::default() }
+            }
+            Light::Spot { texture: Some(id), .. } => {
+                Sends { value: programs.value(&Value::Texture(*id), rows)?, ..Sends::default() }
+            }
+            Light::Projector { texture, .. } => {
+                let aspect = match &scene.textures[*texture] {
+                    Texture::Image { image, .. } => image.width as f32 / image.height as f32,
+                    _ => 1.0,
+                };
+                Sends { value: programs.value(&Value::Texture(*texture), rows)?, aspect, ..Sends::default() }
+            }
+            _ => Sends { value: [NONE, 0, 0, 0], ..Sends::default() },
+        });
+    }
+    Ok(all)
+}
+
+/// Adds the emitters, the chance of each and those before it to be chosen by its power, and the background.
+pub(super) fn write(scene: &Scene, of_shape: &[Option<u32>], sends: &[Sends], rows: &mut Rows) {
+    let luminance = scene.working_space.luminance_weights();
     let table = rows.words.len();
-    rows.words.resize(table + STRIDE * count, 0);
+    rows.words.resize(table + STRIDE * sends.len(), 0);
+    (rows.lights, rows.lights_by_area) = (0, false);
     let radius = rows.radius();
     let mut next = 0;
     let mut power = Vec::new();
     let mut environments = Vec::new();
-    let mut background = Vec3::ZERO;
+    let mut sends = sends.iter();
 
     for (shape, _) in scene.shapes.iter().zip(of_shape).filter(|(_, e)| e.is_some()) {
-        let Some(radiance) = &shape.emission else { continue };
+        let Some(Sends { value, mean, .. }) = sends.next() else { continue };
         let draw = rows.draws.iter().position(|d| d.emitter == next).map_or(NONE, |i| i as u32);
-        let value = programs.value(radiance, rows)?;
         let (cumulative, area) = rows.areas(draw);
-        let mean = luminance.dot(textures.mean(radiance)).max(0.0);
         let sides = if shape.two_sided_emission { 2.0 } else { 1.0 };
         power.push(mean * area * PI * sides);
         let mut words = vec![Op::Area as u32, draw, u32::from(shape.two_sided_emission)];
@@ -85,30 +137,24 @@ pub(super) fn write(
         rows.numbers.extend(cumulative);
         put(rows, table, &mut next, &words);
     }
-    for light in &scene.lights {
+    for (light, Sends { value, mean, aspect }) in chosen(scene).zip(sends) {
         let mut words = Vec::new();
         let floats = |words: &mut Vec<u32>, v: &[f32]| words.extend(v.iter().map(|x| x.to_bits()));
         match light {
-            Light::Constant { radiance } => {
-                background += *radiance;
-                continue;
-            }
+            Light::Constant { .. } => {}
             Light::Point { position, intensity } => {
                 words.push(Op::Point as u32);
                 floats(&mut words, &position.to_array());
                 floats(&mut words, &intensity.to_array());
                 power.push(4.0 * PI * luminance.dot(*intensity));
             }
-            Light::Spot { to_world, intensity, beam, cutoff, texture } => {
+            Light::Spot { to_world, intensity, beam, cutoff, .. } => {
                 words.push(Op::Spot as u32);
                 floats(&mut words, &to_world.w_axis.truncate().to_array());
                 floats(&mut words, &intensity.to_array());
                 floats(&mut words, &Mat3::from_mat4(*to_world).inverse().to_cols_array());
                 floats(&mut words, &[*beam, *cutoff]);
-                match texture {
-                    Some(id) => words.extend(programs.value(&Value::Texture(*id), rows)?),
-                    None => words.push(NONE),
-                }
+                words.extend(value);
                 power.push(2.0 * PI * (1.0 - cutoff.cos()) * luminance.dot(*intensity));
             }
             Light::Directional { direction, irradiance } => {
@@ -117,19 +163,15 @@ pub(super) fn write(
                 floats(&mut words, &irradiance.to_array());
                 power.push(PI * radius * radius * luminance.dot(*irradiance));
             }
-            Light::Environment { image, scale, to_world } => {
-                let e = Environment::new(image, *scale, *to_world, luminance)?;
+            Light::Environment { to_world, .. } => {
+                environment::turn(value[0], *to_world, rows);
                 environments.push(next);
                 // Four times the irradiance is the mean radiance times 4π.
-                power.push(4.0 * PI * radius * radius * e.irradiance(Vec3::ZERO));
-                words.extend([Op::Environment as u32, environment::write(&e, rows)]);
+                power.push(4.0 * PI * radius * radius * mean);
+                words.extend([Op::Environment as u32, value[0]]);
             }
-            Light::Projector { to_world, texture, scale, fov_x } => {
+            Light::Projector { to_world, scale, fov_x, .. } => {
                 let half = (0.5 * fov_x).tan();
-                let aspect = match &scene.textures[*texture] {
-                    Texture::Image { image, .. } => image.width as f32 / image.height as f32,
-                    _ => 1.0,
-                };
                 let to_local = to_world.inverse();
                 words.push(Op::Projector as u32);
                 for row in 0..3 {
@@ -138,12 +180,18 @@ pub(super) fn write(
                 floats(&mut words, &to_world.w_axis.truncate().to_array());
                 let axis = to_world.transform_vector3(Vec3::Z).normalize_or(Vec3::Z);
                 floats(&mut words, &axis.to_array());
-                words.extend(programs.value(&Value::Texture(*texture), rows)?);
+                words.extend(value);
                 floats(&mut words, &[*scale, half, half / aspect]);
                 power.push(PI * scale * 4.0 * half * half / aspect);
             }
         }
         put(rows, table, &mut next, &words);
+    }
+    let mut background = Vec3::ZERO;
+    for light in &scene.lights {
+        if let Light::Constant { radiance } = light {
+            background += *radiance;
+        }
     }
 
     // A tenth to all alike, so that a light that matters locally is never starved.
@@ -161,12 +209,11 @@ pub(super) fn write(
     rows.words.push(environments.len() as u32);
     rows.words.extend(environments);
     rows.words[8..11].copy_from_slice(&background.to_array().map(f32::to_bits));
-    Ok(())
 }
 
 /// Centre and radius of a shape that is a round sphere of one radiance, sampled by the cone that it subtends; else a
 /// radius of zero.
-fn sphere(shape: &crate::Shape, textured: bool) -> [f32; 4] {
+fn sphere(shape: &Shape, textured: bool) -> [f32; 4] {
     let m = shape.to_world;
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|a| a.truncate());
     let r = x.length();

@@ -3,7 +3,7 @@
 //! | rows | what is in them |
 //! | --- | --- |
 //! | `vertices`, `triangles`, `meshes`, `draws` | shapes |
-//! | `words` | what is looked up by the word: the header, then materials, programs of textures, lights, attributes, tables of environments |
+//! | `words` | what is looked up by the word: the header, then materials, programs of textures, tables of environments, attributes, lights |
 //! | `numbers` | parameters and tables of reflectance models, sums of areas |
 //! | `texels` | pictures with their pyramids, the moments of cloths, environments |
 
@@ -63,6 +63,18 @@ pub struct Rows {
     pub emitters: u32,
     /// Attributes of meshes that textures ask for.
     pub attribute_names: Vec<String>,
+    /// What another pose of the scene keeps.
+    pub fixed: Fixed,
+}
+
+/// The part of rows that a pose of the scene does not change: materials, textures, what emitters send and the tables of
+/// environments. It comes first.
+#[derive(Clone, Debug, Default)]
+pub struct Fixed {
+    words: usize,
+    numbers: usize,
+    see_through: Vec<bool>,
+    emitters: Vec<light::Sends>,
 }
 
 /// The structs of shapes.
@@ -91,6 +103,14 @@ pub enum RowsError {
     /// Emission on shapes inside a group.
     #[error("shape '{0}' inside a group emits light; instances cannot: place it in the scene itself")]
     EmitterInGroup(String),
+    /// A pose of another scene.
+    #[error("another scene is no pose of this one: {found} emitters and materials instead of {rows}")]
+    OtherScene {
+        /// In the scene.
+        found: usize,
+        /// In the rows.
+        rows: usize,
+    },
     /// Textures made of textures made of textures.
     #[error("texture {texture} is made of others more than {limit} deep")]
     Deep {
@@ -124,15 +144,45 @@ impl Rows {
         rows.words[..3].copy_from_slice(&luminance.to_array().map(f32::to_bits));
         let mut programs = texture::Programs::new(&textures);
         material::write(&materials, &mut programs, &mut rows)?;
-        let of_shape = light::number(scene)?;
-        rows.add_shapes(scene, &|m| materials.see_through(m), &|shape| of_shape[shape])?;
-        light::write(scene, &textures, &mut programs, &of_shape, &mut rows)?;
+        let emitters = light::send(scene, &textures, &mut programs, &mut rows)?;
+        rows.fixed = Fixed {
+            words: rows.words.len(),
+            numbers: rows.numbers.len(),
+            see_through: (0..scene.materials.len()).map(|m| materials.see_through(m)).collect(),
+            emitters,
+        };
+        rows.arrange(scene)?;
         Ok(rows)
     }
 
-    /// Appends floats to the words.
-    fn push_floats(&mut self, values: &[f32]) {
-        self.words.extend(values.iter().map(|v| v.to_bits()));
+    /// Takes over another pose of the same scene ([`Scene::pose`]): shapes and lights are written anew, which takes the
+    /// time of their vertices; materials and textures stay.
+    pub fn pose(&mut self, scene: &Scene) -> Result<(), RowsError> {
+        let Fixed { emitters, see_through, .. } = &self.fixed;
+        let (found, rows) = (light::count(scene) + scene.materials.len(), emitters.len() + see_through.len());
+        if found != rows {
+            return Err(RowsError::OtherScene { found, rows });
+        }
+        self.words.truncate(self.fixed.words);
+        self.numbers.truncate(self.fixed.numbers);
+        self.vertices.clear();
+        self.triangles.clear();
+        self.meshes.clear();
+        self.draws.clear();
+        self.arrange(scene)
+    }
+
+    /// Writes what a pose changes.
+    fn arrange(&mut self, scene: &Scene) -> Result<(), RowsError> {
+        let of_shape = light::number(scene)?;
+        let fixed = std::mem::take(&mut self.fixed);
+        let see_through = |m: usize| fixed.see_through.get(m).copied().unwrap_or(false);
+        let arranged = self
+            .add_shapes(scene, &see_through, &|shape| of_shape[shape])
+            .map_err(RowsError::from)
+            .map(|()| light::write(scene, &of_shape, &fixed.emitters, self));
+        self.fixed = fixed;
+        arranged
     }
 }
 
