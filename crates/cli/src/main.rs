@@ -13,6 +13,7 @@ mod json;
 mod log;
 mod progress;
 mod render;
+mod view;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::io::Write;
@@ -41,6 +42,7 @@ struct Yugen {
 const COMMON: &str = "\
 Common cases:
   yugen render scene.xml -o picture.exr               a scene to a picture
+  yugen view scene.xml                                the same in a window, to turn and to change
   yugen info FILE                                     what a scene, stack, picture, table or weave holds
   yugen brdf fit material.binary                      which model meets a measurement best
   yugen capture hdr PHOTOGRAPHS -o STACK              brackets to linear pictures, one a light
@@ -51,6 +53,7 @@ Common cases:
 #[derive(Subcommand)]
 enum Verb {
     Render(render::Render),
+    View(view::View),
     Info(info::Info),
     #[command(subcommand)]
     Brdf(brdf::Brdf),
@@ -102,6 +105,7 @@ fn main() -> ExitCode {
     yugen_archive::protect_inputs();
     let outcome = match yugen.verb {
         Verb::Render(verb) => verb.run(),
+        Verb::View(verb) => verb.run(),
         Verb::Info(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
         Verb::Capture(verb) => verb.run(),

@@ -12,8 +12,8 @@ use crate::view::{View, ViewRow};
 use crate::visibility::{Visibility, primary_group, primary_layout};
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{Device, Queue};
-use yugen_optics::Image;
-use yugen_scene::prepared::{DrawRow, Rows, VertexRow};
+use yugen_optics::{Fingerprint, Image};
+use yugen_scene::prepared::{DrawRow, Rows, VertexRow, wgsl};
 use yugen_scene::{Aov, Camera, Filter};
 
 /// What a stage is made for.
@@ -63,6 +63,8 @@ pub struct Stage {
     device: Device,
     queue: Queue,
     scene: SceneBuffers,
+    /// The WGSL of the scene's materials and lights, as a hash: rows that need another cannot be had by new values alone.
+    shader: u64,
     view: wgpu::Buffer,
     visibility: Visibility,
     primary_layout: wgpu::BindGroupLayout,
@@ -120,6 +122,7 @@ impl Stage {
                 device: device.clone(),
                 queue: queue.clone(),
                 scene,
+                shader: Fingerprint::of(wgsl(rows).as_bytes()),
                 view,
                 visibility,
                 primary_layout,
@@ -207,6 +210,18 @@ impl Stage {
         self.check_alive()?;
         self.seen = None;
         self.scene.deform(&self.queue, mesh, vertices)
+    }
+
+    /// Gives materials and lights other values: `rows` of the same scene, of which nothing else has changed. The picture then
+    /// begins anew. `false`: the values need another shader or more room, and the stage is as it was; make it anew.
+    pub fn refill(&mut self, rows: &Rows) -> Result<bool, StageError> {
+        self.check_alive()?;
+        let same = rows.draws == self.scene.draws() && self.shader == Fingerprint::of(wgsl(rows).as_bytes());
+        if !same || !self.scene.refill(&self.queue, rows) {
+            return Ok(false);
+        }
+        self.seen = None;
+        Ok(true)
     }
 
     /// Makes room for another number of pixels.

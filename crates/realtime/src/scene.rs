@@ -22,6 +22,9 @@ pub struct SceneBuffers {
     vertices: wgpu::Buffer,
     draws: wgpu::Buffer,
     hierarchy_rows: wgpu::Buffer,
+    words: wgpu::Buffer,
+    numbers: wgpu::Buffer,
+    texels: wgpu::Buffer,
     hierarchy: Hierarchy,
     meshes: Vec<MeshRow>,
     placed: Vec<DrawRow>,
@@ -77,6 +80,9 @@ impl SceneBuffers {
             vertices,
             draws,
             hierarchy_rows,
+            words,
+            numbers,
+            texels,
             hierarchy,
             meshes,
             placed: rows.draws.clone(),
@@ -101,6 +107,22 @@ impl SceneBuffers {
         queue.write_buffer(&self.draws, 0, bytemuck::cast_slice(draws));
         self.write_top(queue);
         Ok(())
+    }
+
+    /// Gives what materials and lights look up other values, as many of each as before; `false`: there are more or fewer.
+    pub fn refill(&mut self, queue: &Queue, rows: &Rows) -> bool {
+        let buffers: [(&wgpu::Buffer, &[u8], u64); 3] = [
+            (&self.words, bytemuck::cast_slice(&rows.words), 4),
+            (&self.numbers, bytemuck::cast_slice(&rows.numbers), 4),
+            (&self.texels, bytemuck::cast_slice(&rows.texels), 16),
+        ];
+        let same = buffers.iter().all(|(buffer, bytes, row)| buffer.size() == (bytes.len() as u64).max(*row));
+        if same {
+            for (buffer, bytes, _) in buffers {
+                queue.write_buffer(buffer, 0, bytes);
+            }
+        }
+        same
     }
 
     /// Deforms a mesh: all of its vertices, positions, normals and tangents alike. Its tree stays as it is and gets new
