@@ -184,7 +184,14 @@ impl Binding {
     /// As people write it.
     pub fn shown(&self) -> String {
         let (ctrl, shift) = (if self.ctrl { "Ctrl+" } else { "" }, if self.shift { "Shift+" } else { "" });
-        format!("{ctrl}{shift}{}", self.key.symbol_or_name())
+        let key = match self.key {
+            Key::ArrowLeft => "←",
+            Key::ArrowRight => "→",
+            Key::ArrowUp => "↑",
+            Key::ArrowDown => "↓",
+            key => key.symbol_or_name(),
+        };
+        format!("{ctrl}{shift}{key}")
     }
 
     /// Whether these modifiers are its own. Signs that are typed with Shift on some keyboards come as themselves.

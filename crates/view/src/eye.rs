@@ -78,12 +78,14 @@ impl Eye {
         self.camera.resize(width.max(1), height.max(1));
     }
 
-    fn transform(&mut self, by: Mat4) {
+    /// Where there are no numbers for where it would come to stand, it stays.
+    fn transform(&mut self, by: Mat4) -> bool {
         let moved = by * self.camera.to_world;
-        // Numbers out of all bounds are where no picture is.
-        if moved.is_finite() {
+        let stays = !moved.is_finite();
+        if !stays {
             self.camera.to_world = moved;
         }
+        !stays
     }
 
     fn turn(&mut self, about: Vec3, around: Vec3, degrees: f32) {
@@ -124,8 +126,9 @@ impl Eye {
     }
 
     fn shift(&mut self, by: Vec3) {
-        self.transform(Mat4::from_translation(by));
-        self.pivot += by;
+        if (self.pivot + by).is_finite() && self.transform(Mat4::from_translation(by)) {
+            self.pivot += by;
+        }
     }
 
     /// Moves within the picture's plane: to the right and up, in widths of the picture.

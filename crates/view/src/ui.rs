@@ -39,6 +39,8 @@ pub struct Seen {
     pub surface: String,
     /// The scene is being prepared.
     pub preparing: bool,
+    /// There is a font with Japanese characters.
+    pub japanese: bool,
     /// A file is being dragged over the window.
     pub dropping: bool,
 }

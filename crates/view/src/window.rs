@@ -150,6 +150,7 @@ impl App {
             changed_scene: state.scene.clone(),
             files,
             state,
+            seen: Seen { japanese: options.font.is_some(), ..Seen::default() },
             font: options.font,
             window_size: options.size,
             // The loop may have ended.
@@ -167,7 +168,6 @@ impl App {
             rest_part: None,
             frames: 0,
             displayed: None,
-            seen: Seen::default(),
             picture: None,
             frame_milliseconds: 0.0,
             reference: None,
@@ -506,7 +506,7 @@ impl App {
             Effect::Save(file) => self.save(&file)?,
             Effect::Window(file) => {
                 if let Some(graphics) = &mut self.graphics {
-                    graphics.wants_window = Some(file);
+                    graphics.wants_window = Some((file, 2));
                 }
             }
             Effect::Pick([x, y]) => self.pick(x, y)?,

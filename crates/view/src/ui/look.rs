@@ -57,6 +57,8 @@ pub fn set_look(ctx: &Context, japanese: Option<&Font>) {
         v.widgets.inactive.fg_stroke.color = TEXT;
         v.widgets.hovered.weak_bg_fill = Color32::from_rgb(60, 62, 66);
         v.widgets.active.weak_bg_fill = Color32::from_rgb(72, 74, 78);
+        // Nothing fades: what is asked for is there.
+        style.animation_time = 0.0;
         style.spacing.item_spacing = egui::vec2(8.0, 5.0);
         style.spacing.slider_width = 130.0;
         style.spacing.combo_width = 120.0;

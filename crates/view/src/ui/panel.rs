@@ -5,7 +5,7 @@ use crate::action::{Bounces, Command, Compare, LightChange, Resolution};
 use crate::edit::{MaterialItem, shown};
 use crate::language::{Language, Words};
 use crate::state::State;
-use egui::{CollapsingHeader, ComboBox, RichText, Slider, Ui};
+use egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping, Ui};
 use yugen_optics::tonemap::Curve;
 use yugen_reflectance::{Param, ParamType};
 use yugen_scene::Value;
@@ -59,7 +59,7 @@ pub fn show(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
             section(ui, MATERIALS, &mut |ui, asked| materials(ui, state, asked));
             section(ui, REFERENCE, &mut |ui, asked| reference(ui, state, seen, asked));
             ui.separator();
-            files(ui, state, asked);
+            files(ui, state, seen, asked);
             ui.add_space(6.0);
             ui.weak(RichText::new(format!("{}\n{}", seen.adapter, seen.surface)).small());
         });
@@ -87,30 +87,36 @@ fn picture(ui: &mut Ui, state: &State, asked: &mut Asked) {
     let l = state.language;
     row(ui, l.of(EXPOSURE), |ui| {
         let mut stops = state.exposure;
-        let slider = Slider::new(&mut stops, -10.0..=10.0).suffix(l.of(STOPS)).fixed_decimals(2);
+        let slider = Slider::new(&mut stops, -10.0..=10.0)
+            .suffix(l.of(STOPS))
+            .clamping(SliderClamping::Edits)
+            .custom_formatter(|v, _| format!("{v:.2}"));
         if named(ui.add(slider), l.of(EXPOSURE)).changed() {
             asked.commands.push(Command::Exposure(stops));
         }
     });
     row(ui, l.of(CURVE), |ui| {
-        ComboBox::from_id_salt("curve").selected_text(state.curve.name()).show_ui(ui, |ui| {
+        let list = ComboBox::from_id_salt("curve").selected_text(state.curve.name()).show_ui(ui, |ui| {
             for curve in Curve::ALL {
                 if ui.selectable_label(curve == state.curve, curve.name()).clicked() {
                     asked.commands.push(Command::Curve(Some(curve)));
                 }
             }
         });
+        named(list.response, l.of(CURVE));
     });
     row(ui, l.of(RESOLUTION), |ui| {
         let name =
             |r: Resolution| Resolution::ALL.iter().find(|(other, _)| *other == r).map_or("", |(_, n)| *n);
-        ComboBox::from_id_salt("resolution").selected_text(name(state.resolution)).show_ui(ui, |ui| {
-            for (resolution, name) in Resolution::ALL {
-                if ui.selectable_label(resolution == state.resolution, name).clicked() {
-                    asked.commands.push(Command::Resolution(Some(resolution)));
+        let list =
+            ComboBox::from_id_salt("resolution").selected_text(name(state.resolution)).show_ui(ui, |ui| {
+                for (resolution, name) in Resolution::ALL {
+                    if ui.selectable_label(resolution == state.resolution, name).clicked() {
+                        asked.commands.push(Command::Resolution(Some(resolution)));
+                    }
                 }
-            }
-        });
+            });
+        named(list.response, l.of(RESOLUTION));
     });
     row(ui, l.of(LIGHT_PATHS), |ui| {
         for (bounces, words) in [(Bounces::All, ALL_LIGHT), (Bounces::Most(1), DIRECT)] {
@@ -133,13 +139,14 @@ fn camera(ui: &mut Ui, state: &State, asked: &mut Asked) {
             Some(name) => name.to_string(),
         };
         let chosen = state.through.map_or("—".to_string(), name);
-        ComboBox::from_id_salt("camera").selected_text(chosen).show_ui(ui, |ui| {
+        let list = ComboBox::from_id_salt("camera").selected_text(chosen).show_ui(ui, |ui| {
             for i in 0..cameras.len() {
                 if ui.selectable_label(state.through == Some(i), name(i)).clicked() {
                     asked.commands.push(Command::Camera(Some(name(i))));
                 }
             }
         });
+        named(list.response, l.of(CAMERA));
     });
     let [x, y, z] = state.eye.position().to_array();
     ui.weak(format!("{x:.3}  {y:.3}  {z:.3}"));
@@ -165,7 +172,10 @@ fn lights(ui: &mut Ui, state: &State, asked: &mut Asked) {
             );
             let mut stops = light.stops;
             ui.spacing_mut().slider_width = 90.0;
-            let slider = Slider::new(&mut stops, -6.0..=6.0).suffix(l.of(STOPS)).fixed_decimals(1);
+            let slider = Slider::new(&mut stops, -6.0..=6.0)
+                .suffix(l.of(STOPS))
+                .clamping(SliderClamping::Edits)
+                .custom_formatter(|v, _| format!("{v:.1}"));
             if named(ui.add_enabled(light.on, slider), &light.name).changed() {
                 asked.commands.push(Command::Light(light.name.clone(), LightChange::Stops(stops)));
             }
@@ -191,16 +201,17 @@ fn materials(ui: &mut Ui, state: &State, asked: &mut Asked) {
     let l = state.language;
     let chosen = state.selected.and_then(|i| Some((i, state.materials.get(i)?)));
     let text = chosen.map_or_else(|| l.of(CLICK).to_string(), |(i, item)| title(i, item));
-    ComboBox::from_id_salt("material").width(ui.available_width() - 8.0).selected_text(text).show_ui(
-        ui,
-        |ui| {
+    let list = ComboBox::from_id_salt("material")
+        .width(ui.available_width() - 8.0)
+        .selected_text(text)
+        .show_ui(ui, |ui| {
             for (i, item) in state.materials.iter().enumerate() {
                 if ui.selectable_label(state.selected == Some(i), title(i, item)).clicked() {
                     asked.commands.push(Command::Select(Some((i + 1).to_string())));
                 }
             }
-        },
-    );
+        });
+    named(list.response, l.of(MATERIALS));
     if let Some((index, item)) = chosen {
         ui.label(RichText::new(format!("{}: {}", l.of(MODEL), item.kind.name())).color(look::ACCENT))
             .on_hover_text(format!("{}\n{}", item.kind.source(), item.kind.doc()));
@@ -244,13 +255,14 @@ fn parameter(ui: &mut Ui, language: Language, param: &Param, value: &Value) -> O
             ParamType::Choice(names) => {
                 let now = names.get(numbers[0] as usize).copied().unwrap_or("");
                 let mut chosen = None;
-                ComboBox::from_id_salt(param.name).selected_text(now).show_ui(ui, |ui| {
+                let list = ComboBox::from_id_salt(param.name).selected_text(now).show_ui(ui, |ui| {
                     for name in names {
                         if ui.selectable_label(*name == now, *name).clicked() {
                             chosen = Some(vec![name.to_string()]);
                         }
                     }
                 });
+                named(list.response, param.name);
                 chosen
             }
             // A colour that goes beyond one is a number of its own, not a colour of paint.
@@ -266,8 +278,11 @@ fn parameter(ui: &mut Ui, language: Language, param: &Param, value: &Value) -> O
                     }
                 }
                 for v in &mut numbers {
-                    let drag =
-                        egui::DragValue::new(v).range(param.min..=param.max).speed(0.005).max_decimals(3);
+                    let drag = egui::DragValue::new(v)
+                        .range(param.min..=param.max)
+                        .speed(0.005)
+                        .max_decimals(3)
+                        .clamp_existing_to_range(false);
                     changed |= named(ui.add(drag), param.name).on_hover_text(&about).changed();
                 }
                 changed.then(|| words(&numbers))
@@ -277,7 +292,9 @@ fn parameter(ui: &mut Ui, language: Language, param: &Param, value: &Value) -> O
                 let slider = Slider::new(&mut numbers[0], param.min..=param.max)
                     .logarithmic(wide)
                     .smallest_positive(1e-3)
-                    .max_decimals(4)
+                    // A slider that rounds or clamps changes what nobody has touched.
+                    .clamping(SliderClamping::Edits)
+                    .custom_formatter(|v, _| short(v))
                     .suffix(if param.unit.is_empty() { String::new() } else { format!(" {}", param.unit) });
                 ui.spacing_mut().slider_width = 100.0;
                 let changed = named(ui.add(slider), param.name).on_hover_text(about).changed();
@@ -320,7 +337,7 @@ fn reference(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
     fact(ui, SAMPLES, format!("{:.1}", seen.samples));
 }
 
-fn files(ui: &mut Ui, state: &State, asked: &mut Asked) {
+fn files(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
     let l = state.language;
     ui.horizontal_wrapped(|ui| {
         for extension in [".png", ".exr"] {
@@ -336,7 +353,7 @@ fn files(ui: &mut Ui, state: &State, asked: &mut Asked) {
         if ui.selectable_label(state.help, l.of(KEYS)).clicked() {
             asked.commands.push(Command::Help(None));
         }
-        for language in Language::ALL {
+        for language in Language::ALL.into_iter().filter(|_| seen.japanese) {
             if ui.selectable_label(l == language, language.name()).clicked() {
                 asked.commands.push(Command::Language(Some(language)));
             }
@@ -349,4 +366,17 @@ fn named(response: egui::Response, name: &str) -> egui::Response {
     let id = response.id;
     response.ctx.accesskit_node_builder(id, |node| node.set_label(name.to_string()));
     response
+}
+
+/// A number in four digits or so.
+fn short(v: f64) -> String {
+    let digits = if v.abs() >= 100.0 {
+        1
+    } else if v.abs() >= 10.0 {
+        2
+    } else {
+        4
+    };
+    let text = format!("{v:.digits$}");
+    text.trim_end_matches('0').trim_end_matches('.').to_string()
 }

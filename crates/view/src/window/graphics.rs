@@ -29,8 +29,8 @@ pub struct Graphics {
     pub adapter: String,
     pub surface_name: String,
     pub stage: Option<Stage>,
-    /// A file that the window as it is next painted goes into.
-    pub wants_window: Option<PathBuf>,
+    /// A file that the window goes into, after so many more times that it is painted: what was just opened is first laid out.
+    pub wants_window: Option<(PathBuf, u32)>,
     gpu: Gpu,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
@@ -334,7 +334,15 @@ impl Graphics {
             size_in_pixels: [self.config.width, self.config.height],
             pixels_per_point: points,
         };
-        let copy = self.wants_window.take().map(|file| (file, self.own_target()));
+        let wanted = match &mut self.wants_window {
+            Some((_, left @ 1..)) => {
+                *left -= 1;
+                self.window.request_redraw();
+                None
+            }
+            wanted => wanted.take(),
+        };
+        let copy = wanted.map(|(file, _)| (file, self.own_target()));
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let mut commands =
             self.renderer.update_buffers(&self.gpu.device, &self.gpu.queue, &mut encoder, &jobs, &screen);
