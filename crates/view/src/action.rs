@@ -677,10 +677,19 @@ fn one_of<T: Copy>(words: &[&str], all: &[(T, &str)]) -> Option<Option<T>> {
     }
 }
 
-/// The commands of a script: actions by their names, one a line or with semicolons between them; what follows a `#` is for
+/// A step of a script.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// As it was written.
+    pub text: String,
+    /// What it says.
+    pub command: Command,
+}
+
+/// The steps of a script: actions by their names, one a line or with semicolons between them; what follows a `#` is for
 /// people. The error says which one is wrong and what was expected.
-pub fn script(text: &str) -> Result<Vec<Command>, String> {
-    let mut commands = Vec::new();
+pub fn script(text: &str) -> Result<Vec<Step>, String> {
+    let mut steps = Vec::new();
     for (line, content) in text.lines().enumerate() {
         let content = content.split('#').next().unwrap_or_default();
         for step in content.split(';') {
@@ -691,10 +700,11 @@ pub fn script(text: &str) -> Result<Vec<Command>, String> {
                 let hint = suggest(name, ACTIONS.iter().map(|a| a.name));
                 wrong(format!("there is no action '{name}'{hint}"))
             })?;
-            commands.push(action.command(words).map_err(wrong)?);
+            let command = action.command(words).map_err(wrong)?;
+            steps.push(Step { text: step.trim().into(), command });
         }
     }
-    Ok(commands)
+    Ok(steps)
 }
 
 /// What a key does; `held`: it was down before, so only actions that go on.
@@ -770,7 +780,8 @@ mod tests {
             Command::Save("a b.png".into()),
             Command::Quit,
         ];
-        assert_eq!(read, Ok(expected.to_vec()));
+        let read: Vec<Command> = read.expect("a script").into_iter().map(|s| s.command).collect();
+        assert_eq!(read, expected);
         for (wrong, said) in [
             ("frame\norbti 3 4", "line 2: 'orbti 3 4': there is no action 'orbti'; did you mean 'orbit'?"),
             ("orbit 3", "expected `orbit RIGHT UP`"),

@@ -7,10 +7,10 @@ use yugen_realtime::StageError;
 pub enum ViewError {
     /// No screen.
     #[error(
-        "no display was found ({0}): start this in a desktop session, or under Xvfb (Debian: apt-get install xvfb; xvfb-run \
+        "no display was found: start this in a desktop session, or under Xvfb (Debian: apt-get install xvfb; xvfb-run \
          yugen view …); `yugen render` needs none"
     )]
-    NoDisplay(String),
+    NoDisplay,
     /// The window could not be made.
     #[error("the window could not be opened: {0}")]
     NoWindow(String),
@@ -27,7 +27,7 @@ pub enum ViewError {
     #[error("{0}")]
     Scene(String),
     /// A step of a script failed.
-    #[error("step {step} of the script, {what}: {problem}")]
+    #[error("step {step} of the script, '{what}': {problem}")]
     Script {
         /// Counted from one.
         step: usize,

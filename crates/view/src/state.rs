@@ -321,7 +321,7 @@ mod tests {
     }
 
     fn run(state: &mut State, text: &str) -> Vec<Result<Effect, String>> {
-        script(text).expect("a script").iter().map(|c| state.apply(c)).collect()
+        script(text).expect("a script").iter().map(|s| state.apply(&s.command)).collect()
     }
 
     #[test]

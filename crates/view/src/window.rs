@@ -3,7 +3,7 @@
 mod graphics;
 mod script;
 
-use crate::action::{Command, Resolution};
+use crate::action::{Command, Resolution, Step};
 use crate::error::ViewError;
 use crate::files::{Files, Picture, Report};
 use crate::language::{Language, Words};
@@ -38,7 +38,7 @@ pub struct Options {
     /// A font with Japanese characters, if one was found.
     pub font: Option<Font>,
     /// To be done one after the other, each when what was before is seen.
-    pub script: Vec<Command>,
+    pub script: Vec<Step>,
 }
 
 /// Frames after which a picture is good enough.
@@ -80,7 +80,10 @@ impl From<egui_winit::accesskit_winit::Event> for Wake {
 /// Opens the window and returns when it is closed.
 pub fn run(options: Options, files: Arc<dyn Files>) -> Result<(), ViewError> {
     let mut builder = EventLoop::<Wake>::with_user_event();
-    let event_loop = builder.build().map_err(|e| ViewError::NoDisplay(e.to_string()))?;
+    let event_loop = builder.build().map_err(|e| {
+        tracing::debug!("no display: {e}");
+        ViewError::NoDisplay
+    })?;
     let mut app = App::new(options, files, event_loop.create_proxy());
     event_loop.run_app(&mut app).map_err(|e| ViewError::NoWindow(e.to_string()))?;
     app.failure.map_or(Ok(()), Err)
@@ -615,7 +618,7 @@ impl App {
             }
             self.script.done();
             if let Err(problem) = self.apply(event_loop, &command) {
-                let failure = self.script.failed(&command, problem);
+                let failure = self.script.failed(problem);
                 return self.fail(event_loop, failure);
             }
             if matches!(command, Command::Quit) {

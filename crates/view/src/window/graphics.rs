@@ -74,7 +74,11 @@ impl Graphics {
             backends: wgpu::Backends::VULKAN,
             ..wgpu::InstanceDescriptor::new_with_display_handle(Box::new(event_loop.owned_display_handle()))
         });
-        let surface = instance.create_surface(window.clone()).map_err(|e| no_window(&e))?;
+        // Without a driver there is nothing that could draw on any window.
+        let surface = instance.create_surface(window.clone()).map_err(|e| {
+            tracing::debug!("no surface: {e}");
+            StageError::NoAdapter
+        })?;
         let gpu = pollster::block_on(Gpu::on(&instance, Some(&surface)))?;
         let refused = Arc::new(Mutex::new(None));
         let note = refused.clone();

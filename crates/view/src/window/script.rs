@@ -1,6 +1,6 @@
 //! Commands one after the other, each when what was before is seen.
 
-use crate::action::Command;
+use crate::action::{Command, Step};
 use crate::error::ViewError;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -10,7 +10,9 @@ const PATIENCE: Duration = Duration::from_secs(600);
 
 /// What is left of a script.
 pub struct Script {
-    steps: VecDeque<Command>,
+    steps: VecDeque<Step>,
+    /// The last that was begun.
+    last: String,
     done: usize,
     begun: Instant,
     scripted: bool,
@@ -18,8 +20,9 @@ pub struct Script {
 
 impl Script {
     /// All of it.
-    pub fn new(steps: Vec<Command>) -> Self {
-        Self { scripted: !steps.is_empty(), steps: steps.into(), done: 0, begun: Instant::now() }
+    pub fn new(steps: Vec<Step>) -> Self {
+        let (scripted, steps) = (!steps.is_empty(), steps.into());
+        Self { scripted, steps, last: String::new(), done: 0, begun: Instant::now() }
     }
 
     /// Whether nobody waits for anything to be done.
@@ -29,12 +32,12 @@ impl Script {
 
     /// What is to be done next.
     pub fn next(&self) -> Option<Command> {
-        self.steps.front().cloned()
+        self.steps.front().map(|s| s.command.clone())
     }
 
     /// It was begun.
     pub fn done(&mut self) {
-        self.steps.pop_front();
+        self.last = self.steps.pop_front().map_or(String::new(), |s| s.text);
         self.done += 1;
         self.begun = Instant::now();
     }
@@ -44,13 +47,13 @@ impl Script {
         let what = self.steps.front()?;
         (self.begun.elapsed() > PATIENCE).then(|| ViewError::Script {
             step: self.done + 1,
-            what: format!("{what:?}"),
+            what: what.text.clone(),
             problem: format!("it could not be done within {} s", PATIENCE.as_secs()),
         })
     }
 
-    /// The step before the next went wrong.
-    pub fn failed(&self, what: &Command, problem: String) -> ViewError {
-        ViewError::Script { step: self.done, what: format!("{what:?}"), problem }
+    /// The step that was begun last went wrong.
+    pub fn failed(&self, problem: String) -> ViewError {
+        ViewError::Script { step: self.done, what: self.last.clone(), problem }
     }
 }
