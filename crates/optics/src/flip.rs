@@ -70,8 +70,9 @@ fn opponent(image: &Image) -> Option<[Vec<f32>; 3]> {
     let count = image.width * image.height;
     let mut planes = [(); 3].map(|()| Vec::with_capacity(count));
     for p in image.data.chunks_exact(image.channels.len()).take(count) {
-        // The larger of zero and no number is zero.
-        let light = Vec3::from([p[r], p[g], p[b]].map(|v| srgb_to_linear(v.max(0.0).min(1.0))));
+        // No number is not above zero.
+        let light =
+            Vec3::from([p[r], p[g], p[b]].map(|v| srgb_to_linear(if v > 0.0 { v.min(1.0) } else { 0.0 })));
         let xyz = m * light;
         for (plane, v) in
             planes.iter_mut().zip([116.0 * xyz.y - 16.0, 500.0 * (xyz.x - xyz.y), 200.0 * (xyz.y - xyz.z)])

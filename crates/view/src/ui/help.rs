@@ -7,13 +7,14 @@ use crate::state::State;
 use egui::{RichText, Ui};
 
 const TITLE: Words = ["Everything that can be done", "できること一覧"];
-const CLOSE: Words = ["Close", "閉じる"];
 
 /// Shows them.
 pub fn show(ui: &Ui, state: &State, asked: &mut Asked) {
     let l = state.language;
     let screen = ui.ctx().content_rect();
+    let mut open = true;
     egui::Window::new(l.of(TITLE))
+        .open(&mut open)
         .id(egui::Id::unique("help"))
         .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .collapsible(false)
@@ -21,7 +22,8 @@ pub fn show(ui: &Ui, state: &State, asked: &mut Asked) {
         .frame(egui::Frame::window(&ui.ctx().global_style()).fill(look::PANEL.gamma_multiply(0.97)))
         .show(ui.ctx(), |ui| {
             let height = (screen.height() - 110.0).max(120.0);
-            egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
+            let area = egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+            area.show(ui, |ui| {
                 ui.set_width((screen.width() - 80.0).clamp(240.0, 760.0));
                 for (group, title) in Group::ALL {
                     ui.add_space(4.0);
@@ -43,16 +45,15 @@ pub fn show(ui: &Ui, state: &State, asked: &mut Asked) {
                                         ui.label(RichText::new(keys).monospace());
                                     }
                                 });
-                                ui.add(egui::Label::new(l.of(action.does)).wrap());
+                                ui.vertical(|ui| ui.add(egui::Label::new(l.of(action.does)).wrap()));
                                 ui.end_row();
                             }
                         },
                     );
                 }
             });
-            ui.add_space(4.0);
-            if ui.button(l.of(CLOSE)).clicked() {
-                asked.commands.push(Command::Help(Some(false)));
-            }
         });
+    if !open {
+        asked.commands.push(Command::Help(Some(false)));
+    }
 }
