@@ -167,7 +167,7 @@ fn picture(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
             (of_left, of_right) = (Some(REALTIME), Some(REFERENCE));
         }
         (Some(reference), Compare::Flicker) => {
-            let first = (time / FLICKER) as u64 % 2 == 0;
+            let first = ((time / FLICKER) as u64).is_multiple_of(2);
             match (first, seen.realtime) {
                 (true, Some(id)) => draw(rect, id),
                 _ => draw(rect, reference),
