@@ -17,6 +17,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("realtime", &["optics", "reflectance", "motion", "scene"]),
     ("ink", &["optics", "reflectance", "motion", "scene", "transport", "realtime"]),
     ("exhibit", &["optics", "reflectance", "motion", "scene", "transport", "realtime", "ink"]),
+    ("view", &["optics", "reflectance", "motion", "scene", "transport", "realtime"]),
     ("proof", &["optics", "reflectance"]),
     (
         "cli",
@@ -31,6 +32,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "realtime",
             "ink",
             "exhibit",
+            "view",
             "proof",
         ],
     ),
@@ -53,7 +55,7 @@ const ROOMS: &[(&str, &[&str])] = &[
 ];
 
 /// Who may know the GPU; `proof` only behind its feature.
-const GPU: &[&str] = &["realtime", "ink", "proof"];
+const GPU: &[&str] = &["realtime", "ink", "view", "proof"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("proof lies in the workspace").to_path_buf()

@@ -24,11 +24,18 @@ cargo xtask <what>
   setup   install the system packages that tests and demo need
 ";
 
-/// System packages and a file of each. The software Vulkan driver runs the GPU twins; Python reads relightable files
-/// for a test that can do without.
+/// System packages and a file of each. The software Vulkan driver runs the GPU twins; the window is tested on a display
+/// without a screen, and its libraries are looked for when it starts; Python reads relightable files for a test that can do
+/// without.
 const DEBIAN_PACKAGES: &[(&str, &str)] = &[
     ("libvulkan1", "/usr/lib/x86_64-linux-gnu/libvulkan.so.1"),
     ("mesa-vulkan-drivers", "/usr/share/vulkan/icd.d"),
+    ("xvfb", "/usr/bin/Xvfb"),
+    ("libx11-xcb1", "/usr/lib/x86_64-linux-gnu/libX11-xcb.so.1"),
+    ("libxcursor1", "/usr/lib/x86_64-linux-gnu/libXcursor.so.1"),
+    ("libxi6", "/usr/lib/x86_64-linux-gnu/libXi.so.6"),
+    ("libxkbcommon-x11-0", "/usr/lib/x86_64-linux-gnu/libxkbcommon-x11.so.0"),
+    ("libxrandr2", "/usr/lib/x86_64-linux-gnu/libXrandr.so.2"),
     ("python3-numpy", "/usr/lib/python3/dist-packages/numpy"),
     ("python3-pil", "/usr/lib/python3/dist-packages/PIL"),
 ];

@@ -8,12 +8,14 @@ use yugen_scene::suggest;
 const LEVELS: [&str; 6] = ["off", "error", "warn", "info", "debug", "trace"];
 
 /// Rooms as people name them, and as the compiler does.
-const ROOMS: [(&str, &str); 6] = [
+const ROOMS: [(&str, &str); 8] = [
     ("optics", "yugen_optics"),
     ("reflectance", "yugen_reflectance"),
     ("archive", "yugen_archive"),
     ("capture", "yugen_capture"),
     ("transport", "yugen_transport"),
+    ("realtime", "yugen_realtime"),
+    ("view", "yugen_view"),
     ("cli", "yugen"),
 ];
 
@@ -47,7 +49,8 @@ pub fn parse(text: &str) -> Result<String, String> {
 pub fn start(filter: &str) {
     let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
     tracing_subscriber::fmt()
-        .with_env_filter(EnvFilter::new(filter))
+        // What winit warns of (a display that says no size) nobody can mend.
+        .with_env_filter(EnvFilter::new(format!("{filter},winit=error")))
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal() && !plain)
         // When a piece of work ends its name and time are said.

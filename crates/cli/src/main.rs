@@ -15,6 +15,7 @@ mod log;
 mod numbered;
 mod progress;
 mod render;
+mod view;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::io::Write;
@@ -44,6 +45,7 @@ const COMMON: &str = "\
 Common cases:
   yugen render scene.xml -o picture.exr               a scene to a picture
   yugen render fox.glb -o walk.mp4 --animation Walk   its animation to a film
+  yugen view scene.xml                                the same in a window, to turn and to change
   yugen info FILE                                     what a scene, stack, picture, table or weave holds
   yugen brdf fit material.binary                      which model meets a measurement best
   yugen capture hdr PHOTOGRAPHS -o STACK              brackets to linear pictures, one a light
@@ -55,6 +57,7 @@ Common cases:
 enum Verb {
     Render(render::Render),
     Film(film::Film),
+    View(view::View),
     Info(info::Info),
     #[command(subcommand)]
     Brdf(brdf::Brdf),
@@ -107,6 +110,7 @@ fn main() -> ExitCode {
     let outcome = match yugen.verb {
         Verb::Render(verb) => verb.run(),
         Verb::Film(verb) => verb.run(),
+        Verb::View(verb) => verb.run(),
         Verb::Info(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
         Verb::Capture(verb) => verb.run(),

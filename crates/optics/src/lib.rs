@@ -7,6 +7,7 @@ pub mod colour;
 pub mod compare;
 pub mod distribution;
 mod fingerprint;
+pub mod flip;
 pub mod frame;
 pub mod image;
 pub mod quadrature;

@@ -66,9 +66,6 @@ pub enum StageError {
         /// How many the stage has.
         stage: usize,
     },
-    /// Rows of which something else has changed than a pose changes.
-    #[error("another scene, or one whose materials or meshes are others: make the stage anew")]
-    OtherScene,
     /// Where a light is sampled is said when the stage is made.
     #[error("a mesh that shines was moved or deformed: make the stage anew")]
     MovedLight,

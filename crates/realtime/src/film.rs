@@ -36,7 +36,7 @@ impl Film {
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("film"),
             size: film_bytes(size),
-            usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+            usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -60,6 +60,12 @@ impl Film {
     /// The sums.
     pub fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer
+    }
+
+    /// Puts a picture that was made elsewhere in their place, row after row; what is more than they hold is left out.
+    pub fn write(&self, queue: &Queue, sums: &[[f32; 4]]) {
+        let most = sums.len().min((self.buffer.size() / 16) as usize);
+        queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&sums[..most]));
     }
 
     /// Waits for the device and fetches the sums, row after row.

@@ -13,8 +13,8 @@ use crate::view::{View, ViewRow};
 use crate::visibility::{Visibility, primary_group, primary_layout};
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{Device, Queue};
-use yugen_optics::Image;
-use yugen_scene::prepared::{DrawRow, Rows, VertexRow};
+use yugen_optics::{Fingerprint, Image};
+use yugen_scene::prepared::{DrawRow, Rows, VertexRow, wgsl};
 use yugen_scene::{Aov, Camera, Filter};
 
 /// What a stage is made for.
@@ -64,6 +64,8 @@ pub struct Stage {
     device: Device,
     queue: Queue,
     scene: SceneBuffers,
+    /// The WGSL of the scene's materials and lights, as a hash: rows that need another cannot be had by new values alone.
+    shader: u64,
     view: wgpu::Buffer,
     visibility: Visibility,
     primary_layout: wgpu::BindGroupLayout,
@@ -125,6 +127,7 @@ impl Stage {
                 device: device.clone(),
                 queue: queue.clone(),
                 scene,
+                shader: Fingerprint::of(wgsl(rows).as_bytes()),
                 view,
                 visibility,
                 primary_layout,
@@ -239,15 +242,30 @@ impl Stage {
         self.scene.deform(&self.queue, mesh, vertices)
     }
 
-    /// Takes over another pose of the scene ([`yugen_scene::Scene::pose`]), whose rows have been made anew: what is placed
-    /// where, vertices, lights and numbers of materials; textures must be the same. The picture then begins anew. What
-    /// cannot be taken over says so, [`StageError::OtherScene`] or [`StageError::OtherDraws`], and leaves the stage as it
-    /// was.
-    pub fn pose(&mut self, rows: &Rows) -> Result<(), StageError> {
+    /// Takes over another pose of the scene: `rows` that [`Rows::pose`] has made of those of the stage, or new ones of the
+    /// posed scene. The picture then begins anew. `false`: something else than a pose has changed, and the stage is as it
+    /// was; make it anew.
+    pub fn pose(&mut self, rows: &Rows) -> Result<bool, StageError> {
         self.check_alive()?;
-        self.scene.pose(&self.queue, rows)?;
-        self.seen = None;
-        Ok(())
+        let posed = self.scene.update(&self.queue, rows, false)?;
+        if posed {
+            self.seen = None;
+        }
+        Ok(posed)
+    }
+
+    /// Takes over other values of materials and lights as well, textures included: `rows` of the same scene otherwise.
+    /// `false`: they need another shader or more room, and the stage is as it was; make it anew.
+    pub fn refill(&mut self, rows: &Rows) -> Result<bool, StageError> {
+        self.check_alive()?;
+        if self.shader != Fingerprint::of(wgsl(rows).as_bytes()) {
+            return Ok(false);
+        }
+        let refilled = self.scene.update(&self.queue, rows, true)?;
+        if refilled {
+            self.seen = None;
+        }
+        Ok(refilled)
     }
 
     /// Makes room for another number of pixels.

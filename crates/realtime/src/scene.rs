@@ -26,6 +26,7 @@ pub struct SceneBuffers {
     hierarchy_rows: wgpu::Buffer,
     words: wgpu::Buffer,
     numbers: wgpu::Buffer,
+    texels: wgpu::Buffer,
     hierarchy: Hierarchy,
     meshes: Vec<MeshRow>,
     /// Of the vertices of each mesh, as far as they were looked at.
@@ -117,6 +118,7 @@ impl SceneBuffers {
             hierarchy_rows,
             words,
             numbers,
+            texels,
             hierarchy,
             prints: vec![None; meshes.len()],
             meshes,
@@ -125,17 +127,16 @@ impl SceneBuffers {
         })
     }
 
-    /// Takes over what moves between two poses of a scene: vertices, draws, materials and lights. Textures stay.
-    pub fn pose(&mut self, queue: &Queue, rows: &Rows) -> Result<(), StageError> {
-        if rows.meshes != self.meshes || Plan::of(rows) != self.plan {
-            return Err(StageError::OtherScene);
+    /// Takes over what moves between two poses of a scene (vertices, draws, lights), the values of its materials, and where
+    /// `textures` have changed those as well. `false`: more than that is different, and nothing is taken over.
+    pub fn update(&mut self, queue: &Queue, rows: &Rows, textures: bool) -> Result<bool, StageError> {
+        let same = rows.meshes == self.meshes && Plan::of(rows) == self.plan;
+        if !same || check_same_draws(&rows.draws, &self.placed).is_err() {
+            return Ok(false);
         }
-        check_same_draws(&rows.draws, &self.placed)?;
         for (mesh, row) in rows.meshes.iter().enumerate() {
             let vertices = &rows.vertices[row.first_vertex as usize..][..row.vertices as usize];
-            let mut print = Fingerprint::default();
-            print.bytes(bytemuck::cast_slice(vertices));
-            let print = Some(print.finish());
+            let print = Some(Fingerprint::of(bytemuck::cast_slice(vertices)));
             if self.prints[mesh] != print {
                 self.write_mesh(queue, mesh, vertices)?;
                 self.prints[mesh] = print;
@@ -143,7 +144,11 @@ impl SceneBuffers {
         }
         queue.write_buffer(&self.words, 0, bytemuck::cast_slice(&rows.words));
         queue.write_buffer(&self.numbers, 0, bytemuck::cast_slice(&rows.numbers));
-        self.write_draws(queue, &rows.draws)
+        if textures {
+            queue.write_buffer(&self.texels, 0, bytemuck::cast_slice(&rows.texels));
+        }
+        self.write_draws(queue, &rows.draws)?;
+        Ok(true)
     }
 
     /// Moves the draws, which must be of the same meshes as before. What its matrix flattens, or what is not finite, can

@@ -188,6 +188,12 @@ impl Job {
         })
     }
 
+    /// Goes on with another budget: for a picture that is watched while it grows.
+    pub fn extend(&mut self, budget: Budget) {
+        self.budget = budget;
+        *self.finished.get_mut() = false;
+    }
+
     /// The prepared scene.
     pub fn world(&self) -> &World {
         &self.world

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use yugen_archive::check_outputs;
 use yugen_archive::formats::image;
 use yugen_optics::Image;
-use yugen_realtime::{Gpu, Options, Stage, StageError};
+use yugen_realtime::{Gpu, Options, Stage};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Aov, Camera, IntegratorKind, Scene, Strategy};
 
@@ -77,13 +77,10 @@ impl<'a> Realtime<'a> {
             true => rows.pose(&without_light(scene))?,
             false => rows.pose(scene)?,
         }
-        match self.stage.pose(rows) {
-            // As of a mesh that has been flattened, which is no longer the same mesh.
-            Err(e @ (StageError::OtherScene | StageError::OtherDraws { .. })) => {
-                tracing::info!("the stage is made anew: {e}");
-                self.stage = Stage::new(&self.gpu.device, &self.gpu.queue, rows, &self.options)?;
-            }
-            done => done?,
+        if !self.stage.pose(rows)? {
+            // As where a mesh has been flattened, which is no longer the same mesh.
+            tracing::info!("the stage is made anew");
+            self.stage = Stage::new(&self.gpu.device, &self.gpu.queue, rows, &self.options)?;
         }
         Ok(())
     }

@@ -19,6 +19,8 @@ mod render;
 mod render_interrupt;
 mod render_realtime;
 mod sequence;
+#[cfg(feature = "view")]
+mod view;
 
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -109,6 +111,8 @@ fn help_teaches() {
         ("", "yugen capture fit STACK -o cloth.btf"),
         ("", "Keeps how a performance looks"),
         ("render", "yugen render scene.toml -o picture.exr"),
+        #[cfg(feature = "view")]
+        ("view", "light 2 off; reference; wait 64; save shot.png; quit"),
         ("info", "cameras, lights, materials, textures"),
         ("brdf", "ranks the models"),
         ("brdf fit", "Levenberg-Marquardt"),

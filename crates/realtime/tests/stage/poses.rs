@@ -4,7 +4,7 @@ use crate::device::gpu;
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::Image;
-use yugen_realtime::{Options, Stage, StageError};
+use yugen_realtime::{Options, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
@@ -86,7 +86,7 @@ fn a_pose_shows_what_a_stage_made_for_it_shows() {
     let mut moved = new(0.0);
     let first = picture(&mut moved);
     for t in [0.7, 0.0] {
-        moved.pose(&Rows::new(&scene(t)).expect("rows")).expect("a pose");
+        assert!(moved.pose(&Rows::new(&scene(t)).expect("rows")).expect("a pose"));
         let (got, want) = (picture(&mut moved), picture(&mut new(t)));
         // The boxes of a deformed mesh are others than those of one built anew, not what rays meet in them.
         assert_eq!(got.data, want.data, "at {t}");
@@ -95,13 +95,11 @@ fn a_pose_shows_what_a_stage_made_for_it_shows() {
     // What is no pose of it is refused, and leaves what was there.
     let mut other = scene(0.5);
     other.shapes.pop();
-    let refused = moved.pose(&Rows::new(&other).expect("rows"));
-    assert!(matches!(refused, Err(StageError::OtherScene | StageError::OtherDraws { .. })), "{refused:?}");
+    assert!(!moved.pose(&Rows::new(&other).expect("rows")).expect("the device lives"));
     let mut other = scene(0.5);
     other.shapes[0].name = "renamed".into();
     other.shapes[0].material = 1;
     other.materials.push(other.materials[0].clone());
-    let refused = moved.pose(&Rows::new(&other).expect("rows"));
-    assert!(matches!(refused, Err(StageError::OtherScene | StageError::OtherDraws { .. })), "{refused:?}");
+    assert!(!moved.pose(&Rows::new(&other).expect("rows")).expect("the device lives"));
     assert_eq!(picture(&mut moved).data.len(), first.data.len());
 }

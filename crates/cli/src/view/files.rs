@@ -1,0 +1,101 @@
+//! Files of the window.
+
+use crate::{json, output};
+use serde_json::{Map, json};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+use yugen_archive::formats::image::{WriteOptions, can_write, is_for_display, write};
+use yugen_archive::formats::{self, load_scene};
+use yugen_scene::Scene;
+use yugen_view::{Files, Picture, Report};
+
+/// Scenes and pictures on disk.
+pub struct OnDisk {
+    /// How scenes are read.
+    pub options: formats::Options,
+}
+
+impl Files for OnDisk {
+    fn load(&self, path: &Path) -> Result<Scene, String> {
+        load_scene(path, &self.options).map_err(|e| e.to_string())
+    }
+
+    fn changed(&self, path: &Path) -> Option<SystemTime> {
+        std::fs::metadata(path).and_then(|m| m.modified()).ok()
+    }
+
+    fn save(&self, path: &Path, scene: &Path, picture: Picture) -> Result<PathBuf, String> {
+        let path = named(path, scene);
+        let say = |e: yugen_archive::Error| e.to_string();
+        can_write(&path).map_err(say)?;
+        let shown = is_for_display(&path);
+        let options = WriteOptions {
+            metadata: vec![
+                ("yugen:version".into(), env!("CARGO_PKG_VERSION").into()),
+                ("yugen:scene".into(), scene.display().to_string()),
+                ("yugen:renderer".into(), "view".into()),
+            ],
+            exposure: if shown { picture.exposure } else { 0.0 },
+            curve: picture.curve,
+            ..WriteOptions::from(picture.space)
+        };
+        let image = match picture.image.select(&["R", "G", "B"]) {
+            Some(rgb) if shown => rgb,
+            _ => picture.image,
+        };
+        write(&path, &image, &options).map_err(say)?;
+        Ok(path)
+    }
+
+    fn report(&self, report: &Report) {
+        let passes: Map<_, _> = report.passes.iter().map(|(name, ms)| (name.clone(), (*ms).into())).collect();
+        let [width, height] = report.size;
+        json::print(json!({
+            "scene": report.file.display().to_string(),
+            "adapter": report.adapter,
+            "surface": report.surface,
+            "width": width,
+            "height": height,
+            "frames": report.frames,
+            "milliseconds": report.milliseconds,
+            "passes": passes,
+            "prepare_seconds": report.prepared,
+            "reference_samples": report.samples,
+            "relative_rmse": report.difference.map(|d| d.relative_rmse),
+            "flip": report.difference.map(|d| d.flip),
+            "selected": report.selected.as_ref().map(|(number, model, worn_by)| json!({
+                "material": number,
+                "model": model,
+                "worn_by": worn_by,
+            })),
+            "message": report.message,
+        }));
+        // A script's reader waits for the line; that it cannot be written is said at the end.
+        let _ = output::flush();
+    }
+}
+
+/// `path`; where it is but an extension, the first free name after the scene, in the working folder.
+fn named(path: &Path, scene: &Path) -> PathBuf {
+    let text = path.to_string_lossy();
+    let extension =
+        text.strip_prefix('.').filter(|e| !e.is_empty() && e.chars().all(|c| c.is_ascii_alphanumeric()));
+    let Some(extension) = extension else { return path.to_path_buf() };
+    let stem = scene.file_stem().map_or("picture".into(), |s| s.to_string_lossy());
+    let names = (1..).map(|n| PathBuf::from(format!("{stem}-{n:03}.{extension}")));
+    names.into_iter().find(|name| !name.exists()).unwrap_or_else(|| path.to_path_buf())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_extension_alone_gets_a_name() {
+        let scene = Path::new("a/stage.toml");
+        assert_eq!(named(Path::new(".png"), scene), Path::new("stage-001.png"));
+        for own in ["x.png", "./x.exr", "../.png", ".", ".a/b.png"] {
+            assert_eq!(named(Path::new(own), scene), Path::new(own));
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What the window asks of whoever may open files.
+
+use crate::reference::Difference;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+use yugen_optics::tonemap::Curve;
+use yugen_optics::{ColourSpace, Image};
+use yugen_scene::Scene;
+
+/// A picture to be written.
+pub struct Picture {
+    /// Light, linear.
+    pub image: Image,
+    /// The space of its colours.
+    pub space: ColourSpace,
+    /// Stops, for formats that hold what a display shows.
+    pub exposure: f32,
+    /// For the same.
+    pub curve: Curve,
+}
+
+/// What is seen.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// The scene's file.
+    pub file: PathBuf,
+    /// Name of the GPU and its driver.
+    pub adapter: String,
+    /// What the window's surface is.
+    pub surface: String,
+    /// Pixels of the picture.
+    pub size: [u32; 2],
+    /// Frames in it.
+    pub frames: u32,
+    /// Milliseconds of a frame, from order to end.
+    pub milliseconds: f64,
+    /// Of each pass.
+    pub passes: Vec<(String, f64)>,
+    /// Samples of a pixel of the reference; zero where it is off.
+    pub samples: f32,
+    /// How far the two are apart.
+    pub difference: Option<Difference>,
+    /// The selected material: its number, model and who wears it.
+    pub selected: Option<(usize, String, Vec<String>)>,
+    /// Seconds that the last change took to be prepared.
+    pub prepared: f64,
+    /// The sentence at the foot of the window.
+    pub message: String,
+}
+
+/// Reads scenes and writes pictures.
+pub trait Files: Send + Sync {
+    /// A scene, or a sentence that says why not.
+    fn load(&self, path: &Path) -> Result<Scene, String>;
+
+    /// When a file was last written.
+    fn changed(&self, path: &Path) -> Option<SystemTime>;
+
+    /// Writes a picture of the scene from file `scene`. Where `path` is an extension only, as `.png`, the file gets a name of
+    /// its own. Returns its name, or a sentence.
+    fn save(&self, path: &Path, scene: &Path, picture: Picture) -> Result<PathBuf, String>;
+
+    /// Prints what is seen.
+    fn report(&self, report: &Report);
+}

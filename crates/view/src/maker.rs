@@ -1,0 +1,132 @@
+//! Makes stages and rows of scenes beside the window's own work.
+
+use crate::edit::Edits;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use yugen_realtime::{Options, Stage};
+use yugen_scene::Scene;
+use yugen_scene::prepared::Rows;
+
+/// What is to be made.
+pub struct Order {
+    /// As it was read.
+    pub scene: Arc<Scene>,
+    /// What was changed of it.
+    pub edits: Edits,
+    /// What [`Made`] will call it.
+    pub number: u64,
+    /// A stage; else rows for the one there is.
+    pub stage: Option<(wgpu::Device, wgpu::Queue, Options)>,
+}
+
+/// What was made.
+pub struct Made {
+    /// Of which order.
+    pub number: u64,
+    /// The changed scene and its rows or stage, or why there is none.
+    pub outcome: Result<(Arc<Scene>, Ready), String>,
+    /// How long it took.
+    pub seconds: f64,
+}
+
+/// For the window.
+pub enum Ready {
+    /// Other values for the stage there is.
+    Rows(Box<Rows>),
+    /// A stage.
+    Stage(Box<Stage>),
+}
+
+#[derive(Default)]
+struct Desk {
+    order: Option<Order>,
+    made: Option<Made>,
+    busy: bool,
+    closed: bool,
+}
+
+/// A thread that makes the last thing that was asked for.
+pub struct Maker {
+    desk: Arc<(Mutex<Desk>, Condvar)>,
+}
+
+impl Maker {
+    /// `wake` is called when something was made.
+    pub fn new(wake: impl Fn() + Send + 'static) -> Self {
+        let desk = Arc::new((Mutex::new(Desk::default()), Condvar::new()));
+        let own = desk.clone();
+        std::thread::spawn(move || {
+            while let Some(order) = next(&own) {
+                let made = make(order);
+                let mut desk = lock(&own.0);
+                desk.busy = false;
+                // What has been made but not yet taken is older.
+                desk.made = Some(made);
+                drop(desk);
+                wake();
+            }
+        });
+        Self { desk }
+    }
+
+    /// Asks for something instead of what was asked for before and has not been begun.
+    pub fn ask(&self, order: Order) {
+        lock(&self.desk.0).order = Some(order);
+        self.desk.1.notify_one();
+    }
+
+    /// What was made last.
+    pub fn take(&self) -> Option<Made> {
+        lock(&self.desk.0).made.take()
+    }
+
+    /// Whether anything is being made or waits to be taken.
+    pub fn busy(&self) -> bool {
+        let desk = lock(&self.desk.0);
+        desk.busy || desk.order.is_some() || desk.made.is_some()
+    }
+}
+
+impl Drop for Maker {
+    fn drop(&mut self) {
+        lock(&self.desk.0).closed = true;
+        self.desk.1.notify_one();
+    }
+}
+
+/// Waits for an order; none any more.
+fn next(desk: &(Mutex<Desk>, Condvar)) -> Option<Order> {
+    let mut open = lock(&desk.0);
+    loop {
+        if open.closed {
+            return None;
+        }
+        if let Some(order) = open.order.take() {
+            open.busy = true;
+            return Some(order);
+        }
+        open = desk.1.wait(open).unwrap_or_else(PoisonError::into_inner);
+    }
+}
+
+fn make(order: Order) -> Made {
+    let started = std::time::Instant::now();
+    let made = || {
+        let scene = order.edits.apply(&order.scene)?;
+        let rows = Rows::new(&scene).map_err(|e| e.to_string())?;
+        let ready = match &order.stage {
+            None => Ready::Rows(Box::new(rows)),
+            Some((device, queue, options)) => {
+                Ready::Stage(Box::new(Stage::new(device, queue, &rows, options).map_err(|e| e.to_string())?))
+            }
+        };
+        Ok((Arc::new(scene), ready))
+    };
+    // A fault in a scene must not leave the window waiting for ever.
+    let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(made))
+        .unwrap_or_else(|_| Err("the scene could not be prepared: this is a fault of the program".into()));
+    Made { number: order.number, outcome, seconds: started.elapsed().as_secs_f64() }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,397 @@
+//! What the window shows and how, without a window.
+
+use crate::action::{Bounces, Command, Compare, Resolution};
+use crate::edit::{Edits, MaterialItem, materials, models_of};
+use crate::eye::{Eye, first_camera};
+use crate::language::{Language, Words};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use yugen_optics::tonemap::Curve;
+use yugen_scene::{Camera, IntegratorKind, MaterialId, Scene, suggest};
+
+/// What is asked of the window or of files.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Effect {
+    /// Nothing more.
+    None,
+    /// The picture to this file.
+    Save(PathBuf),
+    /// The window to this file.
+    Window(PathBuf),
+    /// The scene of this file.
+    Open(PathBuf),
+    /// What lies at this place of the picture, 0 to 1.
+    Pick([f32; 2]),
+    /// The whole screen or no more.
+    FullScreen,
+    /// What is seen, as a line.
+    Report,
+    /// Until the picture and the reference have so many frames and samples.
+    Wait([u32; 2]),
+    /// The end.
+    Quit,
+}
+
+/// What was not asked of a state that comes of an action.
+pub const NO_LIGHT: Words = [
+    "nothing in the scene shines: a sun and a sky were added",
+    "シーンに光源がないため、太陽と空を加えました",
+];
+
+/// All that the window remembers.
+pub struct State {
+    /// The scene as it was read.
+    pub scene: Arc<Scene>,
+    /// Its file.
+    pub file: PathBuf,
+    /// What was changed.
+    pub edits: Edits,
+    /// Its materials.
+    pub materials: Vec<MaterialItem>,
+    /// The one whose parameters are shown: an index of `materials`.
+    pub selected: Option<usize>,
+    /// Where it is seen from.
+    pub eye: Eye,
+    /// The camera of the scene that was last looked through.
+    pub through: Option<usize>,
+    /// Stops.
+    pub exposure: f32,
+    /// Display curve.
+    pub curve: Curve,
+    /// Pixels computed.
+    pub resolution: Resolution,
+    /// How far light is followed.
+    pub bounces: Bounces,
+    /// Whether the reference is on.
+    pub reference: bool,
+    /// How both are seen.
+    pub compare: Compare,
+    /// Where the line stands.
+    pub split: f32,
+    /// What is open.
+    pub panel: bool,
+    /// Frame times.
+    pub graph: bool,
+    /// The overlay.
+    pub help: bool,
+    /// What it speaks.
+    pub language: Language,
+    /// The last that went wrong or is worth knowing.
+    pub message: Option<Message>,
+    /// Counts changes of what is seen: materials, lights, how far light is followed.
+    pub changes: u64,
+    /// Counts scenes.
+    pub scenes: u64,
+}
+
+/// A sentence at the foot of the window.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// What it says.
+    pub text: String,
+    /// Whether something went wrong.
+    pub wrong: bool,
+}
+
+impl State {
+    /// Of a scene read from `file`.
+    pub fn new(scene: Scene, file: &Path, language: Language) -> Self {
+        let eye = Eye::new(first_camera(&scene), scene.bounds());
+        let mut state = Self {
+            edits: Edits::default(),
+            materials: Vec::new(),
+            selected: None,
+            through: None,
+            scene: Arc::default(),
+            file: file.to_path_buf(),
+            eye,
+            exposure: 0.0,
+            curve: Curve::default(),
+            resolution: Resolution::default(),
+            bounces: Bounces::default(),
+            reference: false,
+            compare: Compare::default(),
+            split: 0.5,
+            panel: true,
+            graph: false,
+            help: false,
+            language,
+            message: None,
+            changes: 0,
+            scenes: 0,
+        };
+        state.set_scene(scene, file);
+        state
+    }
+
+    /// Another scene, or the same anew: in the latter case it is seen from where it was, and changes of materials and lights
+    /// that still fit stay.
+    pub fn set_scene(&mut self, mut scene: Scene, file: &Path) {
+        let again = self.scenes > 0 && file == self.file;
+        self.message = None;
+        if scene.cameras.is_empty() {
+            scene.cameras.push(first_camera(&scene));
+        }
+        if !scene.has_light() {
+            scene.add_default_light();
+            self.message = Some(Message { text: self.language.of(NO_LIGHT).into(), wrong: false });
+        }
+        let mut edits = Edits::none(&scene);
+        let materials = materials(&scene);
+        if again {
+            for light in &mut edits.lights {
+                if let Some(old) =
+                    self.edits.lights.iter().find(|l| l.name == light.name && l.kind == light.kind)
+                {
+                    (light.on, light.stops) = (old.on, old.stops);
+                }
+            }
+            let same = |m: &MaterialItem| {
+                self.materials.iter().any(|o| o.id == m.id && o.kind == m.kind && o.worn_by == m.worn_by)
+            };
+            edits.parameters = std::mem::take(&mut self.edits.parameters);
+            edits.parameters.retain(|(id, _), _| materials.iter().any(|m| m.id == *id && same(m)));
+            self.selected = self.selected.filter(|s| materials.get(*s).is_some_and(same));
+            self.through = self.through.filter(|c| *c < scene.cameras.len());
+        } else {
+            self.eye = Eye::new(first_camera(&scene), scene.bounds());
+            self.through = Some(0);
+            self.selected = None;
+        }
+        self.edits = edits;
+        self.materials = materials;
+        self.scene = Arc::new(scene);
+        self.file = file.to_path_buf();
+        self.scenes += 1;
+        self.changes += 1;
+    }
+
+    /// Notes what went wrong.
+    pub fn complain(&mut self, text: impl Into<String>) {
+        self.message = Some(Message { text: text.into(), wrong: true });
+    }
+
+    /// Notes what is worth knowing.
+    pub fn note(&mut self, text: impl Into<String>) {
+        self.message = Some(Message { text: text.into(), wrong: false });
+    }
+
+    /// Surfaces that may reflect light on its way, as [`yugen_realtime::Options`] has it.
+    pub fn most_bounces(&self) -> u32 {
+        let integrator = &self.scene.integrator;
+        match (self.bounces, &integrator.kind) {
+            (Bounces::Most(n), _) => n,
+            (_, IntegratorKind::Direct) => 1,
+            // A path of n edges meets n − 1 surfaces.
+            _ => integrator.max_depth.map_or(u32::MAX, |edges| edges.saturating_sub(1)),
+        }
+    }
+
+    /// The material of this number, counted from one, or that a shape of this name wears.
+    pub fn material(&self, which: &str) -> Result<usize, String> {
+        let worn = self.materials.iter().position(|m| m.worn_by.iter().any(|n| n == which));
+        let number =
+            || which.parse().ok().and_then(|n: usize| n.checked_sub(1)).filter(|n| *n < self.materials.len());
+        worn.or_else(number).ok_or_else(|| {
+            let names = self.materials.iter().flat_map(|m| &m.worn_by).map(String::as_str);
+            format!("no shape '{which}' wears a material with parameters{}", suggest(which, names))
+        })
+    }
+
+    /// What a shape at `draw`'s material is selected as.
+    pub fn select_material(&mut self, id: MaterialId) {
+        let models = models_of(&self.scene, id);
+        self.selected = models.first().and_then(|id| self.materials.iter().position(|m| m.id == *id));
+    }
+
+    /// Does it; what is left for the window to do.
+    pub fn apply(&mut self, command: &Command) -> Result<Effect, String> {
+        match command {
+            Command::Orbit([right, up]) => self.eye.orbit(*right, *up),
+            Command::Look([right, up]) => self.eye.look(*right, *up),
+            Command::Pan([right, up]) => self.eye.pan(*right, *up),
+            Command::Dolly(factor) => self.eye.dolly(*factor),
+            Command::Walk([forward, right, up]) => self.eye.walk(*forward, *right, *up),
+            Command::Frame => self.eye.frame(&self.scene),
+            Command::Camera(name) => self.look_through(name.as_deref())?,
+            Command::Exposure(stops) => self.exposure = stops.clamp(-60.0, 60.0),
+            Command::Brighter(stops) => self.exposure = (self.exposure + stops).clamp(-60.0, 60.0),
+            Command::Curve(curve) => self.curve = curve.unwrap_or_else(|| next(Curve::ALL, self.curve)),
+            Command::Resolution(r) => {
+                self.resolution = r.unwrap_or_else(|| next(Resolution::ALL.map(|(r, _)| r), self.resolution));
+            }
+            Command::Bounces(bounces) => {
+                self.bounces = match bounces {
+                    Bounces::Next if self.bounces == Bounces::All => Bounces::Most(1),
+                    Bounces::Next => Bounces::All,
+                    other => *other,
+                };
+                self.changes += 1;
+            }
+            Command::Light(which, change) => {
+                let light = self.edits.light(which)?;
+                self.edits.change_light(light, *change);
+                self.changes += 1;
+            }
+            Command::Material(which, parameter, values) => {
+                let item = &self.materials[self.material(which)?];
+                self.edits.set(item, parameter, values)?;
+                self.changes += 1;
+            }
+            Command::Select(which) => {
+                // What closes a list closes the one on top.
+                if which.is_none() && self.help {
+                    self.help = false;
+                } else {
+                    self.selected = which.as_ref().map(|w| self.material(w)).transpose()?;
+                }
+            }
+            Command::Pick(place) => return Ok(Effect::Pick(*place)),
+            Command::Restore => {
+                self.edits = Edits::none(&self.scene);
+                self.changes += 1;
+            }
+            Command::Reference(on) => self.reference = on.unwrap_or(!self.reference),
+            Command::Compare(how) => {
+                self.compare = how.unwrap_or_else(|| next(Compare::ALL.map(|(c, _)| c), self.compare));
+                self.reference = true;
+            }
+            Command::Split(part) => self.split = part.clamp(0.0, 1.0),
+            Command::Slide(part) => self.split = (self.split + part).clamp(0.0, 1.0),
+            Command::Save(file) => return Ok(Effect::Save(file.into())),
+            Command::Window(file) => return Ok(Effect::Window(file.into())),
+            Command::Open(file) => return Ok(Effect::Open(file.into())),
+            Command::Reload => return Ok(Effect::Open(self.file.clone())),
+            Command::Panel(on) => self.panel = on.unwrap_or(!self.panel),
+            Command::Graph(on) => self.graph = on.unwrap_or(!self.graph),
+            Command::Help(on) => self.help = on.unwrap_or(!self.help),
+            Command::Language(language) => self.language = language.unwrap_or_else(|| self.language.next()),
+            Command::FullScreen => return Ok(Effect::FullScreen),
+            Command::Wait(counts) => return Ok(Effect::Wait(*counts)),
+            Command::Report => return Ok(Effect::Report),
+            Command::Quit => return Ok(Effect::Quit),
+        }
+        Ok(Effect::None)
+    }
+
+    fn look_through(&mut self, name: Option<&str>) -> Result<(), String> {
+        let cameras = &self.scene.cameras;
+        let index = match name {
+            None => self.through.map_or(0, |c| (c + 1) % cameras.len().max(1)),
+            Some(name) => {
+                let number =
+                    || name.parse().ok().and_then(|n: usize| n.checked_sub(1)).filter(|n| *n < cameras.len());
+                cameras.iter().position(|c| c.name == name).or_else(number).ok_or_else(|| {
+                    format!(
+                        "there is no camera '{name}'{}",
+                        suggest(name, cameras.iter().map(|c| c.name.as_str()))
+                    )
+                })?
+            }
+        };
+        let Some(camera) = cameras.get(index) else { return Ok(()) };
+        let size = &self.eye.camera().film;
+        let size = [size.width, size.height];
+        self.eye = Eye::new(Camera::clone(camera), self.scene.bounds());
+        self.eye.resize(size);
+        self.through = Some(index);
+        Ok(())
+    }
+}
+
+/// What follows in a list, and after the last the first.
+fn next<T: PartialEq + Copy, const N: usize>(all: [T; N], now: T) -> T {
+    let at = all.iter().position(|x| *x == now).unwrap_or_default();
+    all[(at + 1) % N]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::action::script;
+    use glam::Mat4;
+    use yugen_scene::{Geometry, Material, Shape, Value};
+
+    fn scene() -> Scene {
+        Scene {
+            materials: vec![Material::lambert(Value::Number(0.5))],
+            shapes: vec![Shape::new("ball", Geometry::Sphere, Mat4::IDENTITY, 0)],
+            ..Scene::default()
+        }
+    }
+
+    fn run(state: &mut State, text: &str) -> Vec<Result<Effect, String>> {
+        script(text).expect("a script").iter().map(|s| state.apply(&s.command)).collect()
+    }
+
+    #[test]
+    fn a_script_drives_everything() {
+        let mut state = State::new(scene(), Path::new("a/ball.toml"), Language::English);
+        assert_eq!(state.message.as_ref().map(|m| m.wrong), Some(false), "it says that there was no light");
+        assert_eq!(state.edits.lights.len(), 2);
+        let before = (state.changes, state.eye.position());
+        let done = run(
+            &mut state,
+            "orbit 30 10; exposure 1; brighter .5; curve aces; light sun off; light sky -2; material ball reflectance .1 .2 .3;
+             select ball; bounces next; resolution half; compare flicker; split 2; panel off; help; language ja",
+        );
+        assert!(done.iter().all(|d| *d == Ok(Effect::None)), "{done:?}");
+        assert!(state.eye.position() != before.1 && state.changes == before.0 + 4);
+        assert_eq!((state.exposure, state.curve, state.selected), (1.5, Curve::Aces, Some(0)));
+        assert_eq!((state.most_bounces(), state.resolution), (1, Resolution::Half));
+        assert!(state.reference && state.compare == Compare::Flicker && state.split == 1.0);
+        assert!(!state.panel && state.help && state.language == Language::Japanese);
+        let lit = state.edits.apply(&state.scene).expect("it can be");
+        assert!(!lit.lights.is_empty());
+        for (wrong, said) in [
+            ("light moon off", "no light 'moon'"),
+            ("material bal reflectance 1", "did you mean 'ball'?"),
+            ("material ball reflectance 3", "0 to 1"),
+            ("camera x", "no camera 'x'"),
+        ] {
+            let error = run(&mut state, wrong).remove(0).expect_err(wrong);
+            assert!(error.contains(said), "{wrong}: {error}");
+        }
+        run(&mut state, "restore; select none; select none");
+        assert!(state.edits.is_empty() && state.selected.is_none() && !state.help);
+        assert_eq!(
+            run(&mut state, "quit; reload"),
+            [Ok(Effect::Quit), Ok(Effect::Open("a/ball.toml".into()))]
+        );
+        assert_eq!(run(&mut state, "save x.exr"), [Ok(Effect::Save("x.exr".into()))]);
+    }
+
+    #[test]
+    fn a_file_that_is_read_anew_keeps_place_and_changes() {
+        let mut state = State::new(scene(), Path::new("ball.toml"), Language::English);
+        run(&mut state, "orbit 30 10; light sun off; material ball reflectance .1; select ball");
+        let at = state.eye.position();
+        let mut more = scene();
+        more.shapes.push(Shape::new("other", Geometry::Disc, Mat4::IDENTITY, 0));
+        more.shapes[1].name = String::new();
+        state.set_scene(more, Path::new("ball.toml"));
+        assert!(state.eye.position() == at && !state.edits.lights[0].on && state.selected == Some(0));
+        assert_eq!(state.edits.parameters.len(), 1);
+        // The material is another one now.
+        let mut other = scene();
+        other.shapes[0].name = "cube".into();
+        state.set_scene(other, Path::new("ball.toml"));
+        assert!(state.edits.parameters.is_empty() && state.selected.is_none());
+        state.set_scene(scene(), Path::new("other.toml"));
+        assert!(state.eye.position() != at && state.edits.lights[0].on);
+    }
+
+    #[test]
+    fn every_camera_is_looked_through_in_turn() {
+        let mut scene = scene();
+        let camera = first_camera(&scene);
+        scene.cameras = ["a", "b"].map(|n| Camera { name: n.into(), ..camera.clone() }).to_vec();
+        scene.cameras[1].to_world.w_axis.x += 5.0;
+        let mut state = State::new(scene, Path::new("x.toml"), Language::English);
+        let first = state.eye.position();
+        run(&mut state, "orbit 10 0; camera next");
+        assert!((state.eye.position().x - first.x - 5.0).abs() < 1e-4 && state.through == Some(1));
+        run(&mut state, "camera next");
+        assert!(state.eye.position() == first && state.through == Some(0));
+    }
+}

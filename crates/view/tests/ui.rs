@@ -1,0 +1,160 @@
+//! Panels and overlays through their accessibility tree, without a window.
+
+use egui::accesskit::Toggled;
+use egui::{Key, Modifiers, Vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use glam::{Mat4, Vec3};
+use std::path::Path;
+use yugen_optics::tonemap::Curve;
+use yugen_reflectance::Kind;
+use yugen_scene::{Geometry, Light, Material, ModelBuilder, Scene, Shape, Value};
+use yugen_view::action::{ACTIONS, Command, LightChange};
+use yugen_view::language::Language;
+use yugen_view::state::State;
+use yugen_view::ui::{Asked, Seen, set_look, show};
+
+struct World {
+    state: State,
+    seen: Seen,
+    done: Vec<Command>,
+}
+
+fn harness(language: Language) -> Harness<'static, World> {
+    let mut scene = Scene {
+        materials: vec![
+            Material::lambert(Value::Number(0.5)),
+            ModelBuilder::new(Kind::RoughPlastic).build().expect("its defaults"),
+        ],
+        shapes: vec![
+            Shape::new("desk", Geometry::Rectangle, Mat4::IDENTITY, 0),
+            Shape::new("ball", Geometry::Sphere, Mat4::IDENTITY, 1),
+        ],
+        ..Scene::default()
+    };
+    scene.add_light("lamp", Light::Point { position: Vec3::ONE, intensity: Vec3::ONE });
+    scene.add_light("", Light::Constant { radiance: Vec3::ONE });
+    let world = World {
+        state: State::new(scene, Path::new("ball.toml"), language),
+        seen: Seen { adapter: "a GPU".into(), japanese: language == Language::Japanese, ..Seen::default() },
+        done: Vec::new(),
+    };
+    let builder =
+        Harness::builder().with_size(Vec2::new(1100.0, 900.0)).with_context_setup(|ctx| set_look(ctx, None));
+    // The tests bring no font with Japanese characters.
+    let builder = if language == Language::English { builder } else { builder.allow_missing_glyphs() };
+    builder.build_ui_state(
+        |ui, world: &mut World| {
+            let Asked { commands, .. } = show(ui, &world.state, &world.seen);
+            for command in commands {
+                world.state.apply(&command).unwrap_or_else(|e| panic!("{command:?}: {e}"));
+                world.done.push(command);
+            }
+        },
+        world,
+    )
+}
+
+#[test]
+fn lights_and_materials_are_changed_by_hand() {
+    let mut h = harness(Language::English);
+    let lamp = h.get_by_role_and_label(egui::Role::CheckBox, "lamp");
+    assert_eq!(lamp.accesskit_node().toggled(), Some(Toggled::True));
+    lamp.click();
+    h.run();
+    assert_eq!(h.state().done, [Command::Light("lamp".into(), LightChange::Switch(Some(false)))]);
+    assert!(!h.state().state.edits.lights[0].on);
+    // The slider of a parameter has the parameter's own range.
+    h.state_mut().state.selected = h.state().state.material("ball").ok();
+    h.run();
+    let slider = h.get_by_role_and_label(egui::Role::Slider, "alpha");
+    let range = slider.accesskit_node().min_numeric_value().zip(slider.accesskit_node().max_numeric_value());
+    let (_, alpha) = Kind::RoughPlastic.param("alpha").expect("it has one");
+    assert_eq!(range.map(|(a, b)| (a as f32, b as f32)), Some((alpha.min, alpha.max)));
+    slider.focus();
+    h.run();
+    h.key_press(Key::ArrowRight);
+    h.run();
+    let Some(Command::Material(_, name, values)) = h.state().done.last() else {
+        panic!("{:?}", h.state().done)
+    };
+    assert!(name == "alpha" && values[0].parse::<f32>().is_ok_and(|v| v > alpha.default[0]), "{values:?}");
+    assert!(h.query_by_label_contains("model: rough_plastic").is_some());
+    h.get_by_label("As the file has them").click();
+    h.run();
+    assert!(h.state().state.edits.is_empty(), "{:?}", h.state().done);
+}
+
+#[test]
+fn keys_do_what_the_overlay_says() {
+    let mut h = harness(Language::English);
+    for action in ACTIONS {
+        assert!(h.query_by_label(action.does[0]).is_none(), "{} before it was asked for", action.name);
+    }
+    h.key_press_modifiers(Modifiers::SHIFT, Key::Questionmark);
+    h.run();
+    assert!(h.state().state.help);
+    for action in ACTIONS {
+        assert!(h.query_by_label(action.does[0]).is_some(), "{} is not listed", action.name);
+    }
+    h.key_press(Key::Escape);
+    h.run();
+    assert!(!h.state().state.help);
+    let before = h.state().state.eye.position();
+    h.key_press(Key::V);
+    h.key_press(Key::ArrowLeft);
+    h.key_press(Key::Num1);
+    h.key_press(Key::H);
+    h.run();
+    let state = &h.state().state;
+    assert!(
+        state.curve == Curve::ALL[1]
+            && state.eye.position() != before
+            && !state.edits.lights[0].on
+            && !state.panel
+    );
+    // Without the panel its controls are gone.
+    assert!(h.query_by_label("lamp").is_none());
+}
+
+#[test]
+fn the_picture_is_turned_by_dragging_and_picked_by_a_click() {
+    let mut h = harness(Language::English);
+    let at = egui::pos2(300.0, 300.0);
+    h.hover_at(at);
+    h.drag_at(at);
+    h.step();
+    for i in 1..5 {
+        h.hover_at(at + Vec2::new(10.0 * i as f32, 0.0));
+        h.step();
+    }
+    h.drop_at(at + Vec2::new(40.0, 0.0));
+    h.run();
+    let turned = |c: &Command| matches!(c, Command::Orbit([right, up]) if *right < 0.0 && *up == 0.0);
+    assert!(!h.state().done.is_empty() && h.state().done.iter().all(turned), "{:?}", h.state().done);
+    h.state_mut().done.clear();
+    h.drag_at(at);
+    h.step();
+    h.drop_at(at);
+    h.run();
+    let [Command::Pick([x, y])] = h.state().done[..] else { panic!("{:?}", h.state().done) };
+    assert!((0.2..0.6).contains(&x) && (0.2..0.6).contains(&y), "{x} {y}");
+}
+
+#[test]
+fn it_speaks_japanese() {
+    let mut h = harness(Language::Japanese);
+    for words in ["光源", "材質", "全体を収める", "経路追跡による画像と比べる"] {
+        assert!(h.query_all_by_label(words).next().is_some(), "{words}");
+    }
+    h.key_press(Key::F1);
+    h.run();
+    for action in ACTIONS {
+        assert!(h.query_by_label(action.does[1]).is_some(), "{} is not listed", action.name);
+    }
+    h.key_press(Key::F1);
+    h.run();
+    h.get_by_label("English").click();
+    h.run();
+    assert!(h.query_by_label("Lights").is_some() && h.query_all_by_label("光源").next().is_none());
+}
