@@ -140,7 +140,7 @@ impl Scene {
             None => (!figure.clips.is_empty()).then_some(0),
             Some(name) => figure.clips.iter().position(|c| c.name == name),
         };
-        let playing: Vec<Option<usize>> = self.figures.iter().map(plays).collect();
+        let playing: Vec<Option<usize>> = self.figures.iter().map(|f| plays(f)).collect();
         if playing.iter().all(Option::is_none) {
             let name = clip.unwrap_or_default().to_string();
             let clips = self.clips();
@@ -317,7 +317,7 @@ mod tests {
             cameras: vec![camera],
             shapes: vec![shape("flag"), shape("sleeve")],
             lights: vec![Light::Constant { radiance: Vec3::ONE }],
-            figures: vec![figure],
+            figures: vec![Arc::new(figure)],
             ..Scene::default()
         }
     }
@@ -357,11 +357,13 @@ mod tests {
         assert!(said(scene(), Some("wafe"), 0.0).contains("did you mean 'wave'?"));
         assert!(said(scene(), None, f32::NAN).contains("at NaN seconds"));
         let mut torn = scene();
-        torn.figures[0].clips[0].channels[0].1 = curve(Property::Translation, &[f32::NAN; 6]);
+        Arc::make_mut(&mut torn.figures[0]).clips[0].channels[0].1 =
+            curve(Property::Translation, &[f32::NAN; 6]);
         assert!(said(torn, None, 0.5).contains("joint 0 ('arm') is not finite"));
         let mut torn = scene();
-        torn.figures[0].clips[0].channels[2].1 = curve(Property::Weights, &[0.0, f32::MAX]);
-        torn.figures[0].deformed[0].targets[0].positions = vec![Vec3::splat(f32::MAX); 3];
+        Arc::make_mut(&mut torn.figures[0]).clips[0].channels[2].1 =
+            curve(Property::Weights, &[0.0, f32::MAX]);
+        Arc::make_mut(&mut torn.figures[0]).deformed[0].targets[0].positions = vec![Vec3::splat(f32::MAX); 3];
         assert!(said(torn, None, 1.0).contains("'sleeve' has vertices that are not finite"));
     }
 
@@ -373,7 +375,8 @@ mod tests {
         let to_world = Mat4::from_translation(Vec3::Z * 7.0);
         let first = host.shapes.len();
         host.shapes.extend(shapes);
-        host.figures = figures.into_iter().map(|f| f.adopted(first, to_world)).collect();
+        host.figures =
+            figures.into_iter().map(|f| Arc::new(Arc::unwrap_or_clone(f).adopted(first, to_world))).collect();
         let (floor, camera) = (host.shapes[0].to_world, host.cameras[0].to_world);
         host.pose(None, 1.0).unwrap();
         assert_eq!((host.shapes[0].to_world, host.cameras[0].to_world), (floor, camera));

@@ -36,6 +36,7 @@ pub use names::{nearest, suggest};
 pub use shape::{Geometry, Shape};
 pub use texture::{Texture, TextureFilter, Value, Wrap};
 
+use std::sync::Arc;
 use yugen_optics::ColourSpace;
 
 /// Index into [`Scene::textures`].
@@ -65,7 +66,7 @@ pub struct Scene {
     /// What `lights` are called, for [`Scene::light_groups`]; those beyond its end have no name.
     pub light_names: Vec<String>,
     /// What moves, posed by [`Scene::pose`]; everything above is as it stands now.
-    pub figures: Vec<Figure>,
+    pub figures: Vec<Arc<Figure>>,
     /// How the file wants to be rendered.
     pub integrator: Integrator,
 }

@@ -42,6 +42,14 @@ pub enum Command {
     Pick([f32; 2]),
     /// Materials and lights as they were read.
     Restore,
+    /// The animation goes on or stands; the other where absent.
+    Play(Option<bool>),
+    /// An animation, by its name; the next where absent.
+    Clip(Option<String>),
+    /// Seconds into the animation.
+    Seconds(f32),
+    /// By so many seconds on.
+    Step(f32),
     /// The reference on or off; the other where absent.
     Reference(Option<bool>),
     /// How both are seen; the next where absent.
@@ -150,6 +158,8 @@ pub enum Group {
     Picture,
     /// What it is lit by and made of.
     Scene,
+    /// How it moves.
+    Time,
     /// Beside the reference.
     Reference,
     /// Files and the window.
@@ -158,10 +168,11 @@ pub enum Group {
 
 impl Group {
     /// All of them with their titles.
-    pub const ALL: [(Self, Words); 5] = [
+    pub const ALL: [(Self, Words); 6] = [
         (Self::Camera, ["Camera", "カメラ"]),
         (Self::Picture, ["Picture", "画像"]),
         (Self::Scene, ["Lights and materials", "光源と材質"]),
+        (Self::Time, ["Animation", "アニメーション"]),
         (Self::Reference, ["Reference", "参照画像"]),
         (Self::Window, ["Files and window", "ファイルと画面"]),
     ];
@@ -477,6 +488,42 @@ pub const ACTIONS: &[Action] = &[
         held: false,
         does: ["materials and lights as the file has them", "材質と光源をファイルの値に戻す"],
         parse: |w| w.is_empty().then_some(Command::Restore),
+    },
+    Action {
+        name: "play",
+        usage: "[on|off]",
+        group: Group::Time,
+        keys: &[key(Key::T, "")],
+        held: false,
+        does: ["the animation goes on, again and again, or stands", "アニメーションを再生する、止める"],
+        parse: |w| switch(w).map(Command::Play),
+    },
+    Action {
+        name: "clip",
+        usage: "NAME|next",
+        group: Group::Time,
+        keys: &[shift(Key::T, "next")],
+        held: false,
+        does: ["another animation of the scene", "シーンの別のアニメーション"],
+        parse: |w| (!w.is_empty()).then(|| Command::Clip(not_next(&w.join(" ")))),
+    },
+    Action {
+        name: "seconds",
+        usage: "S",
+        group: Group::Time,
+        keys: &[key(Key::Home, "0")],
+        held: false,
+        does: ["so many seconds into the animation", "アニメーションの時刻、秒"],
+        parse: |w| numbers(w).map(|[s]: [f32; 1]| Command::Seconds(s)),
+    },
+    Action {
+        name: "step",
+        usage: "S",
+        group: Group::Time,
+        keys: &[key(Key::PageUp, "-0.0416667"), key(Key::PageDown, "0.0416667")],
+        held: true,
+        does: ["on by so many seconds: a frame of film by key", "指定の秒数だけ進める（キーでは一コマ）"],
+        parse: |w| numbers(w).map(|[s]: [f32; 1]| Command::Step(s)),
     },
     Action {
         name: "reference",

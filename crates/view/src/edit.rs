@@ -39,7 +39,7 @@ pub struct MaterialItem {
 }
 
 /// What was changed of a scene.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Edits {
     /// All lights as they now are.
     pub lights: Vec<LightItem>,

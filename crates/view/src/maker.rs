@@ -10,6 +10,8 @@ use yugen_scene::prepared::Rows;
 pub struct Order {
     /// As it was read.
     pub scene: Arc<Scene>,
+    /// Where in which of its animations; as it was read where absent.
+    pub moment: Option<(String, f32)>,
     /// What was changed of it.
     pub edits: Edits,
     /// What [`Made`] will call it.
@@ -31,7 +33,9 @@ pub struct Made {
 /// For the window.
 pub enum Ready {
     /// Other values for the stage there is.
-    Rows(Box<Rows>),
+    Rows(Arc<Rows>),
+    /// Another pose, and nothing else.
+    Pose(Arc<Rows>),
     /// A stage.
     Stage(Box<Stage>),
 }
@@ -55,8 +59,9 @@ impl Maker {
         let desk = Arc::new((Mutex::new(Desk::default()), Condvar::new()));
         let own = desk.clone();
         std::thread::spawn(move || {
+            let mut last = None;
             while let Some(order) = next(&own) {
-                let made = make(order);
+                let made = make(order, &mut last);
                 let mut desk = lock(&own.0);
                 desk.busy = false;
                 // What has been made but not yet taken is older.
@@ -108,23 +113,55 @@ fn next(desk: &(Mutex<Desk>, Condvar)) -> Option<Order> {
     }
 }
 
-fn make(order: Order) -> Made {
+/// The rows that were made last, and of what.
+struct Last {
+    scene: Arc<Scene>,
+    edits: Edits,
+    rows: Arc<Rows>,
+}
+
+fn make(order: Order, last: &mut Option<Last>) -> Made {
     let started = std::time::Instant::now();
     let made = || {
-        let scene = order.edits.apply(&order.scene)?;
-        let rows = Rows::new(&scene).map_err(|e| e.to_string())?;
+        let mut scene = order.edits.apply(&posed(&order)?)?;
+        // Its rows have no need of them.
+        scene.figures.clear();
+        if let (Some(last), None) = (last.as_mut(), &order.stage)
+            && Arc::ptr_eq(&last.scene, &order.scene)
+            && last.edits == order.edits
+        {
+            // Copied where the window still has them in its hands.
+            Arc::make_mut(&mut last.rows).pose(&scene).map_err(|e| e.to_string())?;
+            return Ok((Arc::new(scene), Ready::Pose(last.rows.clone())));
+        }
+        *last = None;
+        let rows = Arc::new(Rows::new(&scene).map_err(|e| e.to_string())?);
         let ready = match &order.stage {
-            None => Ready::Rows(Box::new(rows)),
+            None => Ready::Rows(rows.clone()),
             Some((device, queue, options)) => {
                 Ready::Stage(Box::new(Stage::new(device, queue, &rows, options).map_err(|e| e.to_string())?))
             }
         };
+        // Only what moves is made anew often.
+        *last = (!order.scene.figures.is_empty()).then(|| Last {
+            scene: order.scene.clone(),
+            edits: order.edits.clone(),
+            rows,
+        });
         Ok((Arc::new(scene), ready))
     };
     // A fault in a scene must not leave the window waiting for ever.
     let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(made))
         .unwrap_or_else(|_| Err("the scene could not be prepared: this is a fault of the program".into()));
     Made { number: order.number, outcome, seconds: started.elapsed().as_secs_f64() }
+}
+
+fn posed(order: &Order) -> Result<Scene, String> {
+    let mut scene = Scene::clone(&order.scene);
+    if let Some((clip, seconds)) = &order.moment {
+        scene.pose(Some(clip), *seconds).map_err(|e| e.to_string())?;
+    }
+    Ok(scene)
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

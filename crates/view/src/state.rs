@@ -78,10 +78,25 @@ pub struct State {
     pub language: Language,
     /// The last that went wrong or is worth knowing.
     pub message: Option<Message>,
-    /// Counts changes of what is seen: materials, lights, how far light is followed.
+    /// The scene's animations: names, and seconds of their first and last key.
+    pub clips: Vec<(String, [f32; 2])>,
+    /// Where the scene is in one of them; as its file has it where that is absent.
+    pub time: Option<Time>,
+    /// Counts changes of what is seen: poses, materials, lights, how far light is followed.
     pub changes: u64,
     /// Counts scenes.
     pub scenes: u64,
+}
+
+/// A moment of an animation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Time {
+    /// Which: an index of [`State::clips`].
+    pub clip: usize,
+    /// Since its zero.
+    pub seconds: f32,
+    /// It goes on.
+    pub playing: bool,
 }
 
 /// A sentence at the foot of the window.
@@ -117,6 +132,8 @@ impl State {
             help: false,
             language,
             message: None,
+            clips: Vec::new(),
+            time: None,
             changes: 0,
             scenes: 0,
         };
@@ -160,6 +177,8 @@ impl State {
         }
         self.edits = edits;
         self.materials = materials;
+        self.clips = scene.clips();
+        self.time = self.time.filter(|t| again && t.clip < self.clips.len());
         self.scene = Arc::new(scene);
         self.file = file.to_path_buf();
         self.scenes += 1;
@@ -251,6 +270,34 @@ impl State {
                 self.edits = Edits::none(&self.scene);
                 self.changes += 1;
             }
+            Command::Play(on) => {
+                let time = self.time_mut()?;
+                time.playing = on.unwrap_or(!time.playing);
+                self.changes += 1;
+            }
+            Command::Clip(name) => {
+                let now = self.time_mut()?.clip;
+                let clip = match name {
+                    None => (now + 1) % self.clips.len(),
+                    Some(name) => self.clips.iter().position(|(n, _)| n == name).ok_or_else(|| {
+                        let names = self.clips.iter().map(|(n, _)| n.as_str());
+                        format!("there is no animation called '{name}'{}", suggest(name, names))
+                    })?,
+                };
+                let seconds = self.clips[clip].1[0];
+                let time = self.time_mut()?;
+                (time.clip, time.seconds) = (clip, seconds);
+                self.changes += 1;
+            }
+            Command::Seconds(seconds) => {
+                self.time_mut()?.seconds = *seconds;
+                self.changes += 1;
+            }
+            Command::Step(seconds) => {
+                let time = self.time_mut()?;
+                time.playing = false;
+                self.go_on(*seconds);
+            }
             Command::Reference(on) => self.reference = on.unwrap_or(!self.reference),
             Command::Compare(how) => {
                 self.compare = how.unwrap_or_else(|| next(Compare::ALL.map(|(c, _)| c), self.compare));
@@ -272,6 +319,35 @@ impl State {
             Command::Quit => return Ok(Effect::Quit),
         }
         Ok(Effect::None)
+    }
+
+    fn time_mut(&mut self) -> Result<&mut Time, String> {
+        let Some((_, [first, _])) = self.clips.first() else {
+            return Err("nothing in the scene moves: it has no animation".into());
+        };
+        Ok(self.time.get_or_insert(Time { clip: 0, seconds: *first, playing: false }))
+    }
+
+    /// Lets the animation go on by so many seconds; after its end it begins again.
+    pub fn go_on(&mut self, seconds: f32) {
+        let Some(time) = &mut self.time else { return };
+        let Some((_, [first, last])) = self.clips.get(time.clip) else { return };
+        let length = last - first;
+        time.seconds = match length > 0.0 {
+            true => first + (time.seconds + seconds - first).rem_euclid(length),
+            false => *first,
+        };
+        self.changes += 1;
+    }
+
+    /// Whether the animation goes on by itself.
+    pub fn playing(&self) -> bool {
+        self.time.is_some_and(|t| t.playing)
+    }
+
+    /// The animation and the seconds into it that the scene is to have.
+    pub fn moment(&self) -> Option<(String, f32)> {
+        self.time.and_then(|t| Some((self.clips.get(t.clip)?.0.clone(), t.seconds)))
     }
 
     fn look_through(&mut self, name: Option<&str>) -> Result<(), String> {
@@ -393,5 +469,27 @@ mod tests {
         assert!((state.eye.position().x - first.x - 5.0).abs() < 1e-4 && state.through == Some(1));
         run(&mut state, "camera next");
         assert!(state.eye.position() == first && state.through == Some(0));
+    }
+
+    #[test]
+    fn animations_go_on_again_and_again() {
+        let mut state = State::new(scene(), Path::new("a/ball.toml"), Language::English);
+        let still = run(&mut state, "play; seconds 1; clip next");
+        assert!(still.iter().all(|d| d.as_ref().is_err_and(|e| e.contains("nothing in the scene moves"))));
+        state.clips = vec![("walk".into(), [0.5, 2.0]), ("run".into(), [0.0, 1.0])];
+        assert!(state.moment().is_none(), "as the file has it");
+        let changes = state.changes;
+        assert!(run(&mut state, "play").iter().all(Result::is_ok));
+        assert!(state.playing() && state.changes > changes);
+        assert_eq!(state.moment(), Some(("walk".into(), 0.5)));
+        state.go_on(1.75);
+        assert_eq!(state.moment(), Some(("walk".into(), 0.75)));
+        assert!(run(&mut state, "clip next; seconds .25; step -.5").iter().all(Result::is_ok));
+        assert!(!state.playing(), "whoever steps wants to look");
+        assert_eq!(state.moment(), Some(("run".into(), 0.75)));
+        assert!(run(&mut state, "clip wlak")[0].as_ref().is_err_and(|e| e.contains("did you mean 'walk'?")));
+        // Another scene begins as its file has it.
+        state.set_scene(scene(), Path::new("a/other.toml"));
+        assert!(state.moment().is_none() && state.clips.is_empty());
     }
 }

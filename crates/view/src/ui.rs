@@ -4,6 +4,7 @@ mod graph;
 mod help;
 mod look;
 mod panel;
+mod timeline;
 
 pub use look::{Font, set_look};
 
@@ -74,6 +75,9 @@ pub fn show(ui: &mut Ui, state: &State, seen: &Seen) -> Asked {
     let mut asked = Asked::default();
     keys(ui, &mut asked);
     footer(ui, state, seen);
+    if !state.clips.is_empty() {
+        timeline::show(ui, state, &mut asked);
+    }
     if state.panel {
         panel::show(ui, state, seen, &mut asked);
     }

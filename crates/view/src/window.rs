@@ -130,6 +130,8 @@ struct App {
     comparing: Option<mpsc::Receiver<Option<Difference>>>,
     compared: Instant,
     compared_number: u64,
+    /// When the animation last went on.
+    played: Option<Instant>,
     loading: Option<Loading>,
     watched: Option<SystemTime>,
     looked: Instant,
@@ -179,6 +181,7 @@ impl App {
             comparing: None,
             compared: Instant::now(),
             compared_number: 0,
+            played: None,
             loading: None,
             watched,
             looked: Instant::now(),
@@ -275,16 +278,18 @@ impl App {
         (self.asked_changes, self.asked_scene) = (self.state.changes, self.state.scenes);
         self.maker.ask(Order {
             scene: self.state.scene.clone(),
+            moment: self.state.moment(),
             edits: self.state.edits.clone(),
             number: self.state.changes,
             stage: anew.then(|| (graphics.device().clone(), graphics.queue().clone(), options)),
         });
-        self.seen.preparing = true;
+        // What plays is always being prepared.
+        self.seen.preparing = !self.state.playing();
     }
 
     fn take(&mut self, event_loop: &ActiveEventLoop, made: Made) {
         let newest = made.number == self.asked_changes;
-        self.seen.preparing = !newest;
+        self.seen.preparing = !newest && !self.state.playing();
         self.prepared = made.seconds;
         let Some(graphics) = &mut self.graphics else { return };
         match made.outcome {
@@ -306,9 +311,14 @@ impl App {
                 (self.changed_scene, self.shown_changes) = (scene, made.number);
                 (self.camera, self.frames) = (None, 0);
             }
-            Ok((scene, Ready::Rows(rows))) => {
+            Ok((scene, ready @ (Ready::Rows(_) | Ready::Pose(_)))) => {
                 let Some(stage) = &mut graphics.stage else { return };
-                match stage.refill(&rows) {
+                let taken = match &ready {
+                    Ready::Pose(rows) => stage.pose(rows),
+                    Ready::Rows(rows) => stage.refill(rows),
+                    Ready::Stage(_) => return,
+                };
+                match taken {
                     Err(e) => self.fail(event_loop, e),
                     Ok(false) => self.ask(true),
                     Ok(true) => {
@@ -357,6 +367,24 @@ impl App {
         self.seen.frames = self.frames;
         self.seen.realtime = graphics.realtime();
         (self.camera, self.displayed) = (Some(view), Some(display));
+    }
+
+    /// Lets an animation go on, as much as time has since it last did.
+    fn play(&mut self) {
+        let since = self.played.replace(Instant::now()).filter(|_| self.state.playing());
+        if !self.state.playing() {
+            self.played = None;
+        }
+        // A pose that is still being made is not overtaken: what is slow is slow to play, and loses nothing.
+        if let Some(since) = since {
+            if self.maker.busy() {
+                self.played = Some(since);
+            } else {
+                self.state.go_on(since.elapsed().as_secs_f32().min(0.25));
+                self.moved = Instant::now();
+                self.rest_part = None;
+            }
+        }
     }
 
     /// Starts, restarts and ends the reference, and shows what it has found.
@@ -648,6 +676,7 @@ impl App {
                 self.state.complain(problem);
             }
         }
+        self.play();
         self.prepare(event_loop);
         // Before another frame keeps the device busy.
         self.compare(event_loop);
@@ -797,6 +826,9 @@ impl ApplicationHandler<Wake> for App {
         if graphics.in_flight() {
             until = Instant::now() + LOOK;
         } else if self.frames < MOST_FRAMES && graphics.stage.is_some() && graphics.visible() {
+            graphics.window.request_redraw();
+        }
+        if self.state.playing() && !graphics.in_flight() {
             graphics.window.request_redraw();
         }
         if !at_rest {

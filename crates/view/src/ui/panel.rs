@@ -362,7 +362,7 @@ fn files(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
 }
 
 /// With a name for those who hear the window.
-fn named(response: egui::Response, name: &str) -> egui::Response {
+pub(super) fn named(response: egui::Response, name: &str) -> egui::Response {
     let id = response.id;
     response.ctx.accesskit_node_builder(id, |node| node.set_label(name.to_string()));
     response

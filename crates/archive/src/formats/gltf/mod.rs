@@ -235,7 +235,7 @@ impl Reader<'_> {
         if !clips.is_empty() {
             let Self { skins, attachments, deformed, .. } = self;
             let figure = Figure { to_world: Mat4::IDENTITY, skeleton, clips, skins, attachments, deformed };
-            self.scene.figures.push(figure);
+            self.scene.figures.push(Arc::new(figure));
         }
         Ok(self.scene)
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 use yugen_scene::Scene;
 use yugen_scene::primitives::{Drape, Support, ball, block, drape, grid};
-use yugen_scene::{Geometry, Material, MaterialId, Mesh, Shape, Texture, Value};
+use yugen_scene::{Figure, Geometry, Material, MaterialId, Mesh, Shape, Texture, Value};
 
 /// The finest mesh that is made here: four million triangles.
 const MAX_SEGMENTS: u32 = 1448;
@@ -284,7 +284,8 @@ impl<'a> Reader<'a> {
         self.scene
             .groups
             .extend(other.groups.into_iter().map(|shapes| shapes.into_iter().map(own).collect::<Vec<_>>()));
-        let figures = other.figures.into_iter().map(|f| f.adopted(out.len(), to_world));
+        let adopted = |f: Arc<Figure>| Arc::new(Arc::unwrap_or_clone(f).adopted(out.len(), to_world));
+        let figures = other.figures.into_iter().map(adopted);
         self.scene.figures.extend(figures);
         out.extend(other.shapes.into_iter().map(own).map(|mut shape| {
             shape.to_world = to_world * shape.to_world;
