@@ -170,13 +170,10 @@ fn a_script_turns_changes_compares_and_saves() {
         run(Command::new(env!("CARGO_BIN_EXE_yugen")).arg("render").args(render).current_dir(&folder));
     assert!(rendered.success, "{}", rendered.err);
     let rendered = read(&output);
-    // A frame more or less is noise: measured .016 of a mean of .47.
-    assert!(
-        apart(&still, &rendered) < 0.1 * all(&rendered),
-        "{} {}",
-        apart(&still, &rendered),
-        all(&rendered)
-    );
+    let (off, of, ratio) = (apart(&still, &rendered), all(&rendered), all(&still) / all(&rendered));
+    println!("beside yugen render: {off} of {of}, ratio {ratio}");
+    // Measured 0: the same bits. On a fast GPU a frame may be added before it is saved, which is noise.
+    assert!(off < 0.1 * of, "{off} {of}");
     assert!((all(&still) / all(&rendered) - 1.0).abs() < 0.01, "{} {}", all(&still), all(&rendered));
 
     // The ball is in the middle: red, then blue; without the lamp the desk is darker; from elsewhere it is another picture.
@@ -195,10 +192,10 @@ fn a_script_turns_changes_compares_and_saves() {
     assert!(said[1]["frames"].as_u64() >= Some(32) && said[1]["reference_samples"].as_f64() >= Some(64.0));
     let number = |name: &str| said[1][name].as_f64().unwrap_or(f64::NAN);
     let (rmse, flip) = (number("relative_rmse"), number("flip"));
-    // Measured: see the numbers printed; the bound is noise at 32 frames and 64 samples.
+    // Measured .0196 and .0184: the noise of 32 frames and 64 samples.
     println!("relative RMSE {rmse}, FLIP {flip}");
-    assert!(rmse > 0.0 && rmse < 0.12, "{rmse}");
-    assert!(flip > 0.0 && flip < 0.12, "{flip}");
+    assert!(rmse > 0.0 && rmse < 0.08, "{rmse}");
+    assert!(flip > 0.0 && flip < 0.075, "{flip}");
 
     // Both in one file; their means agree.
     let both = picture("both.exr");
