@@ -5,13 +5,6 @@
 // through both sides of every branch, so what the last surface of a path does not need is not in the loop for it: a ray
 // and what shines at its end belong to the surface that it leaves.
 
-// Hash of Jarzynski and Olano 2020, "Hash Functions for GPU Rendering": PCG.
-fn pcg(v: u32) -> u32 {
-    let state = v * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}
-
 // A nested uniform scramble of bit-reversed `x`. Laine and Karras 2011; constants of Vegdahl 2021.
 fn laine_karras(v: u32, seed: u32) -> u32 {
     var x = v;

@@ -318,7 +318,7 @@ fn what_cannot_be_shown_is_said_in_a_sentence() {
         assert!(matches!(error, StageError::Size { limit: 8192, .. }), "{error}");
     }
     let error = refuse(&Options { size: [8192, 8192], ..good.clone() });
-    assert!(error.to_string().contains("1024 MiB"), "{error}");
+    assert!(error.to_string().contains("1025 MiB"), "{error}");
 
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &good).expect("it fits");
     assert!(matches!(stage.resize([0, 4]), Err(StageError::Size { .. })));
