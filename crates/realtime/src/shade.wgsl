@@ -94,6 +94,8 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
         width += spread * hit.t;
         point = shading_point(s, footprint_on(s, dir, width));
+        // Where light passes surfaces, what they are made of says it.
+        alpha = select(1.0, 0.0, SEES_THROUGH);
         if (HAS_SURFACE_LIGHTS && s.emitter != NONE) {
             let value = emitted(s.emitter, s.frame_n, -dir);
             if (value != NONE) {

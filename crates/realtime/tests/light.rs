@@ -394,6 +394,7 @@ fn a_closed_room_fills_with_light_bounce_by_bounce() {
     for bounces in [0, 1, 3, 30] {
         let image = picture(&gpu, &scene, 16, bounces, 64);
         let mean = image.data.chunks(4).map(|p| p[0]).sum::<f32>() / 256.0;
+        assert!(image.data.chunks(4).all(|p| p[3] == 1.0), "{bounces}: surfaces cover their pixels");
         let want = 2.0 * (1.0 - 0.5f32.powi(bounces as i32 + 1));
         assert!((mean / want - 1.0).abs() < 5e-3, "{bounces}: {mean}, not {want}");
     }
