@@ -20,9 +20,9 @@ pub struct Film {
     size: [u32; 2],
 }
 
-/// Bytes of the sums of a picture.
+/// Bytes of the sums of a picture and of the count of samples that were no numbers.
 pub fn film_bytes(size: [u32; 2]) -> u64 {
-    16 * u64::from(size[0]) * u64::from(size[1])
+    16 * (u64::from(size[0]) * u64::from(size[1]) + 1)
 }
 
 impl Film {
@@ -64,14 +64,33 @@ impl Film {
 
     /// Puts a picture that was made elsewhere in their place, row after row; what is more than they hold is left out.
     pub fn write(&self, queue: &Queue, sums: &[[f32; 4]]) {
-        let most = sums.len().min((self.buffer.size() / 16) as usize);
+        let most = sums.len().min(self.size[0] as usize * self.size[1] as usize);
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&sums[..most]));
     }
 
-    /// Waits for the device and fetches the sums, row after row.
+    /// Forgets how many samples were no numbers: before a picture's first frame.
+    pub(crate) fn begin(&self, queue: &Queue) {
+        queue.write_buffer(&self.buffer, film_bytes(self.size) - 16, &[0; 16]);
+    }
+
+    /// Waits for the device and fetches the sums, row after row; warns where samples were no numbers, which are left out.
     pub fn read(&self, device: &Device, queue: &Queue) -> Result<Vec<[f32; 4]>, StageError> {
+        let (sums, left_out) = self.read_and_count(device, queue)?;
+        if left_out > 0 {
+            tracing::warn!(
+                left_out,
+                "samples that are no numbers are left out of the picture: at least so many"
+            );
+        }
+        Ok(sums)
+    }
+
+    /// [`Film::read`], and at least how many samples were no numbers and are left out.
+    pub fn read_and_count(&self, device: &Device, queue: &Queue) -> Result<(Vec<[f32; 4]>, u32), StageError> {
         let bytes = read_buffer(device, queue, &self.buffer, film_bytes(self.size))?;
-        Ok(bytemuck::pod_collect_to_vec(&bytes))
+        let mut sums: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+        let left_out = sums.pop().map_or(0, |last| last[0] as u32);
+        Ok((sums, left_out))
     }
 }
 

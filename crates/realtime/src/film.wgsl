@@ -1,4 +1,5 @@
-// Sums of weighted samples, four floats a pixel: colour and what covers the pixel.
+// Sums of weighted samples, four floats a pixel: colour and what covers the pixel. In the last row: how many samples were
+// no numbers, or fewer, for pixels count at once.
 
 @group(2) @binding(0) var<storage, read_write> film: array<vec4<f32>>;
 
@@ -8,6 +9,8 @@ fn film_add(pixel: vec2<u32>, value: vec4<f32>) {
     var sum = select(film[at], vec4<f32>(0.0), view.index == 0u);
     if (all(abs(value) < vec4<f32>(3e38))) {
         sum += view.weight * value;
+    } else {
+        film[view.window.z * view.window.w].x += 1.0;
     }
     film[at] = sum;
 }

@@ -26,7 +26,8 @@ pub struct Options {
     pub filter: Filter,
     /// Pictures beside the picture; those that this renderer has.
     pub aovs: Vec<Aov>,
-    /// Trace what the camera sees even where it could be rastered: no vertex is then rounded to the raster.
+    /// Trace what the camera sees even where it could be rastered: no vertex is then rounded to the raster, and from the
+    /// second frame on every pixel looks at a place of its own, so that what is left of edges is noise and not steps.
     pub trace_camera: bool,
     /// Threads that build the hierarchy.
     pub threads: usize,
@@ -78,6 +79,7 @@ pub struct Stage {
     timestamps: Timestamps,
     reconstruction: Reconstruction,
     trace_camera: bool,
+    signed_filter: bool,
     head_light: bool,
     seed: u32,
     /// Pictures begun while a preview was on.
@@ -143,6 +145,7 @@ impl Stage {
                     mapped_at_creation: false,
                 }),
                 timestamps: Timestamps::new(device, queue),
+                signed_filter: Reconstruction::new(options.filter).is_signed(),
                 reconstruction: Reconstruction::new(options.filter),
                 trace_camera: options.trace_camera,
                 head_light: options.bounces.is_some_and(|b| b > 0) && needs_head_light(rows),
@@ -178,17 +181,28 @@ impl Stage {
         }
         if self.seen.as_ref() != Some(&view) {
             (self.index, self.weight) = (0, 0.0);
+            for film in self.shade.iter().chain(self.aovs.iter().map(|(_, pass)| pass)).map(FilmPass::film) {
+                film.begin(&self.queue);
+            }
             // What is carried from picture to picture must not be the same noise each time.
             self.pictures = self.pictures.wrapping_add(u32::from(self.preview.is_some()));
         }
         let sample = self.reconstruction.sample(self.index, view.has_lens());
         let weight = self.weight + f64::from(sample.weight);
+        let traced = self.trace_camera || view.has_lens();
+        // A raster has one place for all pixels; and where the filter is negative the sum of weights is that of all.
+        let own = traced && self.index > 0 && !self.signed_filter;
+        let own_places = own.then_some(&self.reconstruction);
         let seed = self.seed.wrapping_add(self.pictures.wrapping_mul(0x9e37_79b9));
-        self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view.row(self.index, seed, &sample)));
+        self.queue.write_buffer(
+            &self.view,
+            0,
+            bytemuck::bytes_of(&view.row(self.index, seed, &sample, own_places)),
+        );
 
         self.timestamps.begin();
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        if self.trace_camera || view.has_lens() {
+        if traced {
             self.visibility.trace(&mut encoder, &self.timestamps, &self.scene);
         } else {
             self.visibility.raster(&mut encoder, &self.timestamps);

@@ -18,6 +18,8 @@ pub struct FrameSample {
     pub lens: Vec2,
     /// What it counts: 1, or −1 where the filter is negative.
     pub weight: f32,
+    /// The numbers in the unit square that `offset` is made from.
+    pub place: Vec2,
 }
 
 /// The places that a filter makes frames look at.
@@ -59,6 +61,16 @@ impl Reconstruction {
         (x, if self.filter.value(x) < 0.0 { -1.0 } else { 1.0 })
     }
 
+    /// Offset below which the share `u` of the filter's magnitude lies.
+    pub fn offset(&self, u: f32) -> f32 {
+        self.along(u).0
+    }
+
+    /// Whether the filter is negative somewhere.
+    pub fn is_signed(&self) -> bool {
+        (0..Self::STEPS).any(|i| self.along((i as f32 + 0.5) / Self::STEPS as f32).1 < 0.0)
+    }
+
     /// Where frame `index` looks; `lens`: whether the place on the lens matters.
     pub fn sample(&self, index: u32, lens: bool) -> FrameSample {
         // Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences": powers of the roots of x³ = x + 1 and,
@@ -74,7 +86,12 @@ impl Reconstruction {
         let u = steps.map(|step| (0.5 + f64::from(index) * step).fract() as f32);
         let (x, wx) = self.along(u[0]);
         let (y, wy) = self.along(u[1]);
-        FrameSample { offset: Vec2::new(x, y), lens: Vec2::new(u[2], u[3]), weight: wx * wy }
+        FrameSample {
+            offset: Vec2::new(x, y),
+            lens: Vec2::new(u[2], u[3]),
+            weight: wx * wy,
+            place: Vec2::new(u[0], u[1]),
+        }
     }
 }
 

@@ -5,13 +5,6 @@
 // through both sides of every branch, so what the last surface of a path does not need is not in the loop for it: a ray
 // and what shines at its end belong to the surface that it leaves.
 
-// Hash of Jarzynski and Olano 2020, "Hash Functions for GPU Rendering": PCG.
-fn pcg(v: u32) -> u32 {
-    let state = v * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}
-
 // A nested uniform scramble of bit-reversed `x`. Laine and Karras 2011; constants of Vegdahl 2021.
 fn laine_karras(v: u32, seed: u32) -> u32 {
     var x = v;
@@ -101,6 +94,8 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
         width += spread * hit.t;
         point = shading_point(s, footprint_on(s, dir, width));
+        // Where light passes surfaces, what they are made of says it.
+        alpha = select(1.0, 0.0, SEES_THROUGH);
         if (HAS_SURFACE_LIGHTS && s.emitter != NONE) {
             let value = emitted(s.emitter, s.frame_n, -dir);
             if (value != NONE) {

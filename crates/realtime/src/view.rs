@@ -1,7 +1,7 @@
 //! A camera as shaders take it: rays for compute, a matrix for the rasteriser.
 
 use crate::StageError;
-use crate::reconstruction::FrameSample;
+use crate::reconstruction::{FrameSample, Reconstruction};
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat4, DVec4, Mat4};
 use yugen_scene::{Camera, Projection};
@@ -28,6 +28,10 @@ pub struct ViewRow {
     index: u32,
     seed: u32,
     weight: f32,
+    place: [f32; 2],
+    own_places: u32,
+    unused: u32,
+    filter_offsets: [f32; 260],
 }
 
 /// A camera that can be looked through.
@@ -88,6 +92,10 @@ impl View {
             index: 0,
             seed: 0,
             weight: 1.0,
+            place: [0.5; 2],
+            own_places: 0,
+            unused: 0,
+            filter_offsets: [0.0; 260],
         };
         Ok(Self { row, to_camera })
     }
@@ -104,7 +112,12 @@ impl View {
 
     /// World to the raster, columns, of pixels that are looked at in their centres.
     pub(crate) fn to_clip_of_centres(&self) -> [[f32; 4]; 4] {
-        let centre = FrameSample { offset: glam::Vec2::ZERO, lens: glam::Vec2::splat(0.5), weight: 1.0 };
+        let centre = FrameSample {
+            offset: glam::Vec2::ZERO,
+            lens: glam::Vec2::splat(0.5),
+            weight: 1.0,
+            place: glam::Vec2::splat(0.5),
+        };
         self.to_clip(&centre).to_cols_array_2d()
     }
 
@@ -118,12 +131,25 @@ impl View {
         (eye, r.scale[0].abs() * if parallel { across } else { 1.0 }, parallel)
     }
 
-    /// Frame `index` of the picture, which looks where `sample` says.
-    pub fn row(&self, index: u32, seed: u32, sample: &FrameSample) -> ViewRow {
+    /// Frame `index` of the picture, which looks where `sample` says; with `own_places` every pixel elsewhere, by the
+    /// filter that they are of.
+    pub fn row(
+        &self,
+        index: u32,
+        seed: u32,
+        sample: &FrameSample,
+        own_places: Option<&Reconstruction>,
+    ) -> ViewRow {
         let mut row = self.row;
         row.offset = sample.offset.into();
         row.lens = sample.lens.into();
         (row.index, row.seed, row.weight) = (index, seed, sample.weight);
+        if let Some(reconstruction) = own_places {
+            (row.own_places, row.place) = (1, sample.place.into());
+            for (i, offset) in row.filter_offsets.iter_mut().enumerate() {
+                *offset = reconstruction.offset((i as f32 / 256.0).min(1.0));
+            }
+        }
         row.to_clip = self.to_clip(sample).to_cols_array_2d();
         row
     }

@@ -27,7 +27,16 @@ struct View {
     seed: u32,
     // What this frame's samples count in the sums.
     weight: f32,
+    // What `offset` is made from.
+    place: vec2<f32>,
+    // 1: every pixel looks at a place of its own and through its own point of the lens.
+    own_places: u32,
+    unused: u32,
+    // Offsets below which equal shares of the filter lie, FILTER_STEPS of them.
+    filter_offsets: array<vec4<f32>, 65>,
 }
+
+const FILTER_STEPS: f32 = 256.0;
 
 // Most surfaces that a ray passes straight through, one behind the other: as many as the reference's shadow rays do.
 const MOST_SHEETS: u32 = 64u;
@@ -56,6 +65,21 @@ fn lens_disc(u: vec2<f32>) -> vec2<f32> {
     return r * vec2<f32>(cos(phi), sin(phi));
 }
 
+// Hash of Jarzynski and Olano 2020, "Hash Functions for GPU Rendering": PCG.
+fn pcg(v: u32) -> u32 {
+    let state = v * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
+// The offset below which the share `u` of the filter lies.
+fn filter_offset(u: f32) -> f32 {
+    let at = u * FILTER_STEPS;
+    let i = u32(at);
+    let next = i + 1u;
+    return mix(view.filter_offsets[i / 4u][i % 4u], view.filter_offsets[next / 4u][next % 4u], at - f32(i));
+}
+
 // The ray through a place in the whole picture, from lens point `u`.
 fn camera_ray(pixel: vec2<f32>, u: vec2<f32>) -> CameraRay {
     let xy = pixel * view.scale + view.shift;
@@ -75,7 +99,18 @@ fn camera_ray(pixel: vec2<f32>, u: vec2<f32>) -> CameraRay {
     return CameraRay(point_to_world(view.to_world, origin + direction * near), (far - near) * size, world / size);
 }
 
-// This frame's ray through a pixel of the window.
+// This frame's ray through a pixel of the window. Shifted by a number of the pixel the frames' places stay as even as they
+// are (Cranley and Patterson 1976, "Randomization of Number Theoretic Methods for Multiple Integration").
 fn pixel_ray(pixel: vec2<u32>) -> CameraRay {
-    return camera_ray(vec2<f32>(view.window.xy + pixel) + 0.5 + view.offset, view.lens);
+    var offset = view.offset;
+    var lens = view.lens;
+    if (view.own_places != 0u) {
+        let a = pcg(pixel.x ^ pcg(pixel.y ^ pcg(view.seed ^ 0x68e31da4u)));
+        let b = pcg(a);
+        let shift = vec4<f32>(vec4<u32>(a, b, pcg(b), pcg(a ^ b)) >> vec4<u32>(8u)) * 5.9604645e-8;
+        let place = min(fract(view.place + shift.xy), vec2<f32>(0.99999994));
+        offset = vec2<f32>(filter_offset(place.x), filter_offset(place.y));
+        lens = fract(view.lens + shift.zw);
+    }
+    return camera_ray(vec2<f32>(view.window.xy + pixel) + 0.5 + offset, lens);
 }

@@ -394,8 +394,44 @@ fn a_closed_room_fills_with_light_bounce_by_bounce() {
     for bounces in [0, 1, 3, 30] {
         let image = picture(&gpu, &scene, 16, bounces, 64);
         let mean = image.data.chunks(4).map(|p| p[0]).sum::<f32>() / 256.0;
+        assert!(image.data.chunks(4).all(|p| p[3] == 1.0), "{bounces}: surfaces cover their pixels");
         let want = 2.0 * (1.0 - 0.5f32.powi(bounces as i32 + 1));
         assert!((mean / want - 1.0).abs() < 5e-3, "{bounces}: {mean}, not {want}");
+    }
+}
+
+/// What is too bright for a float is left out, and counted.
+#[test]
+fn samples_that_are_no_numbers_are_counted() {
+    let Some(gpu) = gpu() else { return };
+    let ball = |emission: f32| Shape {
+        emission: Some(Value::Number(emission)),
+        ..Shape::new("ball", Geometry::Sphere, Mat4::IDENTITY, 0)
+    };
+    for (emission, some) in [(1.0, false), (3.2e38, true)] {
+        let scene = Scene {
+            materials: vec![model(Kind::Lambert, &[])],
+            shapes: vec![ball(emission)],
+            ..Scene::default()
+        };
+        let options = Options {
+            size: [9; 2],
+            filter: Filter::Box,
+            aovs: Vec::new(),
+            trace_camera: false,
+            threads: 2,
+            bounces: Some(0),
+            hide_emitters: false,
+            seed: 0,
+        };
+        let rows = Rows::new(&scene).expect("rows");
+        let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
+        stage.frame(&camera(9)).expect("a frame");
+        let film = stage.film(None).expect("there is a picture");
+        let (sums, left_out) = film.read_and_count(&gpu.device, &gpu.queue).expect("it can be read");
+        assert_eq!(sums.len(), 81);
+        assert_eq!(left_out > 0, some, "{emission}: {left_out}");
+        assert_eq!(sums[40][0], if some { 0.0 } else { 1.0 });
     }
 }
 
