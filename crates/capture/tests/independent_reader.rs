@@ -4,7 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use yugen_archive::formats::relight::Layout;
-use yugen_archive::formats::relightable::{self, Basis, Colouring, Contents, Relightable};
+use yugen_archive::formats::relightable::{Basis, Colouring, Relightable};
+use yugen_archive::formats::relit_contents::Contents;
+use yugen_archive::formats::relit_files;
 use yugen_capture::rti::{evaluate, light, mixed};
 use yugen_optics::Vec3;
 
@@ -67,7 +69,7 @@ fn another_reader_relights_what_is_written() {
     ] {
         let path = folder.join(name);
         let r = sample(basis, colouring, size);
-        relightable::write(&path, &mut (&r).into(), layout).unwrap();
+        relit_files::write(&path, &mut (&r).into(), layout).unwrap();
         if path.is_dir() && !jpegs {
             println!("skipped: no Pillow to read the JPEGs of {name}");
             continue;
@@ -106,7 +108,7 @@ fn what_another_writer_writes_is_relit_as_by_another_reader() {
         let path = folder.join(if kind == "luminance" { "a.ptm" } else { kind });
         let run = Command::new(&python).arg(&script).arg(kind).arg(&path).output().unwrap();
         assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-        let contents = relightable::read(&path, 1 << 20).unwrap();
+        let contents = relit_files::read(&path, 1 << 20).unwrap();
         for toward in [Vec3::new(0.48, -0.36, 0.8), Vec3::new(-0.1, 0.2, 0.97), Vec3::new(-0.7, -0.5, 0.51)] {
             let toward = toward.normalize();
             let shown = match &contents {

@@ -11,7 +11,9 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, About};
 use yugen_archive::formats::mixed::Functions;
-use yugen_archive::formats::relightable::{self, Colouring, Contents};
+use yugen_archive::formats::relightable::{Colouring, DEFAULT_MAX_TEXELS};
+use yugen_archive::formats::relit_contents::Contents;
+use yugen_archive::formats::relit_files;
 use yugen_archive::formats::stack::{self, Folder, Response};
 use yugen_archive::formats::{
     FORMATS, btf, colour_chart, exif, exposures, goniometer, goniometer_csv, instrument, load_scene, lp,
@@ -93,7 +95,7 @@ impl Info {
         if file.file_name().is_some_and(|n| n == stack::OPTIONS) {
             return folder(file.parent().unwrap_or(Path::new("")));
         }
-        if relightable::recognises(file) {
+        if relit_files::recognises(file) {
             return relightable_picture(file);
         }
         if instrument::FORMATS.iter().any(|f| f.extensions.contains(&extension.as_str()))
@@ -258,8 +260,8 @@ fn cloth(file: &Path) -> Result<Facts> {
 }
 
 fn relightable_picture(file: &Path) -> Result<Facts> {
-    let picture = relightable::read(file, relightable::DEFAULT_MAX_TEXELS)?;
-    let linear = relightable::says_linear(file, relightable::DEFAULT_MAX_TEXELS)?;
+    let picture = relit_files::read(file, DEFAULT_MAX_TEXELS)?;
+    let linear = relit_files::says_linear(file, DEFAULT_MAX_TEXELS)?;
     let (basis, colouring) = match &picture {
         Contents::Terms(r) if r.colouring == Colouring::Rgb => (r.basis.name().to_string(), "rgb"),
         Contents::Terms(r) => (r.basis.name().to_string(), "lrgb"),
@@ -280,7 +282,7 @@ fn relightable_picture(file: &Path) -> Result<Facts> {
 
 /// A stack, several of them, what RelightLab writes, or photographs that are no stack yet.
 fn folder(path: &Path) -> Result<Facts> {
-    if relightable::recognises(path) {
+    if relit_files::recognises(path) {
         return relightable_picture(path);
     }
     let options = stack::Options::read(path)?;

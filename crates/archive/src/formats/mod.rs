@@ -32,6 +32,8 @@ pub mod ptm;
 pub mod readings;
 pub mod relight;
 pub mod relightable;
+pub mod relit_contents;
+pub mod relit_files;
 pub mod response;
 pub mod rgl;
 pub mod rti;

@@ -20,7 +20,8 @@ pub use pyramid::Layout;
 
 use super::gathered::Gathered;
 use super::mixed::{Between, Functions, Mixed};
-use super::relightable::{Basis, Colouring, Contents, Relightable, admit};
+use super::relightable::{Basis, Colouring, Relightable, admit};
+use super::relit_contents::Contents;
 use super::support::{Feature, Support, find};
 use crate::{Error, Place, atomic_write, make_folder, read_bounded};
 use glam::Vec3;

@@ -3,7 +3,8 @@
 use crate::{FILE, assault, assault_with, mutate};
 use std::path::Path;
 use yugen_archive::formats::image::ReadOptions;
-use yugen_archive::formats::relightable::{Basis, Colouring, Contents, Relightable};
+use yugen_archive::formats::relightable::{Basis, Colouring, Relightable};
+use yugen_archive::formats::relit_contents::Contents;
 use yugen_archive::formats::{btf, lp, ptm, relight, rti, stack, wif};
 use yugen_optics::ColourSpace;
 use yugen_reflectance::btf::{Btf, Texel};

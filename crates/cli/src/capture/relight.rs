@@ -10,7 +10,9 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yugen_archive::check_outputs;
-use yugen_archive::formats::relightable::{self, Basis, Colouring, Contents};
+use yugen_archive::formats::relightable::{Basis, Colouring, DEFAULT_MAX_TEXELS};
+use yugen_archive::formats::relit_contents::Contents;
+use yugen_archive::formats::relit_files;
 use yugen_archive::formats::{btf, image};
 use yugen_capture::rti::Encoding;
 use yugen_capture::rti::fit::{Options, choose_ridge, fit};
@@ -179,13 +181,13 @@ impl Relight {
 
     fn picture(&self, lamps: &[Lamp], output: &Path) -> Result<(usize, Vec<[f32; 3]>)> {
         let encoding = self.encoding();
-        if relightable::recognises(&self.source) {
+        if relit_files::recognises(&self.source) {
             if !self.method.is_empty() {
                 bail!("--method is for stacks of photographs; {} is fitted already", self.source.display());
             }
-            let linear = relightable::says_linear(&self.source, relightable::DEFAULT_MAX_TEXELS)?;
+            let linear = relit_files::says_linear(&self.source, DEFAULT_MAX_TEXELS)?;
             let encoding = if linear { Encoding::Linear } else { encoding };
-            let picture = relightable::read(&self.source, relightable::DEFAULT_MAX_TEXELS)?;
+            let picture = relit_files::read(&self.source, DEFAULT_MAX_TEXELS)?;
             check_outputs([output])?;
             let [width, _] = picture.size();
             return Ok((width, lit(&picture, lamps, self.json, encoding)?));

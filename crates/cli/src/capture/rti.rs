@@ -10,7 +10,8 @@ use std::time::Instant;
 use yugen_archive::check_outputs;
 use yugen_archive::formats::gathered::Gathered;
 use yugen_archive::formats::relight::Layout;
-use yugen_archive::formats::relightable::{self, Basis, Colouring};
+use yugen_archive::formats::relightable::{Basis, Colouring};
+use yugen_archive::formats::relit_files;
 use yugen_capture::rti::fit::{Fitted, Options, choose_ridge, fit_into};
 use yugen_capture::rti::{Encoding, light};
 
@@ -77,8 +78,8 @@ impl Rti {
         if place.is_ok() && place.ok() == source.folder.path.canonicalize().ok() {
             bail!("{}: the photographs are here; name another folder", self.output.display());
         }
-        check_outputs(relightable::files(&self.output, basis, colouring, self.layout)?)?;
-        relightable::can_write(&self.output, basis, self.layout)?;
+        check_outputs(relit_files::files(&self.output, basis, colouring, self.layout)?)?;
+        relit_files::can_write(&self.output, basis, self.layout)?;
         let (width, height) = (source.folder.width, source.folder.height);
         let bar = progress::bar(height as u64, self.json);
         // A quarter for what is fitted, the rest for a band of the photographs and what is fitted to that.
@@ -110,7 +111,7 @@ impl Rti {
         }
         bar.finish_and_clear();
         drop((bands, fitted));
-        relightable::write(&self.output, &mut picture, self.layout)?;
+        relit_files::write(&self.output, &mut picture, self.layout)?;
 
         let rms = (squares / count.max(1) as f64).sqrt();
         let rate = (width * height) as f64 / seconds.max(1e-9);

@@ -3,7 +3,7 @@
 use super::fit::SAMPLE_ROWS;
 use anyhow::{Result, bail};
 use std::path::Path;
-use yugen_archive::formats::relightable;
+use yugen_archive::formats::relit_files;
 use yugen_archive::formats::stack::{Bands, Folder};
 use yugen_capture::Stack;
 use yugen_optics::{ColourSpace, Mat3, Vec3};
@@ -18,7 +18,7 @@ pub struct Source {
 impl Source {
     /// With its own lights, or those of a list that lies elsewhere.
     pub fn open(path: &Path, lights: Option<&Path>) -> Result<Self> {
-        if relightable::recognises(path) {
+        if relit_files::recognises(path) {
             bail!("{}: this is fitted already; expected a stack of photographs", path.display());
         }
         let folder = match lights {
