@@ -288,3 +288,32 @@ fn what_cannot_be_shown_is_a_sentence() {
     let said = run(view("quit").env("VK_ICD_FILENAMES", "/nowhere").env("VK_DRIVER_FILES", "/nowhere"));
     assert!(!said.success && said.err.contains("no GPU was found"), "{}", said.err);
 }
+
+#[test]
+fn an_animation_is_stepped_and_played() {
+    let Some(display) = Xvfb::start() else { return };
+    let folder = scratch("view_time");
+    crate::sequence::sliding(&folder);
+    let script = "panel off; resolution full; wait 8; save still.exr
+        seconds .75; wait 8; save later.exr; window strip.png
+        clip jump; step .5; wait 8; save jump.exr
+        clip slide; play; play off; seconds 0; wait 8; save first.exr; quit";
+    std::fs::write(folder.join("all.txt"), script).expect("it can be written");
+    let run =
+        |script: &str| run(&mut display.view(&folder, &["a.gltf", "--script", script, "--size", "320x200"]));
+    let done = run("all.txt");
+    assert!(done.success, "{}", done.err);
+    let picture = |name: &str| read(&folder.join(name));
+    let [still, later, jump, first] = ["still.exr", "later.exr", "jump.exr", "first.exr"].map(picture);
+    // As the file has it, the triangle is in the middle; the sky is bright about it.
+    assert!(apart(&still, &later) > 0.02 && apart(&first, &later) > 0.02);
+    assert_eq!(jump.data, first.data, "a jump stays where the slide begins");
+    // The same as by `yugen render`, at the same time from the same place.
+    let size = format!("{}x{}", later.width, later.height);
+    let line = format!("render a.gltf -o render.exr --by realtime --at 0.75 --spp 8 --size {size}");
+    let rendered = yugen_in(&folder, &line);
+    assert!(rendered.success, "{}", rendered.err);
+    let (off, of) = (apart(&later, &read(&folder.join("render.exr"))), all(&later));
+    println!("beside yugen render: {off} of {of}");
+    assert!(off < 0.1 * of, "{off} {of}");
+}
