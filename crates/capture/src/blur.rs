@@ -5,7 +5,7 @@
 //! texel to texel: a sharp picture has steps from one texel to the next, a blurred one has none.
 
 use crate::Stack;
-use crate::fit::compare::{angle, quantile};
+use crate::fit::compare::angle;
 use glam::Vec3;
 use yugen_reflectance::btf::{Btf, Texel};
 
@@ -18,7 +18,7 @@ const PAIRS: [[(isize, isize); 2]; 4] =
 /// lights, as `capture simulate kinran --size 128x128 --near 3 --exposures 3 --blur 0.7` and `hdr` make them, .5, .7, 1 and
 /// 1.5 texels: .972, .742, .578, .471 and .907, .715, .567, .500; 1 where sharp or .3.
 const STEPS: [[f32; 2]; 7] =
-    [[0.4, 2.0], [0.475, 1.5], [0.575, 1.0], [0.735, 0.7], [0.91, 0.52], [0.97, 0.5], [0.995, 0.3]];
+    [[0.45, 1.6], [0.475, 1.5], [0.575, 1.0], [0.735, 0.7], [0.91, 0.52], [0.97, 0.5], [0.995, 0.3]];
 /// The part of the places that are less steep.
 const STEEPEST: f32 = 0.98;
 /// Much changes where four texels range over half of what all but this part of the places do.
@@ -27,6 +27,8 @@ const CHANGING: f32 = 0.99;
 const PLACES: usize = 1 << 22;
 const FEWEST: usize = 256;
 
+/// More blur than this may as well be the smoothness of a thing without edges, and no more is made of it.
+const UNMISTAKABLE: f32 = 1.0;
 /// The finest detail whose loss counts, in periods a texel: threads of three texels. A blur leaves e^(−2π²b²f²) of it.
 const FINEST: f32 = 1.0 / 3.0;
 /// Degrees by which a normal is off for each degree that it was turned by its neighbours. Set so that of kinran and karaori,
@@ -38,9 +40,9 @@ const SHARP: f32 = 0.25;
 const HALVED: f32 = 3.0;
 
 /// Blur of the photographs that `bands` are from: the standard deviation in texels of a Gaussian that makes steps as soft as
-/// the steepest that they show, at most 2. 0 where they are sharp, or too little changes to tell. What is smooth by itself
-/// cannot be told from what is blurred, wide steps alone make it up to two thirds too much, and stripes of one or two texels look sharp
-/// however faint.
+/// the steepest that they show. 0 where they are sharp, where too little changes to tell, and beyond 1.6, where it cannot be told
+/// from a thing that is smooth by itself. Wide steps alone make it up to two thirds too much, and stripes of one or two texels
+/// look sharp however faint.
 pub fn blur(bands: &[Stack]) -> f32 {
     let _span = tracing::info_span!("measure_blur").entered();
     let lights = bands.first().map_or(0, |b| b.lights.len());
@@ -63,12 +65,22 @@ pub fn blur(bands: &[Stack]) -> f32 {
         }
     }
     let mut ranges: Vec<f32> = places.iter().map(|p| p[0]).collect();
-    let Some(most) = quantile(&mut ranges, CHANGING) else { return 0.0 };
+    if ranges.len() < FEWEST {
+        return 0.0;
+    }
+    let most = below(&mut ranges, CHANGING);
     let mut steps: Vec<f32> = places.into_iter().filter(|p| p[0] > 0.5 * most).map(|p| p[1]).collect();
     if steps.len() < FEWEST {
         return 0.0;
     }
-    of_step(quantile(&mut steps, STEEPEST).unwrap_or(1.0))
+    of_step(below(&mut steps, STEEPEST))
+}
+
+/// The value below which a part `q` of them lies, of one at least. Puts them into another order, but does not sort them:
+/// there are millions.
+fn below(values: &mut [f32], q: f32) -> f32 {
+    let at = ((values.len() - 1) as f32 * q).round() as usize;
+    *values.select_nth_unstable_by(at, f32::total_cmp).1
 }
 
 /// The range of four values and the part of it that the step in the middle is.
@@ -80,8 +92,8 @@ fn step(v: [f32; 4]) -> Option<[f32; 2]> {
 
 /// The blur under which the steepest steps are this.
 fn of_step(step: f32) -> f32 {
-    if step <= STEPS[0][0] {
-        return STEPS[0][1];
+    if step < STEPS[0][0] {
+        return 0.0;
     }
     let between = STEPS.windows(2).find(|w| step < w[1][0]);
     between.map_or(0.0, |w| {
@@ -104,7 +116,7 @@ pub fn turned(
     if blur < SHARP {
         return vec![0.0; width * height];
     }
-    let lost = (2.0 * (std::f32::consts::PI * blur * FINEST).powi(2)).exp();
+    let lost = (2.0 * (std::f32::consts::PI * blur.min(UNMISTAKABLE) * FINEST).powi(2)).exp();
     let spot = |(x, y): (isize, isize)| (-0.5 * (x * x + y * y) as f32 / (blur * blur)).exp();
     (0..width * height)
         .map(|i| {
@@ -252,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_step_between_two_known_ones_is_between_their_blurs() {
-        assert_eq!((of_step(1.0), of_step(0.1)), (0.0, 2.0));
+        assert_eq!((of_step(1.0), of_step(0.1)), (0.0, 0.0));
         for [step, blur] in &STEPS[..6] {
             assert!((of_step(*step) - blur).abs() < 1e-6);
         }

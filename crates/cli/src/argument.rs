@@ -103,6 +103,12 @@ pub fn threads(asked: Option<u16>) -> usize {
     asked.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
 }
 
+/// Standard deviation of a lens's blur, in texels.
+pub fn blur(text: &str) -> Result<f32, String> {
+    let value = text.trim().parse().ok().filter(|b: &f32| (0.0..=100.0).contains(b));
+    value.ok_or_else(|| "expected a number from 0 to 100".into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -121,10 +127,4 @@ mod tests {
             assert_eq!(pair(bad, 640), None, "{bad}");
         }
     }
-}
-
-/// Standard deviation of a lens's blur, in texels.
-pub fn blur(text: &str) -> Result<f32, String> {
-    let value = text.trim().parse().ok().filter(|b: &f32| (0.0..=100.0).contains(b));
-    value.ok_or_else(|| "expected a number from 0 to 100".into())
 }

@@ -284,7 +284,8 @@ const BARE: f32 = 0.02;
 const BRIGHTEST: f32 = 2.0;
 /// What the confidence of a texel is at most whose highlight is a guess.
 const GUESSED: f32 = 0.05;
-/// What is left of the confidence of a ground below a highlight that no light met. Of the glazed cow 18 of 5564 texels that
+/// What is left of the confidence of a ground below a highlight that no light met. Of the glazed cow (`capture fit` with
+/// `--truth normals.png --blur 0`) 18 of 5564 texels that
 /// are sure of themselves are off by more than 5°; with nothing taken off 26 of 5627, with half 14 of 5462.
 const LEFT_BELOW_A_HIGHLIGHT: f32 = 0.8;
 

@@ -221,7 +221,8 @@ pub(super) fn best<R: Rays>(
         consider(&mut best, &mut least, &|lane| about(starts[lane].peak, usual(lane)));
     }
     // Within three deviations of the readings on average is near enough to go on from; and what is usual is a better
-    // start than these (as many texels of kinran and karaori fail with them as without).
+    // start than these (by `errors.failed` of `capture fit --truth`, as many
+    // texels of kinran and karaori fail with them as without).
     let alone = F(usual.map(|u| if u.is_none() { 1.0 } else { 0.0 }));
     let poor: Mask = alone * least.above(F::splat(9.0 * n as f32));
     if poor.any() {

@@ -182,7 +182,8 @@ pub fn calibration(steps: &[Step]) -> Figure {
         heading: vec![format!("By how much normals are off; broken line: {WRONG}°")],
         across: across_confidence(),
         upwards: "degrees".into(),
-        scale: Scale::Log,
+        // From hundredths of a degree to tens, without decades in which there is nothing.
+        scale: Scale::Cbrt,
         top,
         marks: vec![WRONG].into_iter().filter(|m| *m < top).collect(),
         posts: vec![(SURE, "sure above")],
