@@ -27,9 +27,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 
 /// How far value, gradient and curl of a shader are from those of Rust, at most.
 fn off(gpu: &Gpu, library: &str) -> [f32; 3] {
-    // Perlin's published point, corners, cells below zero and beyond the table's end, and points without a plan.
+    // Corners, cells below zero and beyond the table's end, and points without a plan.
     let mut points =
-        vec![Vec3::new(3.14, 42.0, 7.0), Vec3::splat(-0.5), Vec3::splat(255.75), Vec3::splat(-3.0)];
+        vec![Vec3::new(3.25, 42.0, 7.0), Vec3::splat(-0.5), Vec3::splat(255.75), Vec3::splat(-3.0)];
     let step = Vec3::new(0.819_172_5, 0.671_043_6, 0.549_700_5);
     points.extend((1..4000).map(|i| (step * i as f32).fract() * 300.0 - Vec3::splat(100.0)));
     let flat: Vec<f32> = points.iter().flat_map(|p| p.to_array()).collect();
@@ -62,7 +62,7 @@ fn noise_in_wgsl_is_that_of_rust_and_a_wrong_one_is_caught() {
     ] {
         assert!(NOISE_WGSL.contains(right), "{right}");
         let [value, ..] = off(gpu, &NOISE_WGSL.replace(right, wrong));
-        assert!(!(value < 2e-6), "{wrong} is not found out: {value}");
+        assert!(value > 1e-4, "{wrong} is not found out: {value}");
     }
     let wrong = NOISE_WGSL.replace("g[0].z - g[2].x", "g[2].x - g[0].z");
     assert!(off(gpu, &wrong)[2] > 0.1);

@@ -127,6 +127,7 @@ mod tests {
     }
 
     #[test]
+    #[allow(clippy::approx_constant)]
     fn perlins_values_come_out_to_the_last_digit() {
         let table = PERMUTATION.map(usize::from);
         assert!((0..256).all(|v| table.contains(&v)));

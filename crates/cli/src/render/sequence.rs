@@ -23,6 +23,9 @@ pub const RATE: f64 = 24.0;
 /// Most frames: a day of film.
 const MOST: u32 = 24 * 3600 * 24;
 
+/// A picture and what is said of it in its header.
+type Painted = (Image, Vec<(String, String)>);
+
 /// Draws one picture after another.
 enum Painter<'a> {
     Reference,
@@ -135,21 +138,17 @@ impl Render {
         let options = self.display.of(&self.output, scene.working_space)?;
 
         // The next picture that is not there yet: its number, and nothing where somebody has interrupted it.
-        let mut next = |frame: u32, made: u32| -> Result<Option<(Image, Vec<(String, String)>)>> {
+        let mut next = |frame: u32, made: u32| -> Result<Option<Painted>> {
             self.pose(&mut scene, frame, rate)?;
             let before = frame - frames.start();
             let tell = |part: f64| {
-                let all = (f64::from(before) + part) / f64::from(count);
-                bar.set_position((all * 1000.0) as u64);
-                let spent = started.elapsed();
-                if made > 0 {
-                    let left = spent
-                        .mul_f64(f64::from(count - before) / f64::from(made))
-                        .saturating_sub(spent.mul_f64(part / f64::from(made)));
-                    bar.set_message(format!("frame {frame}, {} left", HumanDuration(left)));
-                } else {
-                    bar.set_message(format!("frame {frame}"));
-                }
+                let (all, done) = (f64::from(before) + part, f64::from(made) + part);
+                bar.set_position((all / f64::from(count) * 1000.0) as u64);
+                let left = started.elapsed().mul_f64((f64::from(count) - all) / done.max(1e-9));
+                bar.set_message(match made {
+                    0 => format!("frame {frame}"),
+                    _ => format!("frame {frame}, {} left", HumanDuration(left)),
+                });
             };
             self.paint(&mut painter, &scene, &|| interrupt.came(), &tell)
         };
@@ -223,7 +222,7 @@ impl Render {
         scene: &Scene,
         stop: &dyn Fn() -> bool,
         tell: &dyn Fn(f64),
-    ) -> Result<Option<(Image, Vec<(String, String)>)>> {
+    ) -> Result<Option<Painted>> {
         match painter {
             Painter::Realtime(realtime) => {
                 realtime.pose(scene)?;
@@ -236,7 +235,7 @@ impl Render {
             Painter::Reference => {
                 let job = Job::new(scene, &self.options(scene)?)?;
                 let ended = job.run(|_, p| {
-                    tell(f64::from(p.fraction));
+                    tell(p.fraction);
                     if stop() { Action::Stop } else { Action::Continue }
                 });
                 Ok(ended.then(|| (job.denoised(), self.metadata(&job))))

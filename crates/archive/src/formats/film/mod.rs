@@ -10,14 +10,16 @@ use std::io::Write;
 use std::path::Path;
 use yugen_optics::Image;
 
+/// Begins a film; what is wrong with it, as a sentence, where it cannot be.
+type Begin = for<'a> fn(Timing, [u32; 2], &'a mut dyn Write) -> Result<Box<dyn Encode + 'a>, String>;
+
 /// A format of films.
 struct Format {
     /// For people.
     name: &'static str,
     /// Lower case, without the dot.
     extension: &'static str,
-    /// Begins a film; what is wrong with it, as a sentence, where it cannot be.
-    begin: for<'a> fn(Timing, [u32; 2], &'a mut dyn Write) -> Result<Box<dyn Encode + 'a>, String>,
+    begin: Begin,
 }
 
 /// Every format of films.

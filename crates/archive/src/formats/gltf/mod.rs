@@ -426,9 +426,7 @@ impl Reader<'_> {
                 rest.triangles.clone_from(&mesh.triangles);
             }
             let mut material = finish.id;
-            // What deforms may pass through itself.
-            let deforms = deformation.keep || deformation.skin.is_some();
-            if finish.culled && (deforms || !outside::only_seen_from_outside(&mesh)) {
+            if finish.culled && !outside::only_seen_from_outside(&mesh) {
                 material = self.culled(material);
             }
             let shape = Shape {
