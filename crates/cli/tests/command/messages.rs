@@ -157,11 +157,11 @@ fn a_display_is_for_display_formats() {
         let name = option.split(' ').next().unwrap();
         let said = bad(yugen_in(&folder, &format!("render a.toml {option} -o {output}")));
         assert!(
-            said.contains(&format!("{name} is for .png and .jpg; {output} keeps the light as it is")),
+            said.contains(&format!("{name} is for .png, .jpg and films; {output} keeps the light as it is")),
             "{said}"
         );
         let line = format!("capture relight . --light 0,0,1 {option} -o {output}");
-        refused(yugen_in(&folder, &line), &[&format!("{name} is for .png and .jpg")]);
+        refused(yugen_in(&folder, &line), &[&format!("{name} is for .png, .jpg and films")]);
     }
     report(yugen_in(&folder, "render a.toml --spp 1 --size 4x4 --json --curve aces --exposure -1 -o a.png"));
 }

@@ -138,7 +138,7 @@ fn json_says_what_was_done() {
 fn mistakes_are_told_before_anything_is_rendered() {
     let (folder, scene) = set_up("mistakes");
     let cases: [(&[&str], &str, &str); 15] = [
-        (&["--at", "1.5"], "a.exr", "does not move"),
+        (&["--at", "1.5"], "a.exr", "nothing in it moves"),
         (&[], "missing/a.png", "there is no folder"),
         (&[], ".", "cannot tell a picture format"),
         (&["-D", "spp=4"], "a.exr", "has no parameters, so 'spp'"),
@@ -400,6 +400,6 @@ fn a_mesh_is_rendered_as_it_is() {
     let brightest = y.data.chunks_exact(y.channels.len()).map(|p| p[1]).fold(0.0, f32::max);
     assert!((0.2..0.6).contains(&brightest), "grey under sun and sky: {brightest}");
     let output = folder.join("b.png");
-    refused(render(&folder.join("y.obj"), &output, &["--at", "1"]), &["a mesh does not move"]);
+    refused(render(&folder.join("y.obj"), &output, &["--at", "1"]), &["nothing in it moves"]);
     refused(render(&folder.join("x.obj"), &output, &[]), &["x.obj", "nothing of this name"]);
 }
