@@ -39,7 +39,9 @@ pub struct SceneBuffers {
 #[derive(Clone, Debug, PartialEq)]
 struct Plan {
     kinds: Vec<Kind>,
-    has: [bool; 6],
+    has: [bool; 4],
+    /// Light from all sides, and of that the same from everywhere. A shader that has it shows a scene without just as well.
+    sky: [bool; 2],
     counts: [u32; 7],
     lengths: [usize; 4],
 }
@@ -48,14 +50,8 @@ impl Plan {
     fn of(rows: &Rows) -> Self {
         Self {
             kinds: rows.kinds.clone(),
-            has: [
-                rows.has_cloth,
-                rows.has_programs,
-                rows.lights_by_area,
-                rows.has_sky(),
-                rows.has_environment(),
-                rows.has_background(),
-            ],
+            has: [rows.has_cloth, rows.has_programs, rows.lights_by_area, rows.has_environment()],
+            sky: [rows.has_sky(), rows.has_background()],
             counts: [
                 rows.lobes,
                 rows.turns,
@@ -67,6 +63,14 @@ impl Plan {
             ],
             lengths: [rows.triangles.len(), rows.words.len(), rows.numbers.len(), rows.texels.len()],
         }
+    }
+}
+
+impl Plan {
+    /// Whether what was made for this plan shows rows of `other`.
+    fn suits(&self, other: &Self) -> bool {
+        let lit = self.sky.iter().zip(&other.sky).all(|(own, other)| *own || !other);
+        lit && *self == Self { sky: self.sky, ..other.clone() }
     }
 }
 
@@ -130,7 +134,7 @@ impl SceneBuffers {
     /// Takes over what moves between two poses of a scene (vertices, draws, lights), the values of its materials, and where
     /// `textures` have changed those as well. `false`: more than that is different, and nothing is taken over.
     pub fn update(&mut self, queue: &Queue, rows: &Rows, textures: bool) -> Result<bool, StageError> {
-        let same = rows.meshes == self.meshes && Plan::of(rows) == self.plan;
+        let same = rows.meshes == self.meshes && self.plan.suits(&Plan::of(rows));
         if !same || check_same_draws(&rows.draws, &self.placed).is_err() {
             return Ok(false);
         }
