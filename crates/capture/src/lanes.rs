@@ -34,8 +34,8 @@ impl F {
 
     #[inline(always)]
     fn zip(mut self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        for (a, b) in self.0.iter_mut().zip(b.0) {
-            *a = f(*a, b);
+        for i in 0..LANES {
+            self.0[i] = f(self.0[i], b.0[i]);
         }
         self
     }
@@ -80,19 +80,20 @@ impl F {
     }
 
     /// Where `self` says yes, `yes`; elsewhere `no`. Takes the number as it is, so that a NaN on the other side
-    /// does no harm.
+    /// does no harm. By bits: of an `if` the compiler makes branches in some places, and then no wide instructions.
     #[inline(always)]
     pub fn choose(self, yes: Self, no: Self) -> Self {
         let mut out = no;
         for i in 0..LANES {
-            out.0[i] = if self.0[i] > 0.5 { yes.0[i] } else { no.0[i] };
+            let all = 0u32.wrapping_sub(u32::from(self.0[i] > 0.5));
+            out.0[i] = f32::from_bits(yes.0[i].to_bits() & all | no.0[i].to_bits() & !all);
         }
         out
     }
 
     #[inline(always)]
     pub fn any(self) -> bool {
-        self.0.iter().any(|m| *m > 0.5)
+        self.0.iter().fold(false, |any, m| any | (*m > 0.5))
     }
 
     /// eˣ for |x| ≤ 87, to 2e-7: 2ⁿ times the exponential of a remainder of at most ln 2 / 2 by its series.

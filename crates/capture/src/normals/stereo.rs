@@ -311,12 +311,14 @@ fn cost_of_candidate(
     g[2].above(F::ZERO).choose(sum, F::splat(f32::INFINITY))
 }
 
+#[inline(always)]
+fn cross(a: &[F; 3], b: &[F; 3]) -> [F; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
 /// g of three readings: Cramer's rule.
 #[inline(always)]
 fn of_three(l: [&[F; 3]; 3], v: [F; 3]) -> ([F; 3], F) {
-    let cross = |a: &[F; 3], b: &[F; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
     let (c0, c1, c2) = (cross(l[1], l[2]), cross(l[2], l[0]), cross(l[0], l[1]));
     let det = dot(l[0], &c0);
     let sound = det.abs().above(F::splat(1e-6));
@@ -352,11 +354,8 @@ impl Equations {
         ];
         let det = xx * cofactors[0] + xy * cofactors[1] + xz * cofactors[3];
         let scale = F::ONE / det.max(F::splat(1e-30));
-        let mut out = cofactors;
-        for v in &mut out {
-            *v = *v * scale;
-        }
-        out
+        let [xx, xy, yy, xz, yz, zz] = cofactors;
+        [xx * scale, xy * scale, yy * scale, xz * scale, yz * scale, zz * scale]
     }
 
     #[inline(always)]
