@@ -1,6 +1,5 @@
 //! Meshes that deform: morph targets, then linear blend skinning (glTF 2.0, 3.7.2.2 and 3.7.3.3).
 
-use crate::Joint;
 use glam::{Mat4, Vec3, Vec4};
 
 /// The vertices of a mesh, each with a normal and a tangent where there are such.
@@ -28,7 +27,7 @@ pub struct MorphTarget {
 /// Joints that deform meshes.
 #[derive(Clone, Debug, Default)]
 pub struct Skin {
-    /// Indices of joints of a skeleton.
+    /// Indices of joints of a skeleton, all of which it has.
     pub joints: Vec<usize>,
     /// From the mesh's coordinates to those of each joint; the identity where there are fewer than joints.
     pub inverse_bind: Vec<Mat4>,
@@ -40,11 +39,6 @@ impl Skin {
     pub fn matrices(&self, joints: &[Mat4]) -> Vec<Mat4> {
         let inverse = self.inverse_bind.iter().chain(std::iter::repeat(&Mat4::IDENTITY));
         self.joints.iter().zip(inverse).map(|(&j, inverse)| joints[j] * *inverse).collect()
-    }
-
-    /// Whether all of its joints are among `joints`.
-    pub fn fits(&self, joints: &[Joint]) -> bool {
-        self.joints.iter().all(|&j| j < joints.len())
     }
 }
 

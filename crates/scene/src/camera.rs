@@ -66,6 +66,24 @@ pub enum CameraError {
 }
 
 impl Scene {
+    /// Cameras that were made for the scene are made for a picture of this size, now and for good: while something moves the
+    /// camera does not.
+    pub fn settle_framing(&mut self, [width, height]: [u32; 2]) {
+        for i in 0..self.cameras.len() {
+            let mut camera = self.cameras[i].clone();
+            let Projection::Perspective { fov_axis: FovAxis::Framing, .. } = camera.projection else {
+                continue;
+            };
+            camera.resize(width, height);
+            let (name, samples_per_pixel) = (camera.name, camera.samples_per_pixel);
+            let mut camera = Camera { name, samples_per_pixel, ..self.framing_camera(camera.film) };
+            if let Projection::Perspective { fov_axis, .. } = &mut camera.projection {
+                *fov_axis = FovAxis::Smaller;
+            }
+            self.cameras[i] = camera;
+        }
+    }
+
     /// The camera called `name`, the first where absent; with another size of its picture, as [`Camera::resize`] does it,
     /// and another part of it (x, y, width, height).
     pub fn look_through(

@@ -126,9 +126,17 @@ impl Scene {
         all
     }
 
+    /// Seconds of the first and the last key of what [`Scene::pose`] plays by this name, of all figures together; `None`
+    /// where it plays nothing.
+    pub fn clip_span(&self, clip: Option<&str>) -> Option<[f32; 2]> {
+        let played = self.figures.iter().filter_map(|f| Some(f.clips[f.plays(clip)?].span()));
+        played.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    }
+
     /// Moves every figure to where its animation called `clip` takes it at `seconds`; each to its first where no name is
     /// given. A figure that has none of this name stays as it is. Before an animation begins and after it ends it stands
-    /// still. Shapes keep their numbers; a mesh that deforms is another one afterwards.
+    /// still. Shapes keep their numbers; a mesh that deforms is another one afterwards. After an error some of it may have
+    /// moved; another pose puts all in its place.
     pub fn pose(&mut self, clip: Option<&str>, seconds: f32) -> Result<(), PoseError> {
         if self.figures.is_empty() {
             return Err(PoseError::Still);
@@ -136,11 +144,7 @@ impl Scene {
         if !seconds.is_finite() {
             return Err(PoseError::Moment(seconds.to_string()));
         }
-        let plays = |figure: &Figure| match clip {
-            None => (!figure.clips.is_empty()).then_some(0),
-            Some(name) => figure.clips.iter().position(|c| c.name == name),
-        };
-        let playing: Vec<Option<usize>> = self.figures.iter().map(|f| plays(f)).collect();
+        let playing: Vec<Option<usize>> = self.figures.iter().map(|f| f.plays(clip)).collect();
         if playing.iter().all(Option::is_none) {
             let name = clip.unwrap_or_default().to_string();
             let clips = self.clips();
@@ -161,6 +165,14 @@ impl Scene {
 }
 
 impl Figure {
+    /// The clip that it plays by a name; its first where there is none.
+    fn plays(&self, clip: Option<&str>) -> Option<usize> {
+        match clip {
+            None => (!self.clips.is_empty()).then_some(0),
+            Some(name) => self.clips.iter().position(|c| c.name == name),
+        }
+    }
+
     /// The figure in another scene that has its shapes, in their order, from `first_shape` on, placed by `to_world`; cameras
     /// and lights stay behind.
     pub fn adopted(mut self, first_shape: usize, to_world: Mat4) -> Self {

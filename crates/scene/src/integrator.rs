@@ -118,6 +118,17 @@ pub struct Integrator {
     pub aovs: Vec<Aov>,
 }
 
+impl Integrator {
+    /// Most surfaces that reflect light on its way to the camera; no limit is `u32::MAX`.
+    pub fn most_bounces(&self) -> u32 {
+        match self.kind {
+            IntegratorKind::Direct => 1,
+            // A path of n edges meets n − 1 surfaces.
+            _ => self.max_depth.map_or(u32::MAX, |edges| edges.saturating_sub(1)),
+        }
+    }
+}
+
 impl Default for Integrator {
     fn default() -> Self {
         Self {

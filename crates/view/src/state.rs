@@ -7,7 +7,7 @@ use crate::language::{Language, Words};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_optics::tonemap::Curve;
-use yugen_scene::{Camera, IntegratorKind, MaterialId, Scene, suggest};
+use yugen_scene::{Camera, MaterialId, Scene, suggest};
 
 /// What is asked of the window or of files.
 #[derive(Clone, Debug, PartialEq)]
@@ -177,8 +177,12 @@ impl State {
         }
         self.edits = edits;
         self.materials = materials;
-        self.clips = scene.clips();
-        self.time = self.time.filter(|t| again && t.clip < self.clips.len());
+        let clips = std::mem::replace(&mut self.clips, scene.clips());
+        // The same animation, wherever it now stands.
+        self.time = self.time.filter(|_| again).and_then(|t| {
+            let clip = self.clips.iter().position(|(name, _)| *name == clips[t.clip].0)?;
+            Some(Time { clip, ..t })
+        });
         self.scene = Arc::new(scene);
         self.file = file.to_path_buf();
         self.scenes += 1;
@@ -197,12 +201,9 @@ impl State {
 
     /// Surfaces that may reflect light on its way, as [`yugen_realtime::Options`] has it.
     pub fn most_bounces(&self) -> u32 {
-        let integrator = &self.scene.integrator;
-        match (self.bounces, &integrator.kind) {
-            (Bounces::Most(n), _) => n,
-            (_, IntegratorKind::Direct) => 1,
-            // A path of n edges meets n − 1 surfaces.
-            _ => integrator.max_depth.map_or(u32::MAX, |edges| edges.saturating_sub(1)),
+        match self.bounces {
+            Bounces::Most(n) => n,
+            _ => self.scene.integrator.most_bounces(),
         }
     }
 

@@ -36,11 +36,6 @@ impl<'a> Realtime<'a> {
         if integrator.clamp.is_some() {
             tracing::warn!("the clamp that the scene asks for is left out: the real-time renderer has none");
         }
-        let bounces = match integrator.kind {
-            IntegratorKind::Direct => 1,
-            // A path of n edges meets n − 1 surfaces.
-            _ => integrator.max_depth.map_or(u32::MAX, |edges| edges.saturating_sub(1)),
-        };
         let gpu = Gpu::open()?;
         let film = &camera.film;
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -50,7 +45,7 @@ impl<'a> Realtime<'a> {
             aovs: asked.aovs,
             trace_camera: false,
             threads: asked.threads.unwrap_or(cores),
-            bounces: Some(bounces),
+            bounces: Some(integrator.most_bounces()),
             hide_emitters: integrator.hide_emitters,
             seed: render.seed,
         };

@@ -3,6 +3,7 @@
 use super::document::Document;
 use super::schema::AnimationEntry;
 use crate::Error;
+use std::collections::HashSet;
 use yugen_motion::{Clip, Curve, Interpolation, Property};
 
 /// The most numbers of all keys together: channels may share what they read, and reading it again costs the file
@@ -12,7 +13,21 @@ const MAX_NUMBERS: usize = 1 << 26;
 /// The animations of a file; joints are its nodes.
 pub(super) fn clips(doc: &Document) -> Result<Vec<Clip>, Error> {
     let mut numbers = 0;
-    doc.root.animations.iter().map(|animation| clip(doc, animation, &mut numbers)).collect()
+    let mut taken = HashSet::new();
+    let mut clips = Vec::new();
+    for animation in &doc.root.animations {
+        let mut clip = clip(doc, animation, &mut numbers)?;
+        // Each can be called, though the file has no name for it or the same for several.
+        let name = if clip.name.is_empty() { "animation".to_string() } else { clip.name };
+        clip.name = name.clone();
+        let mut number = 2;
+        while !taken.insert(clip.name.clone()) {
+            clip.name = format!("{name} {number}");
+            number += 1;
+        }
+        clips.push(clip);
+    }
+    Ok(clips)
 }
 
 fn clip(doc: &Document, animation: &AnimationEntry, numbers: &mut usize) -> Result<Clip, Error> {
