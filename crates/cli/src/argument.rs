@@ -49,6 +49,11 @@ pub struct Display {
 }
 
 impl Display {
+    /// Whether either was asked for.
+    pub fn is_asked(&self) -> bool {
+        self.curve.is_some() || self.exposure.is_some()
+    }
+
     /// How `output` is written, of colours in `space`; an error where it holds the light itself, as .exr does, and a
     /// display was asked for.
     pub fn of(&self, output: &Path, space: ColourSpace) -> Outcome<WriteOptions> {

@@ -55,6 +55,12 @@ impl Film {
             );
         }
         check_outputs([&self.output])?;
+        let shown = pictures.values().all(|p| image::is_for_display(p));
+        if shown && self.display.is_asked() {
+            bail!(
+                "--curve and --exposure are for pictures of light (.exr, .hdr); these are as a display shows them"
+            );
+        }
         let space = ColourSpace::LinearSrgb;
         let options = self.display.of(&self.output, space)?;
         let bar = progress::bar(pictures.len() as u64, false);

@@ -291,7 +291,11 @@ impl Render {
             up: self.up.as_deref().map(|axis| if axis == "z" { Up::Z } else { Up::Y }),
             ..self.reading.options()
         };
-        Ok(formats::load_scene(&self.scene, &options)?)
+        let mut scene = formats::load_scene(&self.scene, &options)?;
+        if let Some(size) = self.size {
+            scene.settle_framing(size);
+        }
+        Ok(scene)
     }
 
     /// The camera that is looked through.

@@ -88,12 +88,12 @@ impl Render {
             return Ok((first..=last, rate));
         }
         // All of the animation.
-        let clips = scene.clips();
-        let chosen = self.animation.as_deref();
-        let found = clips.iter().find(|(name, _)| chosen.is_none_or(|chosen| chosen == name));
-        let [first, last] = found.map_or([0.0; 2], |(_, span)| *span).map(|s| f64::from(s.max(0.0)) * rate);
+        let span = scene.clip_span(self.animation.as_deref()).unwrap_or_default();
+        let [first, last] = span.map(|s| f64::from(s.max(0.0)) * rate);
         // A key that lies on a frame is one, however it was rounded.
-        let (first, last) = ((first - 1e-4).ceil(), (last + 1e-4).floor());
+        // Its last stands where the first does where it begins again.
+        let after = if self.cycle { -1e-4 } else { 1e-4 };
+        let (first, last) = ((first - 1e-4).ceil(), (last + after).floor());
         if last - first >= f64::from(MOST) {
             bail!("the animation has {} frames; say which by --frames", last - first + 1.0);
         }
@@ -103,15 +103,12 @@ impl Render {
     /// Moves the scene to a frame.
     fn pose(&self, scene: &mut Scene, frame: u32, rate: f64) -> Result<()> {
         let mut seconds = f64::from(frame) / rate;
-        if self.cycle {
-            let chosen = self.animation.as_deref();
-            let clips = scene.clips();
-            if let Some((_, [first, last])) = clips.iter().find(|(n, _)| chosen.is_none_or(|c| c == n)) {
-                let [first, length] = [f64::from(*first), f64::from(last - first)];
-                if length > 0.0 {
-                    seconds = first + (seconds - first).rem_euclid(length);
-                }
-            }
+        if self.cycle
+            && let Some([first, last]) = scene.clip_span(self.animation.as_deref())
+            && last > first
+        {
+            let [first, length] = [f64::from(first), f64::from(last - first)];
+            seconds = first + (seconds - first).rem_euclid(length);
         }
         scene
             .pose(self.animation.as_deref(), seconds as f32)
@@ -126,6 +123,11 @@ impl Render {
         let numbered = Numbered::of(&self.output);
         let names = |frame: u32| numbered.as_ref().map_or(self.output.clone(), |n| n.frame(frame));
         check_outputs([names(*frames.start())])?;
+        if film::is_film(&self.output) {
+            let film = self.camera(&scene)?.film;
+            let size = film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]);
+            film::check_size(&self.output, size).context("--size says how large the pictures are")?;
+        }
         let mut painter = match self.by.as_str() {
             "realtime" => Painter::Realtime(Box::new(Realtime::new(self, &scene)?)),
             _ => Painter::Reference,
@@ -155,22 +157,29 @@ impl Render {
 
         let mut interrupted = None;
         if film::is_film(&self.output) {
-            film::write(&self.output, Timing { frames: count, rate }, &options, |film| -> Result<()> {
-                for frame in frames.clone() {
-                    match next(frame, made)? {
-                        Some((picture, _)) => film.add(&picture)?,
-                        None => {
-                            interrupted = Some(frame);
-                            break;
+            let written =
+                film::write(&self.output, Timing { frames: count, rate }, &options, |film| -> Result<()> {
+                    for frame in frames.clone() {
+                        match next(frame, made)? {
+                            Some((picture, _)) => film.add(&picture)?,
+                            None => {
+                                interrupted = Some(frame);
+                                break;
+                            }
                         }
+                        made += 1;
                     }
-                    made += 1;
-                }
-                if made == 0 {
-                    bail!("interrupted before the first frame: {} is as it was", self.output.display());
-                }
-                Ok(())
-            })?;
+                    if interrupted.is_some() && (made == 0 || film::needs_all_frames(&self.output)) {
+                        bail!("interrupted: {} is as it was", self.output.display());
+                    }
+                    Ok(())
+                });
+            if let (Err(e), Some(_)) = (&written, interrupted) {
+                bar.finish_and_clear();
+                eprintln!("{e}");
+                std::process::exit(interrupt::STATUS);
+            }
+            written?;
         } else {
             for frame in frames.clone() {
                 let path = names(frame);

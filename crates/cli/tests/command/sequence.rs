@@ -140,7 +140,7 @@ fn what_is_no_sequence_is_refused_in_words() {
     if cfg!(feature = "mp4") {
         refused(
             yugen_in(&folder, "render a.gltf -o a.mp4 --size 33x20 --spp 1"),
-            &["needs an even number of pixels", "give --size 32x20"],
+            &["needs an even number of pixels", "--size", "make it 32x20"],
         );
     }
     let left: Vec<_> = folder.read_dir().unwrap().map(|f| f.unwrap().file_name()).collect();

@@ -20,13 +20,15 @@ struct Format {
     /// Lower case, without the dot.
     extension: &'static str,
     begin: Begin,
+    /// What is wrong with this many pixels across and down.
+    check: fn([u32; 2]) -> Result<(), String>,
 }
 
 /// Every format of films.
 const FORMATS: &[Format] = &[
     #[cfg(feature = "mp4")]
-    Format { name: "MP4 (H.264)", extension: "mp4", begin: mp4::begin },
-    Format { name: "animated PNG", extension: "apng", begin: apng::begin },
+    Format { name: "MP4 (H.264)", extension: "mp4", begin: mp4::begin, check: mp4::check },
+    Format { name: "animated PNG", extension: "apng", begin: apng::begin, check: |_| Ok(()) },
 ];
 
 /// How many frames, and how fast they follow one another.
@@ -55,6 +57,16 @@ pub fn is_film(path: &Path) -> bool {
 pub fn can_write(path: &Path) -> Result<(), Error> {
     known(path)?;
     check_writable(path)
+}
+
+/// Whether a film of this name may have so many pixels across and down.
+pub fn check_size(path: &Path, size: [u32; 2]) -> Result<(), Error> {
+    (known(path)?.check)(size).map_err(|problem| Error::invalid(Place::file(path), problem))
+}
+
+/// Whether a film of this name must have all of the frames that were said when it was begun.
+pub fn needs_all_frames(path: &Path) -> bool {
+    format_of(path).is_some_and(|f| f.extension == "apng")
 }
 
 fn known(path: &Path) -> Result<&'static Format, Error> {
@@ -91,6 +103,7 @@ impl Film<'_> {
             shown.data = shown.data.iter().flat_map(|&v| [v; 3]).collect();
         }
         if let Some(out) = self.out.take() {
+            (self.format.check)(size).map_err(wrong)?;
             self.size = size;
             self.encoder = Some((self.format.begin)(self.timing, size, out).map_err(wrong)?);
         }

@@ -37,24 +37,29 @@ struct Mp4<'a> {
     size: [usize; 2],
 }
 
+pub fn check(size: [u32; 2]) -> Result<(), String> {
+    let [w, h] = size;
+    let even = size.map(|n| (n / 2 * 2).max(16));
+    if size != even {
+        let [ew, eh] = even;
+        return Err(format!(
+            "an .mp4 needs an even number of pixels across and down, and at least 16; {w}x{h} are not: make it {ew}x{eh}, or \
+             an .apng"
+        ));
+    }
+    if w.max(h) > MOST[0] || w.min(h) > MOST[1] {
+        let [mw, mh] = MOST;
+        return Err(format!("an .mp4 has at most {mw}x{mh} pixels; {w}x{h} are more"));
+    }
+    Ok(())
+}
+
 pub fn begin<'a>(
     timing: Timing,
     size: [u32; 2],
     out: &'a mut dyn Write,
 ) -> Result<Box<dyn Encode + 'a>, String> {
     let [w, h] = size;
-    let even = size.map(|n| (n / 2 * 2).max(16));
-    if size != even {
-        let [ew, eh] = even;
-        return Err(format!(
-            "an .mp4 needs an even number of pixels across and down, and at least 16; {w}x{h} are not: give --size \
-             {ew}x{eh}, or write an .apng"
-        ));
-    }
-    if w.max(h) > MOST[0] || w.min(h) > MOST[1] {
-        let [mw, mh] = MOST;
-        return Err(format!("an .mp4 has at most {mw}x{mh} pixels; {w}x{h} are more: give a smaller --size"));
-    }
     let config = EncoderConfig::new()
         .max_frame_rate(FrameRate::from_hz(timing.rate as f32))
         .rate_control_mode(RateControlMode::Quality)
