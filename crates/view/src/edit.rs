@@ -126,12 +126,23 @@ impl Edits {
     /// renderers find the same lights in the same places.
     pub fn apply(&self, scene: &Scene) -> Result<Scene, String> {
         let mut scene = scene.clone();
+        self.light_scene(&mut scene);
+        self.change_materials(&mut scene)?;
+        Ok(scene)
+    }
+
+    /// The changes of lights.
+    pub fn light_scene(&self, scene: &mut Scene) {
         for light in &self.lights {
             let factor = if light.on { light.stops.exp2() } else { 0.0 };
             if factor != 1.0 {
-                dim(&mut scene, light.source, factor);
+                dim(scene, light.source, factor);
             }
         }
+    }
+
+    /// The changes of materials; a table that is computed from parameters is computed anew.
+    pub fn change_materials(&self, scene: &mut Scene) -> Result<(), String> {
         let mut changed: Vec<MaterialId> = self.parameters.keys().map(|(id, _)| *id).collect();
         changed.dedup();
         for id in changed {
@@ -156,7 +167,7 @@ impl Edits {
                 );
             }
         }
-        Ok(scene)
+        Ok(())
     }
 }
 

@@ -196,13 +196,6 @@ impl Eye {
         }
         self.pivot = self.centre;
     }
-
-    /// Turns around this point from now on.
-    pub fn set_pivot(&mut self, point: Vec3) {
-        if point.is_finite() {
-            self.pivot = point;
-        }
-    }
 }
 
 /// A camera for a scene: its first, or one that sees all shapes.

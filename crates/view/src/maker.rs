@@ -3,8 +3,8 @@
 use crate::edit::Edits;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use yugen_realtime::{Options, Stage};
-use yugen_scene::Scene;
 use yugen_scene::prepared::Rows;
+use yugen_scene::{Material, Scene};
 
 /// What is to be made.
 pub struct Order {
@@ -16,6 +16,8 @@ pub struct Order {
     pub edits: Edits,
     /// What [`Made`] will call it.
     pub number: u64,
+    /// The scene and the most bounces of which it is, by which the window knows what it got.
+    pub of: (u64, u32),
     /// A stage; else rows for the one there is.
     pub stage: Option<(wgpu::Device, wgpu::Queue, Options)>,
 }
@@ -24,6 +26,8 @@ pub struct Order {
 pub struct Made {
     /// Of which order.
     pub number: u64,
+    /// As in the order.
+    pub of: (u64, u32),
     /// The changed scene and its rows or stage, or why there is none.
     pub outcome: Result<(Arc<Scene>, Ready), String>,
     /// How long it took.
@@ -117,24 +121,30 @@ fn next(desk: &(Mutex<Desk>, Condvar)) -> Option<Order> {
 struct Last {
     scene: Arc<Scene>,
     edits: Edits,
+    /// With the edits, in whatever pose.
+    materials: Vec<Material>,
     rows: Arc<Rows>,
 }
 
 fn make(order: Order, last: &mut Option<Last>) -> Made {
     let started = std::time::Instant::now();
     let made = || {
-        let mut scene = order.edits.apply(&posed(&order)?)?;
+        let mut scene = posed(&order)?;
         // Its rows have no need of them.
         scene.figures.clear();
+        order.edits.light_scene(&mut scene);
         if let (Some(last), None) = (last.as_mut(), &order.stage)
             && Arc::ptr_eq(&last.scene, &order.scene)
             && last.edits == order.edits
         {
+            // Their tables have been computed.
+            scene.materials.clone_from(&last.materials);
             // Copied where the window still has them in its hands.
             Arc::make_mut(&mut last.rows).pose(&scene).map_err(|e| e.to_string())?;
             return Ok((Arc::new(scene), Ready::Pose(last.rows.clone())));
         }
         *last = None;
+        order.edits.change_materials(&mut scene)?;
         let rows = Arc::new(Rows::new(&scene).map_err(|e| e.to_string())?);
         let ready = match &order.stage {
             None => Ready::Rows(rows.clone()),
@@ -146,6 +156,7 @@ fn make(order: Order, last: &mut Option<Last>) -> Made {
         *last = (!order.scene.figures.is_empty()).then(|| Last {
             scene: order.scene.clone(),
             edits: order.edits.clone(),
+            materials: scene.materials.clone(),
             rows,
         });
         Ok((Arc::new(scene), ready))
@@ -153,7 +164,7 @@ fn make(order: Order, last: &mut Option<Last>) -> Made {
     // A fault in a scene must not leave the window waiting for ever.
     let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(made))
         .unwrap_or_else(|_| Err("the scene could not be prepared: this is a fault of the program".into()));
-    Made { number: order.number, outcome, seconds: started.elapsed().as_secs_f64() }
+    Made { number: order.number, of: order.of, outcome, seconds: started.elapsed().as_secs_f64() }
 }
 
 fn posed(order: &Order) -> Result<Scene, String> {

@@ -92,6 +92,8 @@ pub fn run(options: Options, files: Arc<dyn Files>) -> Result<(), ViewError> {
 /// A scene on its way from its file.
 struct Loading {
     file: PathBuf,
+    /// When it had last changed.
+    changed: Option<SystemTime>,
     /// Somebody wants it; else the file has changed.
     asked: bool,
     scene: mpsc::Receiver<Result<Scene, String>>,
@@ -281,6 +283,7 @@ impl App {
             moment: self.state.moment(),
             edits: self.state.edits.clone(),
             number: self.state.changes,
+            of: (self.state.scenes, self.state.most_bounces()),
             stage: anew.then(|| (graphics.device().clone(), graphics.queue().clone(), options)),
         });
         // What plays is always being prepared.
@@ -305,8 +308,7 @@ impl App {
                 }
             }
             Ok((scene, Ready::Stage(stage))) => {
-                self.stage_scene = self.asked_scene;
-                self.stage_bounces = self.state.most_bounces();
+                (self.stage_scene, self.stage_bounces) = made.of;
                 graphics.set_stage(*stage);
                 (self.changed_scene, self.shown_changes) = (scene, made.number);
                 (self.camera, self.frames) = (None, 0);
@@ -392,14 +394,16 @@ impl App {
         if !self.state.reference {
             (self.reference, self.reference_of, self.finding) = (None, None, None);
             (self.seen.reference, self.seen.difference, self.seen.samples) = (None, None, 0.0);
+            self.comparing = None;
             return;
         }
         let Some(view) = self.view(true) else { return };
         let same =
             |(changes, camera): &(u64, Camera)| *changes == self.shown_changes && same_view(camera, &view);
         if !self.reference_of.as_ref().is_some_and(same) {
-            // What it has found is of another picture.
+            // What it has found is of another picture, and what is being compared as well.
             (self.reference, self.reference_of, self.finding) = (None, None, None);
+            self.comparing = None;
             (self.seen.reference, self.seen.difference, self.seen.samples) = (None, None, 0.0);
             if self.at_rest() && self.shown_changes == self.state.changes && self.frames > 0 {
                 let wake = self.proxy.clone();
@@ -473,19 +477,19 @@ impl App {
     fn load(&mut self, file: &Path, asked: bool) {
         let (sender, receiver) = mpsc::channel();
         let (files, wake, path) = (self.files.clone(), self.proxy.clone(), file.to_path_buf());
-        self.watched = files.changed(file);
+        let changed = files.changed(file);
         std::thread::spawn(move || {
             // Nobody may listen any more.
             let _ = sender.send(files.load(&path));
             let _ = wake.send_event(Wake::Thread);
         });
-        self.loading = Some(Loading { file: file.to_path_buf(), asked, scene: receiver });
+        self.loading = Some(Loading { file: file.to_path_buf(), changed, asked, scene: receiver });
     }
 
     /// Takes a scene that has been read; looks whether the file has changed.
     fn watch(&mut self, event_loop: &ActiveEventLoop) {
         if let Some(loading) = &self.loading {
-            let (path, asked) = (loading.file.clone(), loading.asked);
+            let (path, asked, changed) = (loading.file.clone(), loading.asked, loading.changed);
             let loaded = match loading.scene.try_recv() {
                 Err(mpsc::TryRecvError::Empty) => return,
                 Ok(loaded) => loaded,
@@ -494,6 +498,10 @@ impl App {
                 }
             };
             self.loading = None;
+            // What could not be read is not read again before it changes; another file is no longer of interest then.
+            if loaded.is_ok() || path == self.state.file {
+                self.watched = changed;
+            }
             match loaded {
                 Ok(scene) => {
                     self.state.set_scene(scene, &path);
@@ -571,7 +579,10 @@ impl App {
     /// The picture as light: the real-time one, the reference right of the line or where it alone is seen; the other as well.
     fn save(&mut self, file: &Path) -> Result<(), String> {
         let stage = self.graphics.as_ref().and_then(|g| g.stage.as_ref()).ok_or("there is no picture yet")?;
-        let linear = file.extension().or(file.file_name()).is_some_and(|e| e == "exr" || e == ".exr");
+        let linear = file
+            .extension()
+            .or(file.file_name())
+            .is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case(".exr"));
         let image = stage.image().map_err(|e| e.to_string())?;
         let found = self
             .finding
@@ -629,6 +640,15 @@ impl App {
     fn follow_script(&mut self, event_loop: &ActiveEventLoop) {
         while let Some(command) = self.script.next() {
             let ready = match &command {
+                Command::Wait(_)
+                | Command::Save(_)
+                | Command::Window(_)
+                | Command::Pick(_)
+                | Command::Report
+                    if self.state.playing() =>
+                {
+                    true
+                }
                 Command::Wait([frames, samples]) => {
                     let refined = !self.state.reference
                         || self.seen.samples >= *samples as f32 && self.seen.difference.is_some();
@@ -636,6 +656,7 @@ impl App {
                 }
                 Command::Save(_) | Command::Window(_) | Command::Pick(_) | Command::Report => self.settled(),
                 Command::Open(_) | Command::Reload => self.settled(),
+                Command::Quit => self.loading.is_none(),
                 _ => true,
             } && self.graphics.as_ref().is_some_and(|g| g.wants_window.is_none());
             if !ready {
@@ -645,6 +666,14 @@ impl App {
                 return;
             }
             self.script.done();
+            let waits = matches!(
+                command,
+                Command::Wait(_) | Command::Save(_) | Command::Window(_) | Command::Pick(_) | Command::Report
+            );
+            if self.state.playing() && waits {
+                let failure = self.script.failed("what plays never comes to rest: `play off` first".into());
+                return self.fail(event_loop, failure);
+            }
             if let Err(problem) = self.apply(event_loop, &command) {
                 let failure = self.script.failed(problem);
                 return self.fail(event_loop, failure);
