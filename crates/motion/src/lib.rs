@@ -6,6 +6,7 @@
 
 mod clip;
 mod deform;
+pub mod fire;
 pub mod noise;
 mod skeleton;
 
