@@ -4,6 +4,7 @@ use super::{Geometry, Light, Material, Mesh, Scene, Shape, Texture};
 use bytemuck::cast_slice;
 use std::collections::HashMap;
 use std::sync::Arc;
+use yugen_motion::fire::Grid;
 use yugen_optics::{Fingerprint, Image};
 use yugen_reflectance::btf::Btf;
 
@@ -135,6 +136,11 @@ fn light(print: &mut Fingerprint, light: &Light) {
         Light::Environment { image, scale, to_world } => {
             picture(print, image);
             print.debug(&(scale, to_world));
+        }
+        Light::Volume { grid, scale, to_world } => {
+            let Grid { size, lower, upper, space, data } = &**grid;
+            print.bytes(cast_slice(data));
+            print.debug(&(size, lower, upper, space, scale, to_world));
         }
         small => print.debug(small),
     }

@@ -113,10 +113,12 @@ impl Scene {
         of_shapes(self, &self.shapes, Mat4::IDENTITY, see, false);
     }
 
-    /// Whether no camera could see anything: there is no shape, and no light that stands all around.
+    /// Whether no camera could see anything: there is no shape, and no light that is seen.
     pub fn is_empty(&self) -> bool {
-        let around = |l: &Light| matches!(l, Light::Constant { .. } | Light::Environment { .. });
-        self.shapes.is_empty() && !self.lights.iter().any(around)
+        let seen = |l: &Light| {
+            matches!(l, Light::Constant { .. } | Light::Environment { .. } | Light::Volume { .. })
+        };
+        self.shapes.is_empty() && !self.lights.iter().any(seen)
     }
 
     /// Whether anything shines.

@@ -3,6 +3,7 @@
 use crate::TextureId;
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
+use yugen_motion::fire::Grid;
 use yugen_optics::Image;
 
 /// A light that is not a shape.
@@ -61,6 +62,15 @@ pub enum Light {
         /// Field of view across the picture's width, radians.
         fov_x: f32,
     },
+    /// A flame and its smoke: cells that emit and absorb light and do not scatter it.
+    Volume {
+        /// Emission, in the working space, and absorption, both per scene unit.
+        grid: Arc<Grid>,
+        /// Factor of the emission.
+        scale: f32,
+        /// Its frame, without shear.
+        to_world: Mat4,
+    },
 }
 
 impl Light {
@@ -72,7 +82,8 @@ impl Light {
             Self::Directional { direction, .. } => *direction = to_world.transform_vector3(*direction),
             Self::Spot { to_world: own, .. }
             | Self::Environment { to_world: own, .. }
-            | Self::Projector { to_world: own, .. } => *own = to_world * *own,
+            | Self::Projector { to_world: own, .. }
+            | Self::Volume { to_world: own, .. } => *own = to_world * *own,
             Self::Constant { .. } => {}
         }
         light

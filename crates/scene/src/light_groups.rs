@@ -21,11 +21,12 @@ impl Scene {
         self.lights.push(light);
     }
 
-    /// The name of a light: its own, else `environment` for what surrounds the scene and `light` for all others.
+    /// The name of a light: its own, else `environment` for what surrounds the scene, `fire` for flames and `light` for all others.
     pub fn light_name(&self, index: usize) -> &str {
         match (self.light_names.get(index), self.lights.get(index)) {
             (Some(name), _) if !name.is_empty() => name,
             (_, Some(Light::Constant { .. } | Light::Environment { .. })) => "environment",
+            (_, Some(Light::Volume { .. })) => "fire",
             _ => "light",
         }
     }

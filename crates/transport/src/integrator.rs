@@ -334,6 +334,22 @@ impl World {
         layers: u32,
         scratch: &mut Scratch,
     ) -> f32 {
+        let through = self.past_surfaces(origin, dir, distance, layers, scratch);
+        if through > 0.0 && self.lights.has_volumes() {
+            return through * self.lights.along(origin, dir, distance, 0.0, |_, _| {});
+        }
+        through
+    }
+
+    #[inline(always)]
+    fn past_surfaces(
+        &self,
+        origin: Vec3,
+        dir: Vec3,
+        distance: f32,
+        layers: u32,
+        scratch: &mut Scratch,
+    ) -> f32 {
         // Leave the light itself out.
         let t_max = if distance.is_finite() { distance * (1.0 - 1e-3) } else { f32::INFINITY };
         let mut ray = Ray { origin, dir, t_min: 0.0, t_max };
@@ -361,6 +377,55 @@ impl World {
         0.0
     }
 
+    /// Light of volume `i` that arrives at `origin` from `dir`, through at most `layers` surfaces that let light
+    /// straight through.
+    fn light_along(&self, origin: Vec3, dir: Vec3, i: u32, layers: u32, scratch: &mut Scratch) -> Vec3 {
+        let (mut light, mut through) = (Vec3::ZERO, 1.0);
+        let mut ray = Ray::new(origin, dir);
+        for _ in 0..=layers.min(64) {
+            let hit = self.geometry.intersect(&ray);
+            let until = hit.as_ref().map_or(f32::INFINITY, |hit| hit.t);
+            let free = self.lights.along(ray.origin, dir, until, 0.0, |volume, marched| {
+                if volume == i {
+                    light += through * marched.radiance;
+                }
+            });
+            let Some(hit) = hit else { break };
+            let surface = self.geometry.surface(&ray, &hit);
+            if !self.materials.see_through(surface.material) {
+                break;
+            }
+            let attributes = self.geometry.attributes(&surface);
+            let lookup = self.lookup(&hit, &attributes, Cone { width: 0.0, spread: 0.0 }, &ray);
+            let point = point(&surface, lookup);
+            let shading = self.materials.shade(&self.textures, surface.material, &point, -dir, scratch);
+            through *= free * shading.through;
+            if through <= 0.0 {
+                break;
+            }
+            ray = Ray::new(surface.offset(dir), dir);
+        }
+        light
+    }
+
+    /// Adds what volumes send along the ray of `path` before it meets anything at the distance `until`.
+    fn volumes(&self, follow: &Follow, path: &mut PathState, until: f32, out: &mut Radiance) {
+        if follow.settings.hide_emitters && path.draw.delta && out.alpha == 0.0 {
+            return;
+        }
+        let Ray { origin, dir, .. } = path.ray;
+        // Surfaces that let it straight through lie between.
+        let behind = if path.draw.delta { 0.0 } else { path.draw.from.position.distance(origin) };
+        let seen = path.depth < follow.max_depth();
+        path.throughput *= self.lights.along(origin, dir, until, behind, |i, marched| {
+            if seen {
+                let pdf = marched.pdf * self.lights.chance(&path.draw.from, i);
+                let weight = path.draw.weight(pdf, follow.settings.strategy, path.depth);
+                out.add(follow, path.depth, i, path.throughput * marched.radiance * weight);
+            }
+        });
+    }
+
     /// Follows `path` to the next surface. What shines on the way is added to `out`; `None`: the path has ended.
     #[inline(always)]
     pub(crate) fn next_vertex<'a>(
@@ -373,7 +438,11 @@ impl World {
         let hide_emitters = follow.settings.hide_emitters;
         let max_depth = follow.max_depth();
         loop {
-            let Some(hit) = self.geometry.intersect(&path.ray) else {
+            let hit = self.geometry.intersect(&path.ray);
+            if self.lights.has_volumes() {
+                self.volumes(follow, path, hit.as_ref().map_or(f32::INFINITY, |hit| hit.t), out);
+            }
+            let Some(hit) = hit else {
                 if path.depth < max_depth && !(hide_emitters && path.draw.delta && out.alpha == 0.0) {
                     for (radiance, pdf, from) in self.lights.escaped(&path.draw.from, path.ray.dir) {
                         let weight = path.draw.weight(pdf, follow.settings.strategy, path.depth);
@@ -474,13 +543,17 @@ impl World {
         }
         let origin = vertex.surface.offset(light.wi);
         let layers = (follow.max_depth() - path.depth).saturating_sub(2);
-        let through = self.visibility(origin, light.wi, light.distance, layers, for_shadows);
-        if through <= 0.0 {
-            return None;
-        }
         let alone = light.delta || follow.settings.strategy == Strategy::Lights;
         let weight = if alone { 1.0 } else { power(light.pdf, pdf) };
-        let radiance = self.lights.radiance(&light) * (weight * through / light.pdf);
+        let radiance = if let Some(i) = light.volume() {
+            self.light_along(origin, light.wi, i, layers, for_shadows) * (weight / light.pdf)
+        } else {
+            let through = self.visibility(origin, light.wi, light.distance, layers, for_shadows);
+            if through <= 0.0 {
+                return None;
+            }
+            self.lights.radiance(&light) * (weight * through / light.pdf)
+        };
         Some(IncidentLight { wi: light.wi, from: light.light, radiance, f })
     }
 

@@ -10,7 +10,9 @@ use glam::{Mat3, Mat4, Vec2, Vec3};
 use std::cell::Cell;
 use std::f32::consts::PI;
 use yugen_optics::distribution;
-use yugen_scene::prepared::{BadEnvironment, Environment, GeometryError, Lookup, OnTriangle, Textures};
+use yugen_scene::prepared::{
+    BadEnvironment, Environment, GeometryError, Lookup, Marched, OnTriangle, Textures, Volume,
+};
 use yugen_scene::{Light, Scene, Value};
 
 /// Above this many lights a fixed distribution replaces the look at each.
@@ -37,9 +39,16 @@ enum Emission {
     This(Vec3),
     /// Emitter and cell of an environment.
     Cell(u32, Vec2),
+    /// Emitter that is a volume: what it sends lies all along the way.
+    Along(u32),
 }
 
 impl LightSample {
+    /// The emitter, where light comes from all along the way.
+    pub fn volume(&self) -> Option<u32> {
+        if let Emission::Along(i) = self.emission { Some(i) } else { None }
+    }
+
     fn times(mut self, factor: Vec3) -> Self {
         if let Emission::This(radiance) = &mut self.emission {
             *radiance *= factor;
@@ -88,6 +97,7 @@ enum Emitter {
     Directional { direction: Vec3, irradiance: Vec3 },
     Environment(Box<Environment>),
     Projector { to_local: Mat4, position: Vec3, axis: Vec3, texture: Value, scale: f32, half: Vec2 },
+    Volume(Box<Volume>),
 }
 
 /// A point for which a light is sampled, and what is known of it (pbrt's name).
@@ -125,6 +135,8 @@ pub struct Lights {
     of_shape: Vec<Option<u32>>,
     /// Emitters that are environments.
     environments: Vec<u32>,
+    /// Emitters that are volumes.
+    volumes: Vec<u32>,
     /// Radiance from all around. Nothing finds it better than the directions that a material draws by itself, so it
     /// is not among those that are sampled.
     background: Vec3,
@@ -209,6 +221,9 @@ impl Lights {
                 Light::Environment { image, scale, to_world } => {
                     Emitter::Environment(Box::new(Environment::new(image, *scale, *to_world, luminance)?))
                 }
+                Light::Volume { grid, scale, to_world } => {
+                    Emitter::Volume(Box::new(Volume::new(grid, *scale, *to_world, luminance)))
+                }
                 Light::Projector { to_world, texture, scale, fov_x } => {
                     let half = (0.5 * fov_x).tan();
                     let aspect = match &scene.textures[*texture] {
@@ -229,13 +244,13 @@ impl Lights {
         for (_, part) in &mut map.of_background {
             *part = Vec3::select(background.cmpgt(Vec3::ZERO), *part / background, Vec3::ZERO);
         }
-        let environments = emitters
-            .iter()
-            .enumerate()
-            .filter(|(_, e)| matches!(e, Emitter::Environment(_)))
-            .map(|(i, _)| i as u32)
-            .collect();
-        let mut lights = Self { emitters, of_shape, environments, background, fixed: None, luminance, map };
+        let which = |kind: fn(&Emitter) -> bool| {
+            emitters.iter().enumerate().filter(|(_, e)| kind(e)).map(|(i, _)| i as u32).collect()
+        };
+        let environments = which(|e| matches!(e, Emitter::Environment(_)));
+        let volumes = which(|e| matches!(e, Emitter::Volume(_)));
+        let mut lights =
+            Self { emitters, of_shape, environments, volumes, background, fixed: None, luminance, map };
         if lights.emitters.len() > FEW {
             let bounds = geometry.bounds();
             let position = (bounds.lo + bounds.hi) * 0.5;
@@ -310,6 +325,10 @@ impl Lights {
             }
             Emitter::Point { position, intensity } | Emitter::Spot { position, intensity, .. } => {
                 from(self.luminance.dot(*intensity) / distance2(*position), *position - to.position, 0.0)
+            }
+            Emitter::Volume(v) => {
+                let (d2, r2) = (distance2(v.centre), v.radius * v.radius);
+                from(v.intensity / (d2 + r2), v.centre - to.position, (2.0 * r2 / (d2 + r2)).sqrt().min(1.0))
             }
             Emitter::Directional { irradiance, direction } => {
                 from(self.luminance.dot(*irradiance), -*direction, 0.0)
@@ -431,6 +450,22 @@ impl Lights {
                     delta: false,
                 }
             }
+            Emitter::Volume(v) => {
+                let wi = (v.sample([u[0], u[1], u[3]])? - p).try_normalize()?;
+                // Of all ways in which the direction is found, not of the one point.
+                let pdf = v.march(p, wi, 0.0, 0.0).pdf;
+                if pdf.is_nan() || pdf <= 0.0 {
+                    return None;
+                }
+                LightSample {
+                    wi,
+                    distance: f32::INFINITY,
+                    emission: Emission::Along(i as u32),
+                    light: i as u32,
+                    pdf: pdf * probability,
+                    delta: false,
+                }
+            }
             Emitter::Projector { to_local, position, axis, texture, scale, half } => {
                 let local = to_local.transform_point3(p);
                 let uv = Vec2::new(
@@ -504,7 +539,52 @@ impl Lights {
         std::iter::once((self.background, 0.0, BACKGROUND)).chain(environments)
     }
 
-    /// What a sample brings: radiance along it; for a Dirac light irradiance on a surface that faces it.
+    /// Whether anything fills the space between surfaces.
+    pub fn has_volumes(&self) -> bool {
+        !self.volumes.is_empty()
+    }
+
+    /// What a ray meets in volumes up to the distance `until`, each in turn from the origin on: its number, what of its
+    /// light arrives there, and the density with which `sample` finds the line for a point `behind` the origin, but for
+    /// the chance of the light. Returns what part of the light behind them comes through. Volumes one within the other are
+    /// taken one after the other.
+    #[inline]
+    pub fn along(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        until: f32,
+        behind: f32,
+        mut each: impl FnMut(u32, &Marched),
+    ) -> f32 {
+        let mut through = 1.0;
+        let mut nearest = f32::NEG_INFINITY;
+        let mut done = 0;
+        loop {
+            // The next by where the ray enters it, and by number: there are few.
+            let next = self.volumes.iter().filter_map(|&i| {
+                let Emitter::Volume(v) = &self.emitters[i as usize] else { return None };
+                let [near, _] = v.crossing(origin, direction, [0.0, until])?;
+                ((near, i) > (nearest, done)).then_some((near, i, v))
+            });
+            let Some((near, i, volume)) = next.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) else {
+                return through;
+            };
+            let mut marched = volume.march(origin, direction, until, behind);
+            marched.radiance *= through;
+            each(i, &marched);
+            through *= marched.transmittance;
+            (nearest, done) = (near, i);
+        }
+    }
+
+    /// The chance that `sample` for `to` chooses light `i`.
+    pub fn chance(&self, to: &LightSampleContext, i: u32) -> f32 {
+        self.probability(to, i as usize)
+    }
+
+    /// What a sample brings: radiance along it; for a Dirac light irradiance on a surface that faces it. None of a
+    /// volume, where it depends on how far the way is free.
     #[inline]
     pub fn radiance(&self, sample: &LightSample) -> Vec3 {
         match sample.emission {
@@ -513,6 +593,8 @@ impl Lights {
                 Emitter::Environment(e) => e.radiance_at(cell),
                 _ => Vec3::ZERO,
             },
+            // Its light is that of the part of the way that is free: [`Lights::along`].
+            Emission::Along(_) => Vec3::ZERO,
         }
     }
 }

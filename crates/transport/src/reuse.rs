@@ -81,6 +81,7 @@ impl World {
             // Nor from which light what many share has come.
             && follow.groups.is_none()
             && !self.see_through()
+            && !self.lights.has_volumes()
             && self.materials.any_shares()
     }
 

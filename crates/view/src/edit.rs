@@ -203,7 +203,11 @@ fn dim(scene: &mut Scene, source: Source, factor: f32) {
             Some(Light::Point { intensity, .. } | Light::Spot { intensity, .. }) => *intensity *= factor,
             Some(Light::Directional { irradiance, .. }) => *irradiance *= factor,
             Some(Light::Constant { radiance }) => *radiance *= factor,
-            Some(Light::Environment { scale, .. } | Light::Projector { scale, .. }) => *scale *= factor,
+            Some(
+                Light::Environment { scale, .. }
+                | Light::Projector { scale, .. }
+                | Light::Volume { scale, .. },
+            ) => *scale *= factor,
             None => {}
         },
     }
@@ -232,9 +236,10 @@ fn lights(scene: &Scene) -> Vec<LightItem> {
             Light::Constant { .. } => "constant",
             Light::Environment { .. } => "environment",
             Light::Projector { .. } => "projector",
+            Light::Volume { .. } => "fire",
         };
         let name = scene.light_name(i);
-        add(if name == "light" { "" } else { name }, kind, Source::Light(i));
+        add(if name == "light" || name == kind { "" } else { name }, kind, Source::Light(i));
     }
     all
 }

@@ -147,6 +147,10 @@ fn light(light: &Light) -> Facts {
             .say("size", json!([image.width, image.height]))
             .say("scale", json!(scale))
             .say("bytes", image_bytes(image)),
+        Light::Volume { grid, scale, .. } => facts("volume")
+            .say("cells", json!(grid.size.to_array()))
+            .say("scale", json!(scale))
+            .say("bytes", size_of_val(&grid.data[..])),
         Light::Projector { to_world, texture, scale, fov_x } => facts("projector")
             .say("at", vector(to_world.w_axis.truncate()))
             .say("towards", vector(to_world.z_axis.truncate().normalize_or_zero()))
@@ -234,6 +238,9 @@ fn texture_bytes(scene: &Scene) -> usize {
     for light in &scene.lights {
         if let Light::Environment { image, .. } = light {
             add(Arc::as_ptr(image) as usize, image_bytes(image));
+        }
+        if let Light::Volume { grid, .. } = light {
+            add(Arc::as_ptr(grid) as usize, size_of_val(&grid.data[..]));
         }
     }
     sum

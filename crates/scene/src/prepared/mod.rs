@@ -9,6 +9,7 @@ mod material;
 mod mesh;
 mod rows;
 mod texture;
+mod volume;
 
 pub use environment::{BadEnvironment, Environment};
 pub use form::Form;
@@ -16,3 +17,4 @@ pub use material::{MaterialError, Materials, Scratch, Shading, ShadingPoint, Sha
 pub use mesh::{GeometryError, PlacedMesh, attribute, double_area_normal, for_normals, mesh_bytes};
 pub use rows::{DrawRow, GEOMETRY_WGSL, MeshRow, NONE, Rows, RowsError, VertexRow, wgsl};
 pub use texture::{Attributes, Lookup, OnTriangle, Textures};
+pub use volume::{Marched, Volume};

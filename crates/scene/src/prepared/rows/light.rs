@@ -54,6 +54,9 @@ pub(super) fn number(scene: &Scene) -> Result<Vec<Option<u32>>, RowsError> {
     if let Some(shape) = scene.groups.iter().flatten().find(|s| s.emission.is_some()) {
         return Err(RowsError::EmitterInGroup(shape.name.clone()));
     }
+    if scene.lights.iter().any(|l| matches!(l, Light::Volume { .. })) {
+        return Err(RowsError::Volume);
+    }
     let mut count = 0;
     let number = |shape: &Shape| {
         shines(shape).then(|| {
@@ -141,7 +144,8 @@ pub(super) fn write(scene: &Scene, of_shape: &[Option<u32>], sends: &[Sends], ro
         let mut words = Vec::new();
         let floats = |words: &mut Vec<u32>, v: &[f32]| words.extend(v.iter().map(|x| x.to_bits()));
         match light {
-            Light::Constant { .. } => {}
+            // Refused in [`number`].
+            Light::Constant { .. } | Light::Volume { .. } => {}
             Light::Point { position, intensity } => {
                 words.push(Op::Point as u32);
                 floats(&mut words, &position.to_array());

@@ -103,6 +103,11 @@ pub enum RowsError {
     /// Emission on shapes inside a group.
     #[error("shape '{0}' inside a group emits light; instances cannot: place it in the scene itself")]
     EmitterInGroup(String),
+    /// Flames, which only the reference renderer shows.
+    #[error(
+        "the scene has volumes that shine; the real-time renderer cannot show them yet: render it by the reference"
+    )]
+    Volume,
     /// A pose of another scene.
     #[error("another scene is no pose of this one: {found} emitters and materials instead of {rows}")]
     OtherScene {
