@@ -78,6 +78,8 @@ pub enum Command {
     FullScreen,
     /// In scripts: until the picture has so many frames and, where the reference is on, that so many samples.
     Wait([u32; 2]),
+    /// In scripts: for so many seconds, whatever goes on.
+    Pause(f32),
     /// Prints what is seen, as a line of JSON.
     Report,
     /// Ends.
@@ -669,6 +671,21 @@ pub const ACTIONS: &[Action] = &[
             [] => Some(Command::Wait([16, 16])),
             [n] => n.parse().ok().map(|n| Command::Wait([n, n])),
             [n, m] => Some(Command::Wait([n.parse().ok()?, m.parse().ok()?])),
+            _ => None,
+        },
+    },
+    Action {
+        name: "pause",
+        usage: "SECONDS",
+        group: Group::Window,
+        keys: &[],
+        held: false,
+        does: [
+            "in scripts: so many seconds, in which an animation plays",
+            "スクリプト用：指定した秒数だけ待つ（アニメーションは進む）",
+        ],
+        parse: |w| match w {
+            [s] => s.parse().ok().filter(|s| (0.0..=300.0).contains(s)).map(Command::Pause),
             _ => None,
         },
     },

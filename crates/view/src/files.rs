@@ -42,6 +42,8 @@ pub struct Report {
     pub difference: Option<Difference>,
     /// The selected material: its number, model and who wears it.
     pub selected: Option<(usize, String, Vec<String>)>,
+    /// The animation and the seconds into it, where it is not as the file has it.
+    pub moment: Option<(String, f32)>,
     /// Seconds that the last change took to be prepared.
     pub prepared: f64,
     /// The sentence at the foot of the window.

@@ -54,6 +54,8 @@ pub struct State {
     pub eye: Eye,
     /// The camera of the scene that was last looked through.
     pub through: Option<usize>,
+    /// Nobody has moved away from it: where an animation takes it, the eye goes too.
+    pub follows: bool,
     /// Stops.
     pub exposure: f32,
     /// Display curve.
@@ -117,6 +119,7 @@ impl State {
             materials: Vec::new(),
             selected: None,
             through: None,
+            follows: true,
             scene: Arc::default(),
             file: file.to_path_buf(),
             eye,
@@ -172,7 +175,7 @@ impl State {
             self.through = self.through.filter(|c| *c < scene.cameras.len());
         } else {
             self.eye = Eye::new(first_camera(&scene), scene.bounds());
-            self.through = Some(0);
+            (self.through, self.follows) = (Some(0), true);
             self.selected = None;
         }
         self.edits = edits;
@@ -226,6 +229,17 @@ impl State {
 
     /// Does it; what is left for the window to do.
     pub fn apply(&mut self, command: &Command) -> Result<Effect, String> {
+        if matches!(
+            command,
+            Command::Orbit(_)
+                | Command::Look(_)
+                | Command::Pan(_)
+                | Command::Dolly(_)
+                | Command::Walk(_)
+                | Command::Frame
+        ) {
+            self.follows = false;
+        }
         match command {
             Command::Orbit([right, up]) => self.eye.orbit(*right, *up),
             Command::Look([right, up]) => self.eye.look(*right, *up),
@@ -315,6 +329,8 @@ impl State {
             Command::Help(on) => self.help = on.unwrap_or(!self.help),
             Command::Language(language) => self.language = language.unwrap_or_else(|| self.language.next()),
             Command::FullScreen => return Ok(Effect::FullScreen),
+            // Whoever follows the script has waited.
+            Command::Pause(_) => {}
             Command::Wait(counts) => return Ok(Effect::Wait(*counts)),
             Command::Report => return Ok(Effect::Report),
             Command::Quit => return Ok(Effect::Quit),
@@ -366,13 +382,25 @@ impl State {
                 })?
             }
         };
-        let Some(camera) = cameras.get(index) else { return Ok(()) };
+        let Some(camera) = cameras.get(index).cloned() else { return Ok(()) };
+        self.stand_at(camera);
+        (self.through, self.follows) = (Some(index), true);
+        Ok(())
+    }
+
+    fn stand_at(&mut self, camera: Camera) {
         let size = &self.eye.camera().film;
         let size = [size.width, size.height];
-        self.eye = Eye::new(Camera::clone(camera), self.scene.bounds());
+        self.eye = Eye::new(camera, self.scene.bounds());
         self.eye.resize(size);
-        self.through = Some(index);
-        Ok(())
+    }
+
+    /// Goes where an animation has taken the camera in `posed`, if it is still looked through.
+    pub fn follow(&mut self, posed: &Scene) {
+        let camera = self.through.filter(|_| self.follows).and_then(|c| posed.cameras.get(c));
+        if let Some(camera) = camera.filter(|c| c.to_world != self.eye.camera().to_world) {
+            self.stand_at(camera.clone());
+        }
     }
 }
 
@@ -470,6 +498,15 @@ mod tests {
         assert!((state.eye.position().x - first.x - 5.0).abs() < 1e-4 && state.through == Some(1));
         run(&mut state, "camera next");
         assert!(state.eye.position() == first && state.through == Some(0));
+        // An animation takes it along until somebody moves.
+        let mut posed = Scene::clone(&state.scene);
+        posed.cameras[0].to_world.w_axis.y += 1.0;
+        state.follow(&posed);
+        assert!((state.eye.position().y - first.y - 1.0).abs() < 1e-5);
+        run(&mut state, "pan .1 0");
+        let here = state.eye.position();
+        state.follow(&Scene::clone(&state.scene));
+        assert_eq!(state.eye.position(), here);
     }
 
     #[test]

@@ -324,6 +324,7 @@ impl App {
                     Err(e) => self.fail(event_loop, e),
                     Ok(false) => self.ask(true),
                     Ok(true) => {
+                        self.state.follow(&scene);
                         (self.changed_scene, self.shown_changes) = (scene, made.number);
                         self.frames = 0;
                     }
@@ -530,6 +531,9 @@ impl App {
     /// Does it, or says in the window why not; in a script, ends.
     fn apply(&mut self, event_loop: &ActiveEventLoop, command: &Command) -> Result<(), String> {
         let outcome = self.state.apply(command).and_then(|effect| self.effect(event_loop, effect));
+        if matches!(command, Command::Camera(_)) {
+            self.state.follow(&self.changed_scene);
+        }
         if self.state.language == Language::Japanese && self.font.is_none() {
             self.state.language = Language::English;
             self.state.complain(NO_FONT[0]);
@@ -631,6 +635,7 @@ impl App {
             samples: self.seen.samples,
             difference: self.seen.difference,
             selected: selected.map(|(i, m)| (i + 1, m.kind.name().to_string(), m.worn_by.clone())),
+            moment: self.state.moment(),
             prepared: self.prepared,
             message: self.state.message.as_ref().map_or(String::new(), |m| m.text.clone()),
         }
@@ -640,6 +645,7 @@ impl App {
     fn follow_script(&mut self, event_loop: &ActiveEventLoop) {
         while let Some(command) = self.script.next() {
             let ready = match &command {
+                Command::Pause(seconds) => self.script.waited().as_secs_f32() >= *seconds,
                 Command::Wait(_)
                 | Command::Save(_)
                 | Command::Window(_)

@@ -68,6 +68,8 @@ impl Files for OnDisk {
                 "model": model,
                 "worn_by": worn_by,
             })),
+            "animation": report.moment.as_ref().map(|(name, _)| name),
+            "seconds": report.moment.as_ref().map(|(_, seconds)| seconds),
             "message": report.message,
         }));
         // A script's reader waits for the line; that it cannot be written is said at the end.

@@ -297,7 +297,8 @@ fn an_animation_is_stepped_and_played() {
     let script = "panel off; resolution full; wait 8; save still.exr
         seconds .75; wait 8; save later.exr; window strip.png
         clip jump; step .5; wait 8; save jump.exr
-        clip slide; play; play off; seconds 0; wait 8; save first.exr; quit";
+        clip slide; seconds 0; wait 8; save first.exr
+        play; pause 1.2; play off; wait 8; report; save played.exr; quit";
     std::fs::write(folder.join("all.txt"), script).expect("it can be written");
     let run =
         |script: &str| run(&mut display.view(&folder, &["a.gltf", "--script", script, "--size", "320x200"]));
@@ -308,12 +309,19 @@ fn an_animation_is_stepped_and_played() {
     // As the file has it, the triangle is in the middle; the sky is bright about it.
     assert!(apart(&still, &later) > 0.02 && apart(&first, &later) > 0.02);
     assert_eq!(jump.data, first.data, "a jump stays where the slide begins");
+    // It has gone on by the clock, and the picture with it.
+    let report = &reports(&done.out)[0];
+    let seconds = report["seconds"].as_f64().expect("seconds");
+    println!("after 1.2 s: {seconds} of {}", report["animation"]);
+    assert!(report["animation"] == "slide" && seconds > 0.0 && seconds < 1.0, "{report}");
     // The same as by `yugen render`, at the same time from the same place.
     let size = format!("{}x{}", later.width, later.height);
-    let line = format!("render a.gltf -o render.exr --by realtime --at 0.75 --spp 8 --size {size}");
-    let rendered = yugen_in(&folder, &line);
-    assert!(rendered.success, "{}", rendered.err);
-    let (off, of) = (apart(&later, &read(&folder.join("render.exr"))), all(&later));
-    println!("beside yugen render: {off} of {of}");
-    assert!(off < 0.1 * of, "{off} {of}");
+    for (seen, seconds) in [(later, 0.75), (picture("played.exr"), seconds)] {
+        let line = format!("render a.gltf -o render.exr --by realtime --at {seconds} --spp 8 --size {size}");
+        let rendered = yugen_in(&folder, &line);
+        assert!(rendered.success, "{}", rendered.err);
+        let (off, of) = (apart(&seen, &read(&folder.join("render.exr"))), all(&seen));
+        println!("beside yugen render at {seconds} s: {off} of {of}");
+        assert!(off < 0.1 * of, "{off} {of}");
+    }
 }

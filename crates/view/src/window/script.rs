@@ -42,6 +42,11 @@ impl Script {
         self.begun = Instant::now();
     }
 
+    /// Since the step before.
+    pub fn waited(&self) -> Duration {
+        self.begun.elapsed()
+    }
+
     /// Why it does not go on, if it has not for long.
     pub fn stuck(&self) -> Option<ViewError> {
         let what = self.steps.front()?;
