@@ -228,6 +228,7 @@ impl Stage {
             );
         }
         if let Some(Target { pass, view, settings }) = target {
+            let weight = self.shown_weight(weight);
             pass.record(&self.queue, &mut encoder, Some(&self.timestamps), view, settings, weight);
         }
         let timed = self.timestamps.end(&mut encoder);
@@ -328,10 +329,15 @@ impl Stage {
         Ok(())
     }
 
-    /// The film to show: the preview's where one is on, else the picture's. Both are sums over the same weights.
+    /// The film to show: the preview's where one is on, which is a mean, else the picture's, which is a sum.
     /// [`DisplayPass::set_film`] must be told when it changes: after [`Stage::set_preview`] and [`Stage::resize`].
     pub fn shown(&self) -> Option<&Film> {
         self.preview.as_ref().map(PreviewPass::shown).or_else(|| self.film(None))
+    }
+
+    /// What the samples of [`Stage::shown`] weigh together where those of the picture weigh `weight`.
+    fn shown_weight(&self, weight: f64) -> f64 {
+        if self.preview.is_some() { 1.0 } else { weight }
     }
 
     /// Waits for the device and fetches what is shown: R, G, B, A.
@@ -339,7 +345,8 @@ impl Stage {
         self.check_alive()?;
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &["R", "G", "B", "A"]);
         if let Some(film) = self.shown() {
-            let scale = if self.weight == 0.0 { 1.0 } else { 1.0 / self.weight };
+            let weight = self.shown_weight(self.weight);
+            let scale = if weight == 0.0 { 1.0 } else { 1.0 / weight };
             let sums = film.read(&self.device, &self.queue)?;
             for (pixel, sum) in image.data.chunks_exact_mut(4).zip(sums) {
                 pixel.copy_from_slice(&sum.map(|v| (f64::from(v) * scale) as f32));
@@ -353,7 +360,8 @@ impl Stage {
         self.check_alive()?;
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let Target { pass, view, settings } = target;
-        pass.record(&self.queue, &mut encoder, None, view, settings, self.weight);
+        let weight = self.shown_weight(self.weight);
+        pass.record(&self.queue, &mut encoder, None, view, settings, weight);
         self.queue.submit([encoder.finish()]);
         Ok(())
     }
