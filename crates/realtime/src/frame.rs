@@ -259,28 +259,33 @@ impl Stage {
 
     /// Takes over another pose of the scene: `rows` that [`Rows::pose`] has made of those of the stage, or new ones of the
     /// posed scene. The picture then begins anew. `false`: something else than a pose has changed, and the stage is as it
-    /// was; make it anew.
+    /// was; make it anew. After an error it is in no pose until one is taken over.
     pub fn pose(&mut self, rows: &Rows) -> Result<bool, StageError> {
         self.check_alive()?;
-        let posed = self.scene.update(&self.queue, rows, false)?;
-        if posed {
+        let posed = self.scene.update(&self.queue, rows, false);
+        if !matches!(posed, Ok(false)) {
             self.seen = None;
         }
-        Ok(posed)
+        posed
     }
 
-    /// Takes over other values of materials and lights as well, textures included: `rows` of the same scene otherwise.
+    /// Takes over other values of materials and lights as well, textures included: `rows` of the same scene otherwise. A
+    /// preview forgets what was seen, which it keeps over poses.
     /// `false`: they need another shader or more room, and the stage is as it was; make it anew.
     pub fn refill(&mut self, rows: &Rows) -> Result<bool, StageError> {
         self.check_alive()?;
         if self.shader != Fingerprint::of(wgsl(rows).as_bytes()) {
             return Ok(false);
         }
-        let refilled = self.scene.update(&self.queue, rows, true)?;
-        if refilled {
+        let refilled = self.scene.update(&self.queue, rows, true);
+        if !matches!(refilled, Ok(false)) {
             self.seen = None;
+            // Light that was switched off would fade slowly.
+            if let Some(preview) = &mut self.preview {
+                preview.forget();
+            }
         }
-        Ok(refilled)
+        refilled
     }
 
     /// Makes room for another number of pixels.

@@ -151,6 +151,11 @@ impl PreviewPass {
     /// Makes room for the pixels of another film.
     pub fn resize(&mut self, device: &Device, film: &Film) {
         self.kept = Kept::new(device, &self.layouts, &self.row, film);
+        self.forget();
+    }
+
+    /// Begins without what was seen before: it was of another light or other materials.
+    pub fn forget(&mut self) {
         (self.before, self.now) = (None, None);
     }
 

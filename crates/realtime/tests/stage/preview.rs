@@ -117,6 +117,31 @@ fn what_moves_keeps_what_was_known_and_what_stands_tends_to_the_sum() {
     assert!(cut < shown[0], "{cut} of {shown:?}");
 }
 
+/// What is seen one frame after a pose is known from before; what is seen after a change of light is not.
+#[test]
+fn poses_keep_what_was_known_and_other_lights_do_not() {
+    let Some(mut stage) = stage() else { return };
+    frames(&mut stage, &camera(0.0), 256);
+    let reference = stage.image().expect("a picture");
+    stage.set_preview(Preview { reproject: true, smooth: false }).expect("there is room");
+    frames(&mut stage, &camera(0.0), 64);
+    let mut rows = Rows::new(&scene()).expect("rows");
+    rows.pose(&scene()).expect("a pose");
+    assert!(stage.pose(&rows).expect("a pose"));
+    frames(&mut stage, &camera(0.0), 1);
+    let shown = off(&stage.shown_image().expect("a picture"), &reference);
+    let sum = off(&stage.image().expect("a picture"), &reference);
+    println!("after a pose: shown {shown}, the frame alone {sum}");
+    // Measured a third.
+    assert!(shown < 0.8 * sum, "{shown} {sum}");
+    let mut dark = scene();
+    dark.shapes[2].emission = Some(Value::Number(0.0));
+    assert!(stage.refill(&Rows::new(&dark).expect("rows")).expect("other values"));
+    frames(&mut stage, &camera(0.0), 1);
+    let image = stage.shown_image().expect("a picture");
+    assert!(image.data.chunks(4).all(|p| p[..3] == [0.0; 3]), "light that was switched off is still seen");
+}
+
 #[test]
 fn previews_follow_the_size_of_the_window() {
     let Some(mut stage) = stage() else { return };
