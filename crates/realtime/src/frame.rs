@@ -228,6 +228,7 @@ impl Stage {
             );
         }
         if let Some(Target { pass, view, settings }) = target {
+            let weight = self.shown_weight(weight);
             pass.record(&self.queue, &mut encoder, Some(&self.timestamps), view, settings, weight);
         }
         let timed = self.timestamps.end(&mut encoder);
@@ -258,28 +259,33 @@ impl Stage {
 
     /// Takes over another pose of the scene: `rows` that [`Rows::pose`] has made of those of the stage, or new ones of the
     /// posed scene. The picture then begins anew. `false`: something else than a pose has changed, and the stage is as it
-    /// was; make it anew.
+    /// was; make it anew. After an error it is in no pose until one is taken over.
     pub fn pose(&mut self, rows: &Rows) -> Result<bool, StageError> {
         self.check_alive()?;
-        let posed = self.scene.update(&self.queue, rows, false)?;
-        if posed {
+        let posed = self.scene.update(&self.queue, rows, false);
+        if !matches!(posed, Ok(false)) {
             self.seen = None;
         }
-        Ok(posed)
+        posed
     }
 
-    /// Takes over other values of materials and lights as well, textures included: `rows` of the same scene otherwise.
+    /// Takes over other values of materials and lights as well, textures included: `rows` of the same scene otherwise. A
+    /// preview forgets what was seen, which it keeps over poses.
     /// `false`: they need another shader or more room, and the stage is as it was; make it anew.
     pub fn refill(&mut self, rows: &Rows) -> Result<bool, StageError> {
         self.check_alive()?;
         if self.shader != Fingerprint::of(wgsl(rows).as_bytes()) {
             return Ok(false);
         }
-        let refilled = self.scene.update(&self.queue, rows, true)?;
-        if refilled {
+        let refilled = self.scene.update(&self.queue, rows, true);
+        if !matches!(refilled, Ok(false)) {
             self.seen = None;
+            // Light that was switched off would fade slowly.
+            if let Some(preview) = &mut self.preview {
+                preview.forget();
+            }
         }
-        Ok(refilled)
+        refilled
     }
 
     /// Makes room for another number of pixels.
@@ -328,10 +334,15 @@ impl Stage {
         Ok(())
     }
 
-    /// The film to show: the preview's where one is on, else the picture's. Both are sums over the same weights.
+    /// The film to show: the preview's where one is on, which is a mean, else the picture's, which is a sum.
     /// [`DisplayPass::set_film`] must be told when it changes: after [`Stage::set_preview`] and [`Stage::resize`].
     pub fn shown(&self) -> Option<&Film> {
         self.preview.as_ref().map(PreviewPass::shown).or_else(|| self.film(None))
+    }
+
+    /// What the samples of [`Stage::shown`] weigh together where those of the picture weigh `weight`.
+    fn shown_weight(&self, weight: f64) -> f64 {
+        if self.preview.is_some() { 1.0 } else { weight }
     }
 
     /// Waits for the device and fetches what is shown: R, G, B, A.
@@ -339,7 +350,8 @@ impl Stage {
         self.check_alive()?;
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &["R", "G", "B", "A"]);
         if let Some(film) = self.shown() {
-            let scale = if self.weight == 0.0 { 1.0 } else { 1.0 / self.weight };
+            let weight = self.shown_weight(self.weight);
+            let scale = if weight == 0.0 { 1.0 } else { 1.0 / weight };
             let sums = film.read(&self.device, &self.queue)?;
             for (pixel, sum) in image.data.chunks_exact_mut(4).zip(sums) {
                 pixel.copy_from_slice(&sum.map(|v| (f64::from(v) * scale) as f32));
@@ -353,7 +365,8 @@ impl Stage {
         self.check_alive()?;
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let Target { pass, view, settings } = target;
-        pass.record(&self.queue, &mut encoder, None, view, settings, self.weight);
+        let weight = self.shown_weight(self.weight);
+        pass.record(&self.queue, &mut encoder, None, view, settings, weight);
         self.queue.submit([encoder.finish()]);
         Ok(())
     }

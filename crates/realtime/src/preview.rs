@@ -3,7 +3,8 @@
 //!
 //! An approximation, beside the sum and never in it: light that changed, reflections and what a moved shape uncovers are
 //! late or blurred. What the picture before counts falls to nothing over [`FADE`] frames, and nothing is smoothed from the
-//! eighth on, so that what is shown tends to what the sum tends to.
+//! eighth on (later where the filter is negative somewhere: such frames are worth less), so that what is shown tends to
+//! what the sum tends to.
 
 use crate::film::{Film, film_bytes};
 use crate::hierarchy::HIERARCHY_WGSL;
@@ -150,10 +151,15 @@ impl PreviewPass {
     /// Makes room for the pixels of another film.
     pub fn resize(&mut self, device: &Device, film: &Film) {
         self.kept = Kept::new(device, &self.layouts, &self.row, film);
+        self.forget();
+    }
+
+    /// Begins without what was seen before: it was of another light or other materials.
+    pub fn forget(&mut self) {
         (self.before, self.now) = (None, None);
     }
 
-    /// What is shown, in place of the film.
+    /// What is shown, in place of the film: means, not sums.
     pub fn shown(&self) -> &Film {
         &self.kept.shown
     }

@@ -8,7 +8,7 @@ struct Preview {
     frames: u32,
     // 1: there is a picture before.
     has_before: u32,
-    // Sum of the weights of the frames.
+    // Sum of the weights of the frames; of a filter that is negative somewhere it may be zero or less.
     weight: f32,
     // What the picture before still counts, from 1 to 0.
     fade: f32,
@@ -24,6 +24,8 @@ struct Preview {
 const MOST_FRAMES: f32 = 16.0;
 // From so many frames on nothing is smoothed.
 const SMOOTHED: f32 = 8.0;
+// Worth fewer frames than this, a mean is noise, and what was shown the frame before stays.
+const LEAST_FRAMES: f32 = 0.25;
 
 @group(0) @binding(0) var<uniform> preview: Preview;
 @group(0) @binding(1) var<storage, read> film: array<vec4<f32>>;
@@ -96,9 +98,13 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let old = carried[i];
     let count = old.w * preview.fade;
-    let frames = f32(preview.frames);
-    let mean = film[i].xyz / preview.weight;
-    now[i] = vec4<f32>((mean * frames + old.xyz * count) / (frames + count), frames + count);
+    // Samples that weigh +1 and -1 are worth as many frames of weight one as have a mean of the same variance.
+    let factor = preview.weight / f32(preview.frames);
+    let worth = preview.weight * factor;
+    if (worth + count < LEAST_FRAMES) {
+        return;
+    }
+    now[i] = vec4<f32>((film[i].xyz * factor + old.xyz * count) / (worth + count), worth + count);
 }
 
 // Dammertz et al. 2010, "Edge-Avoiding A-Trous Wavelet Transform for fast Global Illumination Filtering": one step of it,
@@ -139,5 +145,9 @@ fn smooth_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             colour = mix(colour, sum / weights, strength);
         }
     }
-    shown[i] = vec4<f32>(colour, film[i].w / preview.weight) * preview.weight;
+    var alpha = shown[i].w;
+    if (preview.weight != 0.0) {
+        alpha = film[i].w / preview.weight;
+    }
+    shown[i] = vec4<f32>(colour, alpha);
 }

@@ -29,10 +29,14 @@ pub struct Reconstruction {
     radius: f32,
     /// Share of the filter's magnitude below each of equal steps over its support, from 0 to 1.
     below: Vec<f32>,
+    /// Offsets below which so many equal shares of the filter's magnitude lie, for shaders.
+    offsets: Vec<f32>,
 }
 
 impl Reconstruction {
     const STEPS: usize = 2048;
+    /// Of `FILTER_STEPS` in view.wgsl.
+    const SHARES: usize = 256;
 
     /// For `filter`; one without extent looks at centres.
     pub fn new(filter: Filter) -> Self {
@@ -46,7 +50,9 @@ impl Reconstruction {
         }
         let radius = if radius > 0.0 && sum > 0.0 && sum.is_finite() { radius } else { 0.0 };
         below.iter_mut().for_each(|b| *b = (f64::from(*b) / sum) as f32);
-        Self { filter, radius, below }
+        let mut made = Self { filter, radius, below, offsets: Vec::new() };
+        made.offsets = (0..=Self::SHARES).map(|i| made.along(i as f32 / Self::SHARES as f32).0).collect();
+        made
     }
 
     /// Offset for `u` in [0, 1), and the filter's sign there.
@@ -61,9 +67,9 @@ impl Reconstruction {
         (x, if self.filter.value(x) < 0.0 { -1.0 } else { 1.0 })
     }
 
-    /// Offset below which the share `u` of the filter's magnitude lies.
-    pub fn offset(&self, u: f32) -> f32 {
-        self.along(u).0
+    /// Offsets below which 0, 1/256, …, 1 of the filter's magnitude lies, in pixels.
+    pub fn offsets(&self) -> &[f32] {
+        &self.offsets
     }
 
     /// Whether the filter is negative somewhere.

@@ -2,6 +2,7 @@
 
 use crate::StageError;
 use crate::hierarchy::{Hierarchy, HierarchyStats};
+use crate::shade::needs_head_light;
 use bytemuck::NoUninit;
 use wgpu::util::DeviceExt;
 use wgpu::{BufferUsages, Device, Queue, ShaderStages};
@@ -29,9 +30,11 @@ pub struct SceneBuffers {
     texels: wgpu::Buffer,
     hierarchy: Hierarchy,
     meshes: Vec<MeshRow>,
-    /// Of the vertices of each mesh, as far as they were looked at.
+    /// Fingerprints of the vertices of each mesh that the device has; `None`: unknown.
     prints: Vec<Option<u64>>,
     placed: Vec<DrawRow>,
+    /// An update failed on the way, so that the device has some of its rows and not others.
+    half_sent: bool,
     plan: Plan,
 }
 
@@ -42,6 +45,8 @@ struct Plan {
     has: [bool; 4],
     /// Light from all sides, and of that the same from everywhere. A shader that has it shows a scene without just as well.
     sky: [bool; 2],
+    /// No light at all: a shader of its own.
+    head_light: bool,
     counts: [u32; 7],
     lengths: [usize; 4],
 }
@@ -52,6 +57,7 @@ impl Plan {
             kinds: rows.kinds.clone(),
             has: [rows.has_cloth, rows.has_programs, rows.lights_by_area, rows.has_environment()],
             sky: [rows.has_sky(), rows.has_background()],
+            head_light: needs_head_light(rows),
             counts: [
                 rows.lobes,
                 rows.turns,
@@ -124,7 +130,8 @@ impl SceneBuffers {
             numbers,
             texels,
             hierarchy,
-            prints: vec![None; meshes.len()],
+            prints: meshes.iter().map(|m| Some(fingerprint(of_mesh(rows, m)))).collect(),
+            half_sent: false,
             meshes,
             placed: rows.draws.clone(),
             plan: Plan::of(rows),
@@ -132,15 +139,26 @@ impl SceneBuffers {
     }
 
     /// Takes over what moves between two poses of a scene (vertices, draws, lights), the values of its materials, and where
-    /// `textures` have changed those as well. `false`: more than that is different, and nothing is taken over.
+    /// `textures` have changed those as well. `false`: more than that is different, and nothing is taken over. After an
+    /// error a part may have been; the next update sends everything.
     pub fn update(&mut self, queue: &Queue, rows: &Rows, textures: bool) -> Result<bool, StageError> {
         let same = rows.meshes == self.meshes && self.plan.suits(&Plan::of(rows));
         if !same || check_same_draws(&rows.draws, &self.placed).is_err() {
             return Ok(false);
         }
+        let textures = textures || self.half_sent;
+        let sent = self.send(queue, rows, textures);
+        self.half_sent = sent.is_err();
+        if self.half_sent {
+            self.prints.fill(None);
+        }
+        sent.map(|()| true)
+    }
+
+    fn send(&mut self, queue: &Queue, rows: &Rows, textures: bool) -> Result<(), StageError> {
         for (mesh, row) in rows.meshes.iter().enumerate() {
-            let vertices = &rows.vertices[row.first_vertex as usize..][..row.vertices as usize];
-            let print = Some(Fingerprint::of(bytemuck::cast_slice(vertices)));
+            let vertices = of_mesh(rows, row);
+            let print = Some(fingerprint(vertices));
             if self.prints[mesh] != print {
                 self.write_mesh(queue, mesh, vertices)?;
                 self.prints[mesh] = print;
@@ -151,8 +169,7 @@ impl SceneBuffers {
         if textures {
             queue.write_buffer(&self.texels, 0, bytemuck::cast_slice(&rows.texels));
         }
-        self.write_draws(queue, &rows.draws)?;
-        Ok(true)
+        self.write_draws(queue, &rows.draws)
     }
 
     /// Moves the draws, which must be of the same meshes as before. What its matrix flattens, or what is not finite, can
@@ -181,8 +198,8 @@ impl SceneBuffers {
             return Err(StageError::MovedLight);
         }
         self.write_mesh(queue, mesh as usize, vertices)?;
-        self.hierarchy.place(&self.placed)?;
         self.prints[mesh as usize] = None;
+        self.hierarchy.place(&self.placed)?;
         self.write_top(queue);
         Ok(())
     }
@@ -229,6 +246,14 @@ impl SceneBuffers {
     pub fn hierarchy_stats(&self) -> HierarchyStats {
         self.hierarchy.stats()
     }
+}
+
+fn of_mesh<'a>(rows: &'a Rows, mesh: &MeshRow) -> &'a [VertexRow] {
+    &rows.vertices[mesh.first_vertex as usize..][..mesh.vertices as usize]
+}
+
+fn fingerprint(vertices: &[VertexRow]) -> u64 {
+    Fingerprint::of(bytemuck::cast_slice(vertices))
 }
 
 /// Refuses draws that differ in more than their matrices and what those say of mirrors.

@@ -146,8 +146,8 @@ impl View {
         (row.index, row.seed, row.weight) = (index, seed, sample.weight);
         if let Some(reconstruction) = own_places {
             (row.own_places, row.place) = (1, sample.place.into());
-            for (i, offset) in row.filter_offsets.iter_mut().enumerate() {
-                *offset = reconstruction.offset((i as f32 / 256.0).min(1.0));
+            for (offset, own) in row.filter_offsets.iter_mut().zip(reconstruction.offsets()) {
+                *offset = *own;
             }
         }
         row.to_clip = self.to_clip(sample).to_cols_array_2d();

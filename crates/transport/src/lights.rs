@@ -6,13 +6,13 @@
 
 use crate::accel::NO_INSTANCE;
 use crate::geometry::{Geometry, ShapeSampler, Surface};
-use glam::{Mat3, Mat4, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use std::cell::Cell;
 use std::f32::consts::PI;
 use yugen_optics::distribution;
-use yugen_scene::prepared::{
-    BadEnvironment, Environment, GeometryError, Lookup, Marched, OnTriangle, Textures, Volume,
-};
+use yugen_scene::prepared::{BadEnvironment, DiracLight, EmitterInGroup, Environment, GeometryError};
+use yugen_scene::prepared::{LightSource, LightSources, Lookup, Marched, OnTriangle, Textures, Volume};
+use yugen_scene::prepared::{chances_by_power, mean_radiance};
 use yugen_scene::{Light, Scene, Value};
 
 /// Above this many lights a fixed distribution replaces the look at each.
@@ -92,11 +92,8 @@ impl LightGroupMap {
 
 enum Emitter {
     Area { sampler: Box<ShapeSampler>, radiance: Value, two_sided: bool, mean: f32, centre: Vec3 },
-    Point { position: Vec3, intensity: Vec3 },
-    Spot { position: Vec3, to_local: Mat3, intensity: Vec3, beam: f32, cutoff: f32, texture: Option<Value> },
-    Directional { direction: Vec3, irradiance: Vec3 },
+    Dirac(DiracLight),
     Environment(Box<Environment>),
-    Projector { to_local: Mat4, position: Vec3, axis: Vec3, texture: Value, scale: f32, half: Vec2 },
     Volume(Box<Volume>),
 }
 
@@ -153,8 +150,8 @@ pub enum LightError {
     #[error(transparent)]
     Shape(#[from] GeometryError),
     /// Emission on shapes inside a group.
-    #[error("shape '{0}' inside a group emits light; instances cannot: place it in the scene itself")]
-    EmitterInGroup(String),
+    #[error(transparent)]
+    EmitterInGroup(#[from] EmitterInGroup),
     /// An environment picture without pixels or colours.
     #[error(transparent)]
     Environment(#[from] BadEnvironment),
@@ -164,85 +161,49 @@ impl Lights {
     /// Prepares the lights of `scene`.
     pub fn new(scene: &Scene, geometry: &Geometry, textures: &Textures) -> Result<Self, LightError> {
         let luminance = scene.working_space.luminance_weights();
-        for shape in scene.groups.iter().flatten() {
-            if shape.emission.is_some() {
-                return Err(LightError::EmitterInGroup(shape.name.clone()));
-            }
-        }
-        let mut emitters = Vec::new();
-        let mut background = Vec3::ZERO;
+        let LightSources { sources, background } = LightSources::new(scene)?;
         let groups = scene.light_groups();
         let mut map = LightGroupMap { names: groups.names, ..LightGroupMap::default() };
+        let mut emitters = Vec::new();
         let mut of_shape = vec![None; scene.shapes.len()];
-        for (i, shape) in scene.shapes.iter().enumerate() {
-            let Some(radiance) = &shape.emission else { continue };
-            let Some(sampler) = ShapeSampler::new(shape)? else { continue };
-            let sampler = if matches!(radiance, Value::Texture(_)) { sampler } else { sampler.without_uv() };
-            of_shape[i] = Some(emitters.len() as u32);
-            map.of_emitters.push(groups.of_shapes[i].unwrap_or(0));
-            let mean = luminance.dot(textures.mean(radiance));
-            // The mean of a few points: all that choosing a light needs.
-            let corners = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]];
-            let centre =
-                corners.map(|u| sampler.sample_area(Vec2::from_array(u)).position).iter().sum::<Vec3>() / 4.0;
-            emitters.push(Emitter::Area {
-                sampler: Box::new(sampler),
-                radiance: radiance.clone(),
-                two_sided: shape.two_sided_emission,
-                mean,
-                centre,
-            });
+        for source in sources {
+            let (emitter, group) = match source {
+                LightSource::Surface { shape, radiance, two_sided } => {
+                    // A mesh without area sends nothing.
+                    let Some(sampler) = ShapeSampler::new(&scene.shapes[shape])? else { continue };
+                    let sampler =
+                        if matches!(radiance, Value::Texture(_)) { sampler } else { sampler.without_uv() };
+                    of_shape[shape] = Some(emitters.len() as u32);
+                    // The mean of a few points: all that choosing a light needs.
+                    let corners = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.25], [0.75, 0.75]];
+                    let points = corners.map(|u| sampler.sample_area(Vec2::from_array(u)).position);
+                    let emitter = Emitter::Area {
+                        sampler: Box::new(sampler),
+                        radiance: radiance.clone(),
+                        two_sided,
+                        mean: mean_radiance(radiance, textures, luminance),
+                        centre: points.iter().sum::<Vec3>() / 4.0,
+                    };
+                    (emitter, groups.of_shapes[shape].unwrap_or(0))
+                }
+                LightSource::Dirac { light, dirac } => (Emitter::Dirac(dirac), groups.of_lights[light]),
+                LightSource::Environment { light, image, scale, to_world } => {
+                    let environment = Environment::new(image, scale, to_world, luminance)?;
+                    (Emitter::Environment(Box::new(environment)), groups.of_lights[light])
+                }
+                LightSource::Volume { light, grid, scale, to_world } => {
+                    let volume = Volume::new(grid, scale, to_world, luminance);
+                    (Emitter::Volume(Box::new(volume)), groups.of_lights[light])
+                }
+            };
+            emitters.push(emitter);
+            map.of_emitters.push(group);
         }
         for (light, group) in scene.lights.iter().zip(groups.of_lights) {
-            if !matches!(light, Light::Constant { .. }) {
-                map.of_emitters.push(group);
+            if let Light::Constant { radiance } = light {
+                let part = Vec3::select(background.cmpgt(Vec3::ZERO), *radiance / background, Vec3::ZERO);
+                map.of_background.push((group, part));
             }
-            emitters.push(match light {
-                Light::Point { position, intensity } => {
-                    Emitter::Point { position: *position, intensity: *intensity }
-                }
-                Light::Spot { to_world, intensity, beam, cutoff, texture } => Emitter::Spot {
-                    position: to_world.w_axis.truncate(),
-                    to_local: Mat3::from_mat4(*to_world).inverse(),
-                    intensity: *intensity,
-                    beam: *beam,
-                    cutoff: *cutoff,
-                    texture: texture.map(Value::Texture),
-                },
-                Light::Directional { direction, irradiance } => Emitter::Directional {
-                    direction: direction.normalize_or(-Vec3::Z),
-                    irradiance: *irradiance,
-                },
-                Light::Constant { radiance } => {
-                    background += *radiance;
-                    map.of_background.push((group, *radiance));
-                    continue;
-                }
-                Light::Environment { image, scale, to_world } => {
-                    Emitter::Environment(Box::new(Environment::new(image, *scale, *to_world, luminance)?))
-                }
-                Light::Volume { grid, scale, to_world } => {
-                    Emitter::Volume(Box::new(Volume::new(grid, *scale, *to_world, luminance)))
-                }
-                Light::Projector { to_world, texture, scale, fov_x } => {
-                    let half = (0.5 * fov_x).tan();
-                    let aspect = match &scene.textures[*texture] {
-                        yugen_scene::Texture::Image { image, .. } => image.width as f32 / image.height as f32,
-                        _ => 1.0,
-                    };
-                    Emitter::Projector {
-                        to_local: to_world.inverse(),
-                        position: to_world.w_axis.truncate(),
-                        axis: to_world.transform_vector3(Vec3::Z).normalize_or(Vec3::Z),
-                        texture: Value::Texture(*texture),
-                        scale: *scale,
-                        half: Vec2::new(half, half / aspect),
-                    }
-                }
-            });
-        }
-        for (_, part) in &mut map.of_background {
-            *part = Vec3::select(background.cmpgt(Vec3::ZERO), *part / background, Vec3::ZERO);
         }
         let which = |kind: fn(&Emitter) -> bool| {
             emitters.iter().enumerate().filter(|(_, e)| kind(e)).map(|(i, _)| i as u32).collect()
@@ -258,11 +219,7 @@ impl Lights {
             let reach = (bounds.hi - bounds.lo).length() * 0.25;
             let power: Vec<f32> =
                 (0..lights.emitters.len()).map(|i| lights.estimate(i, &middle, reach).irradiance).collect();
-            // A tenth to all alike, so that a light that matters locally is never starved.
-            let floor = 0.1 * power.iter().sum::<f32>() / power.len() as f32;
-            let mut fixed = vec![0.0; power.len()];
-            distribution::accumulate(power.iter().map(|p| f64::from(p + floor)), &mut fixed);
-            lights.fixed = Some(fixed);
+            lights.fixed = Some(chances_by_power(&power));
         }
         Ok(lights)
     }
@@ -323,20 +280,20 @@ impl Lights {
                 let irradiance = mean * (area / (distance2 + area * 0.25)).min(PI);
                 from(irradiance, *centre - to.position, (area / distance2).sqrt().min(1.0))
             }
-            Emitter::Point { position, intensity } | Emitter::Spot { position, intensity, .. } => {
-                from(self.luminance.dot(*intensity) / distance2(*position), *position - to.position, 0.0)
+            Emitter::Dirac(
+                DiracLight::Point { position, intensity } | DiracLight::Spot { position, intensity, .. },
+            ) => from(self.luminance.dot(*intensity) / distance2(*position), *position - to.position, 0.0),
+            Emitter::Dirac(DiracLight::Directional { irradiance, direction }) => {
+                from(self.luminance.dot(*irradiance), -*direction, 0.0)
             }
             Emitter::Volume(v) => {
                 let (d2, r2) = (distance2(v.centre), v.radius * v.radius);
                 from(v.intensity / (d2 + r2), v.centre - to.position, (2.0 * r2 / (d2 + r2)).sqrt().min(1.0))
             }
-            Emitter::Directional { irradiance, direction } => {
-                from(self.luminance.dot(*irradiance), -*direction, 0.0)
-            }
             Emitter::Environment(e) => {
                 LightEstimate { irradiance: e.irradiance(to.facing), turned: 1.0, direction: None }
             }
-            Emitter::Projector { position, scale, .. } => {
+            Emitter::Dirac(DiracLight::Projector { position, scale, .. }) => {
                 from(PI * scale / distance2(*position), *position - to.position, 0.0)
             }
         }
@@ -344,7 +301,7 @@ impl Lights {
 
     /// The chance of each light and those before it to be sampled for `to`.
     fn chances<'a>(&'a self, to: &'a LightSampleContext) -> &'a [f32] {
-        self.fixed.as_deref().unwrap_or(&to.chances[..self.emitters.len()])
+        self.fixed.as_deref().unwrap_or_else(|| &to.chances[..self.emitters.len()])
     }
 
     /// Chooses an emitter for `to`: its index and probability.
@@ -408,8 +365,8 @@ impl Lights {
                     delta: false,
                 }
             }
-            Emitter::Point { position, intensity } => dirac(*position, *intensity),
-            Emitter::Spot { position, to_local, intensity, beam, cutoff, texture } => {
+            Emitter::Dirac(DiracLight::Point { position, intensity }) => dirac(*position, *intensity),
+            Emitter::Dirac(DiracLight::Spot { position, to_local, intensity, beam, cutoff, texture }) => {
                 let s = dirac(*position, Vec3::ONE);
                 let local = (*to_local * -s.wi).normalize();
                 let angle = local.z.clamp(-1.0, 1.0).acos();
@@ -426,11 +383,12 @@ impl Lights {
                         0.5 + 0.5 * local.x / (local.z * half),
                         0.5 + 0.5 * local.y / (local.z * half),
                     );
-                    intensity *= textures.rgb(texture, &Lookup { uv, footprint: 0.0, place: None });
+                    let texture = Value::Texture(*texture);
+                    intensity *= textures.rgb(&texture, &Lookup { uv, footprint: 0.0, place: None });
                 }
                 s.times(intensity)
             }
-            Emitter::Directional { direction, irradiance } => LightSample {
+            Emitter::Dirac(DiracLight::Directional { direction, irradiance }) => LightSample {
                 wi: -*direction,
                 distance: f32::INFINITY,
                 emission: Emission::This(*irradiance),
@@ -466,7 +424,7 @@ impl Lights {
                     delta: false,
                 }
             }
-            Emitter::Projector { to_local, position, axis, texture, scale, half } => {
+            Emitter::Dirac(DiracLight::Projector { to_local, position, axis, texture, scale, half }) => {
                 let local = to_local.transform_point3(p);
                 let uv = Vec2::new(
                     0.5 - 0.5 * local.x / (local.z * half.x),
@@ -479,7 +437,8 @@ impl Lights {
                 // The picture is π times the irradiance it throws on a wall at distance 1, as in Mitsuba:
                 // intensity falls with 1/cos³ so that the wall is lit evenly.
                 let cos = -axis.dot(s.wi);
-                let picture = textures.rgb(texture, &Lookup { uv, footprint: 0.0, place: None });
+                let picture =
+                    textures.rgb(&Value::Texture(*texture), &Lookup { uv, footprint: 0.0, place: None });
                 s.times(picture * (PI * scale / (cos * cos * cos)))
             }
         };

@@ -299,6 +299,33 @@ fn dirac_lights_obey_the_inverse_square() {
     }
 }
 
+/// More lights than are looked at one by one for every point, of which the brightest is alone by far.
+#[test]
+fn twenty_lights_add_up() {
+    let wall =
+        shape(Geometry::Rectangle, Mat4::from_rotation_x(PI) * Mat4::from_scale(Vec3::splat(0.001)), 0);
+    let light = |i: u32| Light::Point {
+        position: Vec3::new(0.0, 0.0, -2.0),
+        intensity: Vec3::splat(if i == 7 { 100.0 } else { i as f32 }),
+    };
+    let mut eye = camera(1, 1, Vec3::new(0.0, 0.0, -5.0), Vec3::ZERO);
+    if let Projection::Perspective { fov_x, .. } = &mut eye.projection {
+        *fov_x = 1e-4;
+    }
+    let scene = Scene {
+        cameras: vec![eye],
+        materials: vec![lambert(0.5)],
+        shapes: vec![wall],
+        lights: (0..20).map(light).collect(),
+        ..Scene::default()
+    };
+    let got = mean(&render(&scene, 4096), 0);
+    // 0 to 19 are 190.
+    let expected = (190.0 - 7.0 + 100.0) / 4.0 * 0.5 / std::f64::consts::PI;
+    // Measured 1.8e-5.
+    assert!((got / expected - 1.0).abs() < 8e-5, "{got} {expected}");
+}
+
 /// A gleaming plate shows each pixel little but one of the lights. Choosing among them by what the plate shows must
 /// leave the sum what it is, and cost little against looking at each of them.
 #[test]

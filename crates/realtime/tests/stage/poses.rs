@@ -1,14 +1,15 @@
 //! A stage that takes over a pose shows what one made for it shows.
 
-use crate::device::gpu;
-use glam::{Mat4, Vec2, Vec3};
+use crate::device::{Gpu, gpu};
+use glam::{Affine2, Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_optics::Image;
-use yugen_realtime::{Options, Stage};
+use yugen_realtime::{Options, Stage, StageError};
 use yugen_reflectance::Kind;
-use yugen_scene::prepared::Rows;
+use yugen_scene::prepared::{Rows, VertexRow};
 use yugen_scene::{
-    Camera, Film, FovAxis, Geometry, Light, Mesh, ModelBuilder, Projection, Scene, Shape, Value, look_along,
+    Camera, Film, FovAxis, Geometry, Light, Material, Mesh, ModelBuilder, Projection, Scene, Shape, Texture,
+    TextureFilter, Value, Wrap, look_along,
 };
 
 /// A lamp, a wall that is deformed by `t` and a ball that rises with it.
@@ -76,18 +77,26 @@ fn picture(stage: &mut Stage) -> Image {
     stage.image().expect("a picture")
 }
 
+fn rows(scene: &Scene) -> Rows {
+    Rows::new(scene).expect("rows")
+}
+
+fn stage(gpu: &Gpu, scene: &Scene) -> Stage {
+    Stage::new(&gpu.device, &gpu.queue, &rows(scene), &options()).expect("a stage")
+}
+
 #[test]
 fn a_pose_shows_what_a_stage_made_for_it_shows() {
     let Some(gpu) = gpu() else { return };
-    let new = |t: f32| {
-        let rows = Rows::new(&scene(t)).expect("rows");
-        Stage::new(&gpu.device, &gpu.queue, &rows, &options()).expect("a stage")
-    };
-    let mut moved = new(0.0);
+    let mut moved = stage(gpu, &scene(0.0));
     let first = picture(&mut moved);
-    for t in [0.7, 0.0] {
-        assert!(moved.pose(&Rows::new(&scene(t)).expect("rows")).expect("a pose"));
-        let (got, want) = (picture(&mut moved), picture(&mut new(t)));
+    // Rows that are posed, as windows and films do, and rows made anew.
+    let mut posed = rows(&scene(0.0));
+    for (t, anew) in [(0.7, false), (0.3, true), (0.0, false)] {
+        posed.pose(&scene(t)).expect("a pose");
+        let pose = if anew { &rows(&scene(t)) } else { &posed };
+        assert!(moved.pose(pose).expect("a pose"));
+        let (got, want) = (picture(&mut moved), picture(&mut stage(gpu, &scene(t))));
         // The boxes of a deformed mesh are others than those of one built anew, not what rays meet in them.
         assert_eq!(got.data, want.data, "at {t}");
         assert_eq!(got.data == first.data, t == 0.0);
@@ -95,11 +104,69 @@ fn a_pose_shows_what_a_stage_made_for_it_shows() {
     // What is no pose of it is refused, and leaves what was there.
     let mut other = scene(0.5);
     other.shapes.pop();
-    assert!(!moved.pose(&Rows::new(&other).expect("rows")).expect("the device lives"));
+    assert!(!moved.pose(&rows(&other)).expect("the device lives"));
     let mut other = scene(0.5);
     other.shapes[0].name = "renamed".into();
     other.shapes[0].material = 1;
     other.materials.push(other.materials[0].clone());
-    assert!(!moved.pose(&Rows::new(&other).expect("rows")).expect("the device lives"));
-    assert_eq!(picture(&mut moved).data.len(), first.data.len());
+    assert!(!moved.pose(&rows(&other)).expect("the device lives"));
+    assert_eq!(moved.image().expect("a picture").data, first.data);
+    assert_eq!(moved.frame(&camera()).expect("a frame"), 5, "the sum goes on");
+}
+
+/// The scene on a textured wall, twice as large.
+fn textured(t: f32, grey: f32) -> Scene {
+    let mut scene = scene(t);
+    let mut image = Image::rgb(4, 4);
+    image.data.fill(grey);
+    scene.textures.push(Texture::Image {
+        image: Arc::new(image),
+        filter: TextureFilter::Bilinear,
+        wrap: [Wrap::Repeat; 2],
+        to_uv: Affine2::IDENTITY,
+        channel: None,
+    });
+    scene.materials[0] = Material::lambert(Value::Texture(0));
+    scene.shapes[0].to_world = Mat4::from_scale(Vec3::splat(2.0));
+    scene
+}
+
+#[test]
+fn a_pose_that_fails_on_the_way_leaves_nothing_behind_that_the_next_would_keep() {
+    let Some(gpu) = gpu() else { return };
+    let good = rows(&textured(0.0, 0.5));
+    let mut stage = stage(gpu, &textured(0.0, 0.5));
+    let want = picture(&mut stage);
+    let then = |stage: &mut Stage, what: &str| {
+        assert_eq!(stage.frame(&camera()).expect("a frame"), 1, "{what}: the sum is of what was there");
+        assert!(stage.pose(&good).expect("a pose"));
+        assert_eq!(picture(stage).data, want.data, "{what}");
+    };
+    // Of rows that reach too far the vertices, lights and textures are sent, and not where the draws are.
+    let mut far = textured(0.7, 0.9);
+    far.shapes[1].to_world.w_axis.x = 1e16;
+    assert!(matches!(stage.pose(&rows(&far)), Err(StageError::Hierarchy(_))));
+    then(&mut stage, "a pose");
+    assert!(matches!(stage.refill(&rows(&far)), Err(StageError::Hierarchy(_))));
+    then(&mut stage, "other textures");
+    // Of a mesh that cannot be where its draw takes it the vertices are sent.
+    let wall = [0, 1, 2, 3].map(|i| VertexRow { position: [9e14; 3], ..good.vertices[i] });
+    assert!(matches!(stage.deform(0, &wall), Err(StageError::Hierarchy(_))));
+    then(&mut stage, "a deformed mesh");
+}
+
+#[test]
+fn a_scene_whose_only_light_goes_out_needs_another_shader() {
+    let Some(gpu) = gpu() else { return };
+    let lit = |radiance: f32| {
+        let mut scene = scene(0.0);
+        scene.shapes[2].emission = None;
+        scene.lights = vec![Light::Constant { radiance: Vec3::splat(radiance) }];
+        scene
+    };
+    let mut sky = stage(gpu, &lit(1.0));
+    assert!(!sky.has_head_light() && stage(gpu, &lit(0.0)).has_head_light());
+    assert!(sky.refill(&rows(&lit(2.0))).expect("the device lives"));
+    assert!(!sky.refill(&rows(&lit(0.0))).expect("the device lives"));
+    assert!(!sky.pose(&rows(&lit(0.0))).expect("the device lives"));
 }

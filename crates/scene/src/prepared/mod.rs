@@ -1,10 +1,11 @@
 //! What both renderers start from.
 //!
 //! Whatever a scene means before a ray or a pixel exists is decided here, once: materials flattened, textures with their
-//! pyramids, meshes checked and placed, the tables by which environments are sampled.
+//! pyramids, meshes checked and placed, what shines, the tables by which environments are sampled.
 
 mod environment;
 mod form;
+mod lights;
 mod material;
 mod mesh;
 mod rows;
@@ -13,6 +14,7 @@ mod volume;
 
 pub use environment::{BadEnvironment, Environment};
 pub use form::Form;
+pub use lights::{DiracLight, EmitterInGroup, LightSource, LightSources, chances_by_power, mean_radiance};
 pub use material::{MaterialError, Materials, Scratch, Shading, ShadingPoint, ShadingSample, scratch};
 pub use mesh::{GeometryError, PlacedMesh, attribute, double_area_normal, for_normals, mesh_bytes};
 pub use rows::{DrawRow, GEOMETRY_WGSL, MeshRow, NONE, Rows, RowsError, VertexRow, wgsl};

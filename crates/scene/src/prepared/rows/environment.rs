@@ -18,7 +18,7 @@ pub(super) fn write(e: &Environment, rows: &mut Rows) -> u32 {
         pack(rows, &flat);
     }
     let at = rows.words.len() as u32;
-    // See turn.
+    // See set_orientation.
     rows.words.extend([0; 18]);
     let [sizes, counts] = [e.cells.size, e.cells.count].map(|v| v.map(|n| n as u32));
     rows.words.extend([e.across as u32, e.down as u32]);
@@ -28,8 +28,8 @@ pub(super) fn write(e: &Environment, rows: &mut Rows) -> u32 {
     at
 }
 
-/// Turns the environment that begins at word `at`: its tables are in its own coordinates.
-pub(super) fn turn(at: u32, to_world: Mat4, rows: &mut Rows) {
+/// Sets the frame of the environment that begins at word `at`: its tables are in its own coordinates.
+pub(super) fn set_orientation(at: u32, to_world: Mat4, rows: &mut Rows) {
     let to_world = Mat3::from_mat4(to_world);
     let columns = [to_world.inverse(), to_world].map(|m| m.to_cols_array().map(f32::to_bits));
     rows.words[at as usize..][..18].copy_from_slice(columns.as_flattened());

@@ -2,9 +2,10 @@
 
 use super::texture::Programs;
 use super::{DrawRow, NONE, Rows, RowsError, environment};
-use crate::prepared::{Environment, Textures};
-use crate::{Geometry, Light, Scene, Shape, Texture, Value};
-use glam::{Mat3, Vec3};
+use crate::prepared::{DiracLight, Environment, LightSource, LightSources, Textures};
+use crate::prepared::{chances_by_power, mean_radiance};
+use crate::{Geometry, Scene, Shape, Value};
+use glam::Vec3;
 use std::f32::consts::PI;
 use yugen_optics::distribution;
 
@@ -12,207 +13,177 @@ use yugen_optics::distribution;
 const STRIDE: usize = 28;
 
 /// Kinds of emitters, the first word of each.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
-enum Op {
+pub(super) enum Op {
     Area,
     Point,
     Spot,
     Directional,
     Environment,
     Projector,
+    Volume,
+}
+
+impl Op {
+    pub(super) fn of(source: &LightSource) -> Self {
+        match source {
+            LightSource::Surface { .. } => Self::Area,
+            LightSource::Environment { .. } => Self::Environment,
+            LightSource::Volume { .. } => Self::Volume,
+            LightSource::Dirac { dirac, .. } => match dirac {
+                DiracLight::Point { .. } => Self::Point,
+                DiracLight::Spot { .. } => Self::Spot,
+                DiracLight::Directional { .. } => Self::Directional,
+                DiracLight::Projector { .. } => Self::Projector,
+            },
+        }
+    }
+
+    /// For sentences.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Area => "a surface",
+            Self::Point => "a point light",
+            Self::Spot => "a spot light",
+            Self::Directional => "a directional light",
+            Self::Environment => "an environment",
+            Self::Projector => "a projector",
+            Self::Volume => "a volume",
+        }
+    }
 }
 
 /// What an emitter sends, whatever its pose.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sends {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Emission {
+    pub(super) op: Op,
     /// Its radiance, or the texture of its light, as [`Programs::value`] has it; the first word of none is [`NONE`]. Of an
     /// environment, where it begins.
     value: [u32; 4],
     /// Luminance: mean radiance of a surface, irradiance of an environment on what faces anywhere.
     mean: f32,
-    /// Width over height of a projector's picture.
-    aspect: f32,
-}
-
-fn shines(shape: &Shape) -> bool {
-    shape.emission.is_some() && !matches!(shape.geometry, Geometry::Instance(_))
-}
-
-/// Lights that are chosen among, without what comes from everywhere alike.
-fn chosen(scene: &Scene) -> impl Iterator<Item = &Light> {
-    scene.lights.iter().filter(|l| !matches!(l, Light::Constant { .. }))
-}
-
-/// How many emitters there are.
-pub(super) fn count(scene: &Scene) -> usize {
-    scene.shapes.iter().filter(|s| shines(s)).count() + chosen(scene).count()
-}
-
-/// The emitter of each shape: those that shine come first, in their order.
-pub(super) fn number(scene: &Scene) -> Result<Vec<Option<u32>>, RowsError> {
-    if let Some(shape) = scene.groups.iter().flatten().find(|s| s.emission.is_some()) {
-        return Err(RowsError::EmitterInGroup(shape.name.clone()));
-    }
-    if scene.lights.iter().any(|l| matches!(l, Light::Volume { .. })) {
-        return Err(RowsError::Volume);
-    }
-    let mut count = 0;
-    let number = |shape: &Shape| {
-        shines(shape).then(|| {
-            count += 1;
-            count - 1
-        })
-    };
-    Ok(scene.shapes.iter().map(number).collect())
 }
 
 /// Adds the textures of all emitters and the tables of environments.
-pub(super) fn send(
+pub(super) fn write_emissions(
     scene: &Scene,
+    lights: &LightSources,
     textures: &Textures,
     programs: &mut Programs,
     rows: &mut Rows,
-) -> Result<Vec<Sends>, RowsError> {
+) -> Result<Vec<Emission>, RowsError> {
     let luminance = scene.working_space.luminance_weights();
-    let mut all = Vec::new();
-    for radiance in scene.shapes.iter().filter(|s| shines(s)).filter_map(|s| s.emission.as_ref()) {
-        let mean = luminance.dot(textures.mean(radiance)).max(0.0);
-        all.push(Sends { value: programs.value(radiance, rows)?, mean, ..Sends::default() });
-    }
-    for light in chosen(scene) {
-        all.push(match light {
-            Light::Environment { image, scale, to_world } => {
+    let emission = |source: &LightSource| {
+        let (value, mean) = match source {
+            LightSource::Surface { radiance, .. } => {
+                (programs.value(radiance, rows)?, mean_radiance(radiance, textures, luminance))
+            }
+            LightSource::Environment { image, scale, to_world, .. } => {
                 let e = Environment::new(image, *scale, *to_world, luminance)?;
-                let at = environment::write(&e, rows);
-                Sends { value: [at, 0, 0, 0], mean: e.irradiance(Vec3::ZERO), ..Sends::default() }
+                ([environment::write(&e, rows), 0, 0, 0], e.irradiance(Vec3::ZERO))
             }
-            Light::Spot { texture: Some(id), .. } => {
-                Sends { value: programs.value(&Value::Texture(*id), rows)?, ..Sends::default() }
-            }
-            Light::Projector { texture, .. } => {
-                let aspect = match &scene.textures[*texture] {
-                    Texture::Image { image, .. } => image.width as f32 / image.height as f32,
-                    _ => 1.0,
-                };
-                Sends { value: programs.value(&Value::Texture(*texture), rows)?, aspect, ..Sends::default() }
-            }
-            _ => Sends { value: [NONE, 0, 0, 0], ..Sends::default() },
-        });
-    }
-    Ok(all)
+            LightSource::Volume { .. } => return Err(RowsError::Volume),
+            LightSource::Dirac { dirac, .. } => match dirac.texture() {
+                Some(id) => (programs.value(&Value::Texture(id), rows)?, 0.0),
+                None => ([NONE, 0, 0, 0], 0.0),
+            },
+        };
+        Ok(Emission { op: Op::of(source), value, mean })
+    };
+    lights.sources.iter().map(emission).collect()
 }
 
-/// Adds the emitters, the chance of each and those before it to be chosen by its power, and the background.
-pub(super) fn write(scene: &Scene, of_shape: &[Option<u32>], sends: &[Sends], rows: &mut Rows) {
+/// Adds the emitters, which send what `emissions` say, the chance of each and those before it to be chosen by its power,
+/// and the background.
+pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission], rows: &mut Rows) {
     let luminance = scene.working_space.luminance_weights();
     let table = rows.words.len();
-    rows.words.resize(table + STRIDE * sends.len(), 0);
+    rows.words.resize(table + STRIDE * lights.sources.len(), 0);
     (rows.lights, rows.lights_by_area) = (0, false);
     let radius = rows.radius();
     let mut next = 0;
     let mut power = Vec::new();
     let mut environments = Vec::new();
-    let mut sends = sends.iter();
 
-    for (shape, _) in scene.shapes.iter().zip(of_shape).filter(|(_, e)| e.is_some()) {
-        let Some(Sends { value, mean, .. }) = sends.next() else { continue };
-        let draw = rows.draws.iter().position(|d| d.emitter == next).map_or(NONE, |i| i as u32);
-        let (cumulative, area) = rows.areas(draw);
-        let sides = if shape.two_sided_emission { 2.0 } else { 1.0 };
-        power.push(mean * area * PI * sides);
-        let mut words = vec![Op::Area as u32, draw, u32::from(shape.two_sided_emission)];
-        words.extend(value);
-        words.extend([rows.numbers.len() as u32, cumulative.len() as u32, area.to_bits()]);
-        let cone = sphere(shape, value[0] == 2);
-        rows.lights |= u32::from(cone[3] > 0.0) << 31;
-        words.extend(cone.map(f32::to_bits));
-        let mut by_angle = cone[3] > 0.0;
-        if value[0] != 2
-            && let Some(corner_and_sides) = rows.rectangle(draw)
-        {
-            rows.lights |= 1 << 30;
-            words.extend(corner_and_sides.iter().flat_map(|v| v.to_array()).map(f32::to_bits));
-            words.push(1);
-            by_angle = true;
-        }
-        rows.lights_by_area |= !by_angle;
-        rows.numbers.extend(cumulative);
-        put(rows, table, &mut next, &words);
-    }
-    for (light, Sends { value, mean, aspect }) in chosen(scene).zip(sends) {
-        let mut words = Vec::new();
+    for (source, Emission { op, value, mean }) in lights.sources.iter().zip(emissions) {
+        let mut words = vec![*op as u32];
         let floats = |words: &mut Vec<u32>, v: &[f32]| words.extend(v.iter().map(|x| x.to_bits()));
-        match light {
-            // Refused in [`number`].
-            Light::Constant { .. } | Light::Volume { .. } => {}
-            Light::Point { position, intensity } => {
-                words.push(Op::Point as u32);
-                floats(&mut words, &position.to_array());
-                floats(&mut words, &intensity.to_array());
-                power.push(4.0 * PI * luminance.dot(*intensity));
-            }
-            Light::Spot { to_world, intensity, beam, cutoff, .. } => {
-                words.push(Op::Spot as u32);
-                floats(&mut words, &to_world.w_axis.truncate().to_array());
-                floats(&mut words, &intensity.to_array());
-                floats(&mut words, &Mat3::from_mat4(*to_world).inverse().to_cols_array());
-                floats(&mut words, &[*beam, *cutoff]);
+        match source {
+            LightSource::Surface { shape, two_sided, .. } => {
+                let draw = rows.draws.iter().position(|d| d.emitter == next).map_or(NONE, |i| i as u32);
+                let (cumulative, area) = rows.areas(draw);
+                power.push(mean * area * PI * if *two_sided { 2.0 } else { 1.0 });
+                words.extend([draw, u32::from(*two_sided)]);
                 words.extend(value);
-                power.push(2.0 * PI * (1.0 - cutoff.cos()) * luminance.dot(*intensity));
+                words.extend([rows.numbers.len() as u32, cumulative.len() as u32, area.to_bits()]);
+                let cone = sphere(&scene.shapes[*shape], value[0] == 2);
+                rows.lights |= u32::from(cone[3] > 0.0) << 31;
+                words.extend(cone.map(f32::to_bits));
+                let mut by_angle = cone[3] > 0.0;
+                if value[0] != 2
+                    && let Some(corner_and_sides) = rows.rectangle(draw)
+                {
+                    rows.lights |= 1 << 30;
+                    words.extend(corner_and_sides.iter().flat_map(|v| v.to_array()).map(f32::to_bits));
+                    words.push(1);
+                    by_angle = true;
+                }
+                rows.lights_by_area |= !by_angle;
+                rows.numbers.extend(cumulative);
             }
-            Light::Directional { direction, irradiance } => {
-                words.push(Op::Directional as u32);
-                floats(&mut words, &direction.normalize_or(-Vec3::Z).to_array());
-                floats(&mut words, &irradiance.to_array());
-                power.push(PI * radius * radius * luminance.dot(*irradiance));
-            }
-            Light::Environment { to_world, .. } => {
-                environment::turn(value[0], *to_world, rows);
+            // Refused above.
+            LightSource::Volume { .. } => continue,
+            LightSource::Environment { to_world, .. } => {
+                environment::set_orientation(value[0], *to_world, rows);
                 environments.push(next);
                 // Four times the irradiance is the mean radiance times 4π.
                 power.push(4.0 * PI * radius * radius * mean);
-                words.extend([Op::Environment as u32, value[0]]);
+                words.push(value[0]);
             }
-            Light::Projector { to_world, scale, fov_x, .. } => {
-                let half = (0.5 * fov_x).tan();
-                let to_local = to_world.inverse();
-                words.push(Op::Projector as u32);
-                for row in 0..3 {
-                    floats(&mut words, &to_local.row(row).to_array());
+            LightSource::Dirac { dirac, .. } => match dirac {
+                DiracLight::Point { position, intensity } => {
+                    floats(&mut words, &position.to_array());
+                    floats(&mut words, &intensity.to_array());
+                    power.push(4.0 * PI * luminance.dot(*intensity));
                 }
-                floats(&mut words, &to_world.w_axis.truncate().to_array());
-                let axis = to_world.transform_vector3(Vec3::Z).normalize_or(Vec3::Z);
-                floats(&mut words, &axis.to_array());
-                words.extend(value);
-                floats(&mut words, &[*scale, half, half / aspect]);
-                power.push(PI * scale * 4.0 * half * half / aspect);
-            }
+                DiracLight::Spot { position, to_local, intensity, beam, cutoff, .. } => {
+                    floats(&mut words, &position.to_array());
+                    floats(&mut words, &intensity.to_array());
+                    floats(&mut words, &to_local.to_cols_array());
+                    floats(&mut words, &[*beam, *cutoff]);
+                    words.extend(value);
+                    power.push(2.0 * PI * (1.0 - cutoff.cos()) * luminance.dot(*intensity));
+                }
+                DiracLight::Directional { direction, irradiance } => {
+                    floats(&mut words, &direction.to_array());
+                    floats(&mut words, &irradiance.to_array());
+                    power.push(PI * radius * radius * luminance.dot(*irradiance));
+                }
+                DiracLight::Projector { to_local, position, axis, scale, half, .. } => {
+                    for row in 0..3 {
+                        floats(&mut words, &to_local.row(row).to_array());
+                    }
+                    floats(&mut words, &position.to_array());
+                    floats(&mut words, &axis.to_array());
+                    words.extend(value);
+                    floats(&mut words, &[*scale, half.x, half.y]);
+                    power.push(PI * scale * 4.0 * half.x * half.y);
+                }
+            },
         }
-        put(rows, table, &mut next, &words);
-    }
-    let mut background = Vec3::ZERO;
-    for light in &scene.lights {
-        if let Light::Constant { radiance } = light {
-            background += *radiance;
-        }
-    }
-
-    // A tenth to all alike, so that a light that matters locally is never starved.
-    let power: Vec<f64> =
-        power.iter().map(|p| if p.is_finite() { f64::from(p.max(0.0)) } else { 0.0 }).collect();
-    let floor = 0.1 * power.iter().sum::<f64>() / power.len().max(1) as f64;
-    let mut chances = vec![0.0; power.len()];
-    if !power.is_empty() {
-        distribution::accumulate(power.iter().map(|p| p + floor), &mut chances);
+        rows.lights |= 1 << words[0];
+        let at = table + STRIDE * next as usize;
+        rows.words[at..at + words.len()].copy_from_slice(&words);
+        next += 1;
     }
     rows.emitters = next;
     rows.words[4..7].copy_from_slice(&[table as u32, next, rows.numbers.len() as u32]);
-    rows.numbers.extend(chances);
+    rows.numbers.extend(chances_by_power(&power));
     rows.words[7] = rows.words.len() as u32;
     rows.words.push(environments.len() as u32);
     rows.words.extend(environments);
-    rows.words[8..11].copy_from_slice(&background.to_array().map(f32::to_bits));
+    rows.words[8..11].copy_from_slice(&lights.background.to_array().map(f32::to_bits));
 }
 
 /// Centre and radius of a shape that is a round sphere of one radiance, sampled by the cone that it subtends; else a
@@ -227,13 +198,6 @@ fn sphere(shape: &Shape, textured: bool) -> [f32; 4] {
     } else {
         [0.0; 4]
     }
-}
-
-fn put(rows: &mut Rows, table: usize, next: &mut u32, words: &[u32]) {
-    rows.lights |= 1 << words[0];
-    let at = table + STRIDE * *next as usize;
-    rows.words[at..at + words.len()].copy_from_slice(words);
-    *next += 1;
 }
 
 impl Rows {

@@ -15,7 +15,8 @@ mod texture;
 
 pub use geometry::{DrawRow, MeshRow, NONE, VertexRow};
 
-use super::{BadEnvironment, GeometryError, MaterialError, Materials, Textures};
+use super::{BadEnvironment, EmitterInGroup, GeometryError, LightSource, LightSources};
+use super::{MaterialError, Materials, Textures};
 use crate::{MissingAttribute, Scene, Texture};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -74,7 +75,7 @@ pub struct Fixed {
     words: usize,
     numbers: usize,
     see_through: Vec<bool>,
-    emitters: Vec<light::Sends>,
+    emitters: Vec<light::Emission>,
 }
 
 /// The structs of shapes.
@@ -101,20 +102,20 @@ pub enum RowsError {
     #[error(transparent)]
     Attribute(#[from] MissingAttribute),
     /// Emission on shapes inside a group.
-    #[error("shape '{0}' inside a group emits light; instances cannot: place it in the scene itself")]
-    EmitterInGroup(String),
+    #[error(transparent)]
+    EmitterInGroup(#[from] EmitterInGroup),
     /// Flames, which only the reference renderer shows.
     #[error(
-        "the scene has volumes that shine; the real-time renderer cannot show them yet: render it by the reference"
+        "the scene has volumes that shine; the real-time renderer cannot show them: render it by the reference"
     )]
     Volume,
     /// A pose of another scene.
-    #[error("another scene is no pose of this one: {found} emitters and materials instead of {rows}")]
+    #[error("another scene is no pose of this one: {found} instead of {rows}")]
     OtherScene {
-        /// In the scene.
-        found: usize,
-        /// In the rows.
-        rows: usize,
+        /// What the scene has.
+        found: String,
+        /// What the rows have.
+        rows: String,
     },
     /// Textures made of textures made of textures.
     #[error("texture {texture} is made of others more than {limit} deep")]
@@ -149,45 +150,79 @@ impl Rows {
         rows.words[..3].copy_from_slice(&luminance.to_array().map(f32::to_bits));
         let mut programs = texture::Programs::new(&textures);
         material::write(&materials, &mut programs, &mut rows)?;
-        let emitters = light::send(scene, &textures, &mut programs, &mut rows)?;
+        let lights = LightSources::new(scene)?;
+        let emitters = light::write_emissions(scene, &lights, &textures, &mut programs, &mut rows)?;
         rows.fixed = Fixed {
             words: rows.words.len(),
             numbers: rows.numbers.len(),
             see_through: (0..scene.materials.len()).map(|m| materials.see_through(m)).collect(),
             emitters,
         };
-        rows.arrange(scene)?;
+        rows.write_pose(scene, &lights)?;
         Ok(rows)
     }
 
     /// Takes over another pose of the same scene ([`Scene::pose`]): shapes and lights are written anew, which takes the
-    /// time of their vertices; materials and textures stay.
+    /// time of their vertices; materials and textures stay. Where the scene is another one the rows stay as they are; after
+    /// an error in its shapes they have neither shapes nor lights until a pose is taken over.
     pub fn pose(&mut self, scene: &Scene) -> Result<(), RowsError> {
-        let Fixed { emitters, see_through, .. } = &self.fixed;
-        let (found, rows) = (light::count(scene) + scene.materials.len(), emitters.len() + see_through.len());
-        if found != rows {
-            return Err(RowsError::OtherScene { found, rows });
+        let lights = LightSources::new(scene)?;
+        self.check_same_scene(scene, &lights)?;
+        self.forget_pose();
+        let written = self.write_pose(scene, &lights);
+        if written.is_err() {
+            self.forget_pose();
+            light::write(scene, &LightSources::default(), &[], self);
         }
+        written
+    }
+
+    fn check_same_scene(&self, scene: &Scene, lights: &LightSources) -> Result<(), RowsError> {
+        let Fixed { emitters, see_through, .. } = &self.fixed;
+        let other = |found: String, rows: String| Err(RowsError::OtherScene { found, rows });
+        for (found, rows, what) in [
+            (scene.materials.len(), see_through.len(), "materials"),
+            (lights.sources.len(), emitters.len(), "emitters"),
+        ] {
+            if found != rows {
+                return other(format!("{found} {what}"), rows.to_string());
+            }
+        }
+        for (i, (source, emitter)) in lights.sources.iter().zip(emitters).enumerate() {
+            let op = light::Op::of(source);
+            if op != emitter.op {
+                let found = format!("{} as emitter number {}", op.name(), i + 1);
+                return other(found, emitter.op.name().into());
+            }
+        }
+        Ok(())
+    }
+
+    fn forget_pose(&mut self) {
         self.words.truncate(self.fixed.words);
         self.numbers.truncate(self.fixed.numbers);
         self.vertices.clear();
         self.triangles.clear();
         self.meshes.clear();
         self.draws.clear();
-        self.arrange(scene)
     }
 
     /// Writes what a pose changes.
-    fn arrange(&mut self, scene: &Scene) -> Result<(), RowsError> {
-        let of_shape = light::number(scene)?;
+    fn write_pose(&mut self, scene: &Scene, lights: &LightSources) -> Result<(), RowsError> {
+        let mut of_shape = vec![None; scene.shapes.len()];
+        for (emitter, source) in (0..).zip(&lights.sources) {
+            if let LightSource::Surface { shape, .. } = source {
+                of_shape[*shape] = Some(emitter);
+            }
+        }
         let fixed = std::mem::take(&mut self.fixed);
         let see_through = |m: usize| fixed.see_through.get(m).copied().unwrap_or(false);
-        let arranged = self
-            .add_shapes(scene, &see_through, &|shape| of_shape[shape])
-            .map_err(RowsError::from)
-            .map(|()| light::write(scene, &of_shape, &fixed.emitters, self));
+        let added = self.add_shapes(scene, &see_through, &|shape| of_shape[shape]);
+        if added.is_ok() {
+            light::write(scene, lights, &fixed.emitters, self);
+        }
         self.fixed = fixed;
-        arranged
+        Ok(added?)
     }
 }
 
