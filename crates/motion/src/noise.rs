@@ -26,6 +26,26 @@ const PERMUTATION: [u8; 256] = [
     66, 215, 61, 156, 180,
 ];
 
+/// To the middles of the edges of a cube; four of them twice, so that there are sixteen.
+const GRADIENTS: [[i8; 3]; 16] = [
+    [1, 1, 0],
+    [-1, 1, 0],
+    [1, -1, 0],
+    [-1, -1, 0],
+    [1, 0, 1],
+    [-1, 0, 1],
+    [1, 0, -1],
+    [-1, 0, -1],
+    [0, 1, 1],
+    [0, -1, 1],
+    [0, 1, -1],
+    [0, -1, -1],
+    [1, 1, 0],
+    [0, -1, 1],
+    [-1, 1, 0],
+    [0, -1, -1],
+];
+
 /// Where the three components of the potential of [`curl_noise`] are taken, so that they have nothing to do with each
 /// other.
 const APART: [Vec3; 3] =
@@ -43,10 +63,7 @@ macro_rules! in_precision {
             let (mut along, mut gradient) = ([0.0; 8], $vector::ZERO);
             for (i, &hash) in corner.iter().enumerate() {
                 let offset = $vector::from_array([i & 1, i >> 1 & 1, i >> 2].map(|v| v as $float));
-                let mut g = $vector::ZERO;
-                for (axis, sign) in axes(hash).into_iter().zip(signs(hash)) {
-                    g[axis] += $float::from(sign);
-                }
+                let g = $vector::from_array(GRADIENTS[usize::from(hash & 15)].map($float::from));
                 let d = g.dot(t - offset);
                 along[i] = d;
                 // The corner's weight is the product of these.
@@ -97,23 +114,6 @@ fn hashes([x, y, z]: [u8; 3]) -> [u8; 8] {
         let a = at(x.wrapping_add(i)).wrapping_add(y).wrapping_add(j);
         at(at(a).wrapping_add(z).wrapping_add(k))
     })
-}
-
-/// The two axes between which a gradient points.
-fn axes(hash: u8) -> [usize; 2] {
-    let h = hash & 15;
-    let first = if h < 8 { 0 } else { 1 };
-    let second = match h {
-        0..=3 => 1,
-        12 | 14 => 0,
-        _ => 2,
-    };
-    [first, second]
-}
-
-/// And to which side.
-fn signs(hash: u8) -> [i8; 2] {
-    [if hash & 1 == 0 { 1 } else { -1 }, if hash & 2 == 0 { 1 } else { -1 }]
 }
 
 #[cfg(test)]

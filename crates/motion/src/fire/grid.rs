@@ -1,6 +1,7 @@
 //! A flame as a renderer reads it: cells that emit and absorb, and what light leaves them.
 
-use glam::{DVec3, UVec3, Vec3, Vec4};
+use super::FireError;
+use glam::{DVec3, IVec3, UVec3, Vec3, Vec4};
 use std::f64::consts::TAU;
 use yugen_optics::ColourSpace;
 
@@ -34,19 +35,20 @@ pub struct Along {
     pub transmittance: f32,
 }
 
-/// Directions and weights of the integral over the sphere: Lebedev's rule of 14 points, exact for polynomials of degree 5
-/// (Lebedev 1976); axes weigh 1/15 each, diagonals of the cube 3/40.
-pub(super) fn directions() -> impl Iterator<Item = (DVec3, f64)> {
-    let axes = DVec3::AXES.into_iter().flat_map(|a| [a, -a]).map(|a| (a, 1.0 / 15.0));
-    let corner = |i: u32| DVec3::from_array([0, 1, 2].map(|k| f64::from(i >> k & 1) * 2.0 - 1.0));
-    axes.chain((0..8).map(move |i| (corner(i).normalize(), 3.0 / 40.0)))
-}
-
 impl Grid {
     /// The fewest cells along an axis.
     pub const FEWEST: u32 = 4;
     /// The most cells of a grid, all in all (256 MiB).
     pub const MOST: u64 = 1 << 24;
+
+    /// Whether so many cells can be.
+    pub(super) fn check(size: UVec3) -> Result<(), FireError> {
+        let all = size.to_array().iter().try_fold(1u64, |n, v| n.checked_mul(u64::from(*v)));
+        if size.min_element() < Self::FEWEST || all.is_none_or(|n| n > Self::MOST) {
+            return Err(FireError::Cells { x: size.x, y: size.y, z: size.z });
+        }
+        Ok(())
+    }
 
     /// The cells as a texture or a buffer takes them: four numbers each.
     pub fn flat(&self) -> &[f32] {
@@ -58,9 +60,33 @@ impl Grid {
         (self.upper - self.lower) / self.size.as_vec3()
     }
 
+    /// Directions and weights of the mean over the sphere, as steps from cell to cell: six along the axes and eight to the
+    /// corners. The weights give polynomials of degree 3 their mean; for cubes they are Lebedev's rule of 14 points, of
+    /// degree 5 (1/15 and 3/40; Lebedev 1976).
+    pub(super) fn directions(&self) -> impl Iterator<Item = (IVec3, DVec3, f64)> {
+        let cell = self.cell().as_dvec3();
+        let d2 = (cell * cell) / cell.length_squared();
+        // So that x²y² + y²z² + z²x² has its mean, a fifth, where that leaves nothing negative.
+        let corner = 0.025 / (d2.x * d2.y + d2.y * d2.z + d2.z * d2.x);
+        let corner = corner.min(1.0 / (24.0 * d2.max_element()));
+        let axes = IVec3::AXES.into_iter().zip((d2 * (-4.0 * corner) + 1.0 / 6.0).to_array());
+        let axes = axes.flat_map(|(a, w)| [(a, w), (-a, w)]);
+        let corners = (0..8).map(|i| IVec3::from_array([0, 1, 2].map(|k| (i >> k & 1) * 2 - 1)));
+        let all = axes.chain(corners.map(move |c| (c, corner)));
+        all.map(move |(step, w)| (step, (step.as_dvec3() * cell).normalize(), w))
+    }
+
     /// Where the centre of a cell is.
     pub fn centre(&self, cell: UVec3) -> Vec3 {
         self.lower + (cell.as_vec3() + Vec3::splat(0.5)) * self.cell()
+    }
+
+    /// The centres of all cells, in the order of [`Grid::data`].
+    pub fn centres(&self) -> impl Iterator<Item = Vec3> {
+        let [nx, ny, nz] = self.size.to_array();
+        (0..nz).flat_map(move |z| {
+            (0..ny).flat_map(move |y| (0..nx).map(move |x| self.centre(UVec3::new(x, y, z))))
+        })
     }
 
     /// Emission and absorption at a point, as in [`Grid::data`].
@@ -133,10 +159,10 @@ impl Grid {
         sum * (steps[0] * steps[1])
     }
 
-    /// Radiant flux that leaves the grid, by its intensity in 14 directions. Its luminance is in lm; over 4π it is the mean
-    /// intensity.
+    /// Flux that leaves the grid, by its intensity along the axes of the cells and to their corners: 14 directions, weighted
+    /// to give the integral over the sphere. Its luminance is in lm; over 4π it is the mean intensity.
     pub fn power(&self) -> DVec3 {
-        2.0 * TAU * directions().map(|(d, w)| self.intensity(d) * w).sum::<DVec3>()
+        2.0 * TAU * self.directions().map(|(_, d, w)| self.intensity(d) * w).sum::<DVec3>()
     }
 
     /// Flux that the cells emit, before anything is absorbed.

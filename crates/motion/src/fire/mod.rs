@@ -8,10 +8,22 @@
 //!
 //! Metres, seconds, kelvin; luminance in cd/m², flux in lm.
 
+mod blobs;
+mod flame;
 mod grid;
+mod logs;
+mod pulse;
+mod soot;
+mod sparks;
 
+pub use blobs::Blob;
+pub use flame::{FIRE_WGSL, Flame, Medium};
 use glam::Vec3;
 pub use grid::{Along, Grid};
+pub use logs::Logs;
+pub use sparks::Spark;
+use std::sync::Arc;
+use yugen_optics::ColourSpace;
 
 /// How a fire moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -158,6 +170,33 @@ pub enum FireError {
         /// What else it needs.
         more: &'static str,
     },
+    /// A flame that would be a jet.
+    #[error(
+        "a fire of {diameter} m and {power} kW would be {length:.1} m long, more than {} times its width; wood does not burn so: \
+         make it wider or weaker",
+        Fire::SLENDER
+    )]
+    Slender {
+        /// Its width, m.
+        diameter: f32,
+        /// Its power, kW.
+        power: f32,
+        /// The flame's length, m.
+        length: f32,
+    },
+    /// More light than such a flame can give.
+    #[error(
+        "a fire of {diameter} m and {power} kW cannot give {candela} cd/kW: even as a body that lets no light through its flame is \
+         too small or too cool; lower candela"
+    )]
+    TooBright {
+        /// Its width, m.
+        diameter: f32,
+        /// Its power, kW.
+        power: f32,
+        /// What was asked for, cd/kW.
+        candela: f32,
+    },
     /// Cells without number, or too many.
     #[error(
         "a grid of {x} x {y} x {z} cells cannot be made; it has at least {} along each axis and at most {} in all",
@@ -175,6 +214,9 @@ pub enum FireError {
 }
 
 impl Fire {
+    /// How many diameters a flame may be long. Assumed: cribs of wood come to five or so.
+    pub const SLENDER: f32 = 10.0;
+
     /// Whether everything is within its range.
     pub fn check(&self) -> Result<(), FireError> {
         let numbers = [self.diameter, self.power, self.candela, self.wind.length()];
@@ -191,7 +233,132 @@ impl Fire {
         if !near(self.up) || self.up.length() < 1e-6 {
             return Err(FireError::Vector { name: "the up", value: self.up, more: " and a direction" });
         }
+        let length = flame::length(self.diameter, self.power);
+        if length > Self::SLENDER * self.diameter {
+            return Err(FireError::Slender { diameter: self.diameter, power: self.power, length });
+        }
         Ok(())
+    }
+}
+
+/// A fire that has been checked and knows how much soot gives its light.
+pub struct Burning {
+    fire: Fire,
+    shape: flame::Shape,
+    pulse: pulse::Pulse,
+    glow: Arc<soot::Soot>,
+    embers: soot::Soot,
+    /// What the flame emits in the mean, over 4π, with soot of 1/m; nought until it is known.
+    emission: f64,
+    /// Absorption of dense soot, 1/m.
+    soot: f32,
+}
+
+/// How strong the pulse is, and how fast the flame's time runs, where flicker is reduced. Chosen by the test of its light.
+const REDUCED: [f64; 2] = [0.07, 0.35];
+/// The moment at which a still fire stands, s.
+const STILL: f64 = 5.0;
+/// Instants by which a fire is measured before it burns.
+const INSTANTS: u32 = 32;
+
+impl Fire {
+    /// Checks the fire and measures its light over a hundred instants: soot is scaled so that the mean intensity is
+    /// [`Fire::candela`] times [`Fire::power`]. Colours will be in `space`. Takes about .1 s.
+    ///
+    /// # Errors
+    /// What [`Fire::check`] says, and more light than the flame can give.
+    pub fn light(&self, space: ColourSpace) -> Result<Burning, FireError> {
+        self.check()?;
+        let mut burning = Burning {
+            fire: *self,
+            shape: flame::Shape::new(self),
+            pulse: pulse::Pulse::new(self.seed, self.diameter),
+            glow: Arc::new(soot::Soot::new(space)),
+            embers: soot::Soot::black(space),
+            emission: 0.0,
+            soot: 1.0,
+        };
+        let target = 4.0 * std::f64::consts::PI * f64::from(self.candela * self.power);
+        let weights = space.luminance_weights().as_dvec3();
+        let instants = if self.flicker == Flicker::Still { 1 } else { INSTANTS };
+        // Spread over a minute without a rhythm of their own.
+        let instant = |i: u32| f64::from(i) * 60.0 * 0.618_034;
+        let emission = (0..instants).map(|i| burning.at(instant(i)).measured()).sum::<f64>();
+        burning.emission = emission / f64::from(instants);
+        let samples: Vec<(Grid, Vec<f32>)> = (0..instants.min(6))
+            .map(|i| {
+                let flame = burning.at(instant(i));
+                let [lower, upper] = flame.bounds();
+                let edge = ((upper - lower).element_product() / 4e4).cbrt();
+                let grid = flame.grid(flame.cells(edge))?;
+                let smoke = grid.centres().map(|p| flame.medium(p).smoke).collect();
+                Ok((grid, smoke))
+            })
+            .collect::<Result<_, FireError>>()?;
+        // What soot keeps of its own light grows with it: a few rounds settle.
+        let mut soot = 0.0;
+        for _ in 0..10 {
+            let [mut out, mut of] = [0.0; 2];
+            for (thin, smoke) in &samples {
+                let mut grid = thin.clone();
+                for (cell, smoke) in grid.data.iter_mut().zip(smoke) {
+                    cell[3] = (cell[3] - smoke).max(0.0) * soot as f32 + smoke;
+                }
+                out += weights.dot(grid.leaving());
+                of += weights.dot(grid.emitted());
+            }
+            soot = target
+                / (4.0
+                    * std::f64::consts::PI
+                    * burning.emission
+                    * if of > 0.0 { (out / of).max(1e-6) } else { 1.0 });
+        }
+        // Denser than 300/m a flame is a surface to its cells.
+        if !(soot > 0.0 && soot < 300.0) {
+            let Self { diameter, power, candela, .. } = *self;
+            return Err(FireError::TooBright { diameter, power, candela });
+        }
+        burning.soot = soot as f32;
+        Ok(burning)
+    }
+}
+
+impl Burning {
+    /// What burns.
+    pub fn fire(&self) -> &Fire {
+        &self.fire
+    }
+
+    /// The flame at `seconds` from the start, before or after; the same bits for the same second, in any order.
+    pub fn at(&self, seconds: f64) -> Flame {
+        let (seconds, strength) = self.moment(seconds);
+        Flame::new(self, seconds, strength)
+    }
+
+    /// The fire's own time at `seconds`, and how strong its pulse is.
+    fn moment(&self, seconds: f64) -> (f64, f64) {
+        let seconds = if seconds.is_finite() { seconds } else { 0.0 };
+        match self.fire.flicker {
+            Flicker::Still => (STILL, 0.0),
+            Flicker::Reduced => (seconds * REDUCED[1], REDUCED[0]),
+            Flicker::Full => (seconds, 1.0),
+        }
+    }
+
+    /// Radiance of a black body of `kelvin`, as the logs and sparks of a fire are nearly: linear RGB in its colour space, its
+    /// luminance in cd/m². Charcoal has .9 of it.
+    pub fn glow(&self, kelvin: f32) -> Vec3 {
+        self.embers.light(kelvin)
+    }
+
+    /// Length of the flame by Heskestad's law, m: so far up there is flame half of the time.
+    pub fn length(&self) -> f32 {
+        self.shape.length
+    }
+
+    /// The rate at which it puffs, Hz.
+    pub fn puffing(&self) -> f64 {
+        pulse::puffing(self.fire.diameter)
     }
 }
 
@@ -213,6 +380,10 @@ mod tests {
             (
                 Fire { foot: Vec3::NAN, ..fire },
                 "the foot of a fire is [NaN, NaN, NaN]; it needs three finite",
+            ),
+            (
+                Fire { diameter: 0.1, power: 500.0, ..fire },
+                "would be 2.7 m long, more than 10 times its width",
             ),
             (Fire { up: Vec3::ZERO, ..fire }, "from zero and a direction"),
         ] {

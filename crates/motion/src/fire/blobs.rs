@@ -1,0 +1,174 @@
+//! A flame as a few lights: Gaussian blobs of the light that leaves it.
+
+use super::Grid;
+use glam::{DMat3, DVec3, UVec3};
+use std::f64::consts::TAU;
+
+/// A part of a flame as a light: its flux, and where it comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Blob {
+    /// Flux, RGB in the grid's space; its luminance is in lm, and a 4π-th of it is the intensity, cd.
+    pub power: DVec3,
+    /// Its middle, by luminance, m.
+    pub mean: DVec3,
+    /// Covariance about it, m²; symmetric.
+    pub covariance: DMat3,
+}
+
+/// Light of some cells: moments about the origin.
+#[derive(Clone, Copy, Default)]
+struct Moments {
+    power: DVec3,
+    weight: f64,
+    first: DVec3,
+    second: DMat3,
+}
+
+impl Moments {
+    fn add(&mut self, other: &Self, share: f64) {
+        self.power += other.power * share;
+        self.weight += other.weight * share;
+        self.first += other.first * share;
+        self.second += other.second * share;
+    }
+
+    fn blob(&self) -> Blob {
+        if self.weight <= 0.0 {
+            return Blob::default();
+        }
+        let mean = self.first / self.weight;
+        Blob { power: self.power, mean, covariance: self.second * (1.0 / self.weight) - outer(mean) }
+    }
+}
+
+fn outer(v: DVec3) -> DMat3 {
+    DMat3::from_cols(v * v.x, v * v.y, v * v.z)
+}
+
+impl Grid {
+    /// What part of each cell's light leaves the grid: the mean over the directions of [`Grid::power`], in which
+    /// neighbours hand on what comes through.
+    fn escape(&self) -> Vec<f32> {
+        let size = self.size.to_array().map(|v| v as i32);
+        let mut escape = vec![0.0; self.data.len()];
+        let (mut behind, mut through) = (escape.clone(), escape.clone());
+        let index = |x: i32, y: i32, z: i32| ((z * size[1] + y) * size[0] + x) as usize;
+        for (step, _, weight) in self.directions() {
+            let length = (self.cell() * step.as_vec3()).length();
+            for (t, v) in through.iter_mut().zip(&self.data) {
+                *t = if v[3] > 0.0 { (-v[3] * length).exp() } else { 1.0 };
+            }
+            // From where the light leaves inwards.
+            let order = |axis: usize| {
+                let n = size[axis];
+                (0..n).map(move |i| if step[axis] > 0 { n - 1 - i } else { i })
+            };
+            for z in order(2) {
+                for y in order(1) {
+                    for x in order(0) {
+                        let (o, next) = (index(x, y, z), [x + step.x, y + step.y, z + step.z]);
+                        let inside = next.iter().zip(size).all(|(i, n)| (0..n).contains(i));
+                        behind[o] = if inside {
+                            let next = index(next[0], next[1], next[2]);
+                            behind[next] * through[next]
+                        } else {
+                            1.0
+                        };
+                        let depth = self.data[o][3] * length;
+                        let own = if depth > 1e-3 { (1.0 - through[o]) / depth } else { 1.0 - 0.5 * depth };
+                        escape[o] += behind[o] * own * weight as f32;
+                    }
+                }
+            }
+        }
+        escape
+    }
+
+    /// The flux that leaves the grid, by the light of each cell: what the blobs add up to. [`Grid::power`] is the same by rays.
+    pub(super) fn leaving(&self) -> DVec3 {
+        let sum: DVec3 = self
+            .data
+            .iter()
+            .zip(self.escape())
+            .map(|(v, escape)| DVec3::new(v[0].into(), v[1].into(), v[2].into()) * f64::from(escape))
+            .sum();
+        sum * self.flux()
+    }
+
+    /// Flux of a cell for each unit of emission, m³ sr.
+    fn flux(&self) -> f64 {
+        2.0 * TAU * self.cell().as_dvec3().element_product()
+    }
+
+    /// `count` blobs (at least one) that give the light of the grid together, lowest first: slabs of equal light across
+    /// `axis` (up, or where the wind bends a flame to), each with the mean and covariance of its light. Light between the
+    /// middles of two slabs is shared by both, so that blobs change as smoothly as the flame; a mixture fitted by expectation
+    /// and maximisation jumps. Power, mean and second moments of the whole are kept.
+    pub fn blobs(&self, count: usize, axis: DVec3) -> Vec<Blob> {
+        let count = count.max(1);
+        let parts = self.parts();
+        let all: f64 = parts.iter().map(|p| p.weight).sum();
+        let mut order: Vec<(f64, usize)> =
+            parts.iter().enumerate().map(|(i, p)| (axis.dot(p.first) / p.weight, i)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut below = 0.0;
+        let mut sums = vec![Moments::default(); count];
+        for (_, i) in order {
+            let at = (below + 0.5 * parts[i].weight) / all * count as f64;
+            below += parts[i].weight;
+            let at = (at - 0.5).clamp(0.0, (count - 1) as f64);
+            let (slab, t) = (at.floor() as usize, at.fract());
+            sums[slab].add(&parts[i], 1.0 - t);
+            if t > 0.0 {
+                sums[slab + 1].add(&parts[i], t);
+            }
+        }
+        // A cell is as wide as it is, also where it is alone.
+        let cell = self.cell().as_dvec3();
+        let least = DMat3::from_diagonal((cell * cell) / 12.0);
+        let blob = |s: &Moments| {
+            let mut blob = s.blob();
+            blob.covariance += least;
+            blob
+        };
+        sums.iter().map(blob).collect()
+    }
+
+    /// Moments of the light of blocks of 2×2×2 cells: those that shine.
+    fn parts(&self) -> Vec<Moments> {
+        let escape = self.escape();
+        let [nx, ny, _] = self.size.to_array().map(|v| v as usize);
+        let weights = self.space.luminance_weights().as_dvec3();
+        let flux = self.flux();
+        let blocks = self.size.map(|v| v.div_ceil(2));
+        let mut parts = Vec::new();
+        for z in 0..blocks.z {
+            for y in 0..blocks.y {
+                for x in 0..blocks.x {
+                    let first = 2 * UVec3::new(x, y, z);
+                    let end = (first + 2).min(self.size);
+                    let mut part = Moments::default();
+                    for k in first.z..end.z {
+                        for j in first.y..end.y {
+                            for i in first.x..end.x {
+                                let o = (k as usize * ny + j as usize) * nx + i as usize;
+                                let [r, g, b, _] = self.data[o].map(f64::from);
+                                let power = DVec3::new(r, g, b) * (f64::from(escape[o]) * flux);
+                                let weight = weights.dot(power);
+                                if weight > 0.0 {
+                                    let at = self.centre(UVec3::new(i, j, k)).as_dvec3();
+                                    let (first, second) = (at * weight, outer(at) * weight);
+                                    part.add(&Moments { power, weight, first, second }, 1.0);
+                                }
+                            }
+                        }
+                    }
+                    if part.weight > 0.0 {
+                        parts.push(part);
+                    }
+                }
+            }
+        }
+        parts
+    }
+}
