@@ -133,7 +133,7 @@ impl Info {
             .say("kind", "scene")
             .say("format", format.map(|f| f.name))
             .and(scene::facts(&scene));
-        if scene.figures.is_empty() {
+        if !scene.moves() {
             return Ok(facts);
         }
         let moving = scene.clips().into_iter().map(|(name, [first, last])| {

@@ -3,7 +3,13 @@
 use crate::{Geometry, Light, Mesh, Scene, suggest};
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
+use yugen_motion::fire::FireError;
 use yugen_motion::{Clip, Influences, MorphTarget, Pose, Skeleton, SkeletonError, Skin, Vertices};
+
+/// The animation of fires alone.
+const FIRE: &str = "fire";
+/// So much of it is played, s.
+const MINUTE: [f32; 2] = [0.0, 60.0];
 
 /// A skeleton, its clips, and what of the scene moves with it.
 #[derive(Clone, Debug)]
@@ -78,10 +84,10 @@ pub struct DeformedMesh {
 }
 
 /// Why a scene cannot be posed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PoseError {
     /// Nothing moves.
-    #[error("nothing in it moves: it has no animation, as a glTF file may have")]
+    #[error("nothing in it moves: it has no animation, as a glTF file may have, and no fire")]
     Still,
     /// A clip that nobody has.
     #[error("there is no animation called '{name}'{hint}")]
@@ -102,6 +108,9 @@ pub enum PoseError {
         /// What of it.
         source: SkeletonError,
     },
+    /// A fire that cannot be.
+    #[error(transparent)]
+    Fire(#[from] FireError),
     /// A mesh is torn.
     #[error("at {seconds} seconds of its animation shape '{shape}' has vertices that are not finite")]
     NotFinite {
@@ -113,9 +122,18 @@ pub enum PoseError {
 }
 
 impl Scene {
-    /// The animations: names, and seconds of their first and last key. One that several figures have counts once.
+    /// Whether [`Scene::pose`] moves anything.
+    pub fn moves(&self) -> bool {
+        !self.figures.is_empty() || !self.fires.is_empty()
+    }
+
+    /// The animations: names, and seconds of their first and last key. One that several figures have counts once. Where
+    /// there are fires and nothing else moves, a minute of them, called `fire`.
     pub fn clips(&self) -> Vec<(String, [f32; 2])> {
         let mut all: Vec<(String, [f32; 2])> = Vec::new();
+        if self.figures.is_empty() && !self.fires.is_empty() {
+            all.push((FIRE.into(), MINUTE));
+        }
         for clip in self.figures.iter().flat_map(|f| &f.clips) {
             let [first, last] = clip.span();
             match all.iter_mut().find(|(name, _)| *name == clip.name) {
@@ -129,23 +147,26 @@ impl Scene {
     /// Seconds of the first and the last key of what [`Scene::pose`] plays by this name, of all figures together; `None`
     /// where it plays nothing.
     pub fn clip_span(&self, clip: Option<&str>) -> Option<[f32; 2]> {
+        if self.plays_fire(clip) {
+            return Some(MINUTE);
+        }
         let played = self.figures.iter().filter_map(|f| Some(f.clips[f.plays(clip)?].span()));
         played.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
     /// Moves every figure to where its animation called `clip` takes it at `seconds`; each to its first where no name is
     /// given. A figure that has none of this name stays as it is. Before an animation begins and after it ends it stands
-    /// still. Shapes keep their numbers; a mesh that deforms is another one afterwards. After an error some of it may have
+    /// still; fires have no end, and burn whatever else plays. Shapes keep their numbers; a mesh that deforms is another one afterwards. After an error some of it may have
     /// moved; another pose puts all in its place.
     pub fn pose(&mut self, clip: Option<&str>, seconds: f32) -> Result<(), PoseError> {
-        if self.figures.is_empty() {
+        if !self.moves() {
             return Err(PoseError::Still);
         }
         if !seconds.is_finite() {
             return Err(PoseError::Moment(seconds.to_string()));
         }
         let playing: Vec<Option<usize>> = self.figures.iter().map(|f| f.plays(clip)).collect();
-        if playing.iter().all(Option::is_none) {
+        if playing.iter().all(Option::is_none) && !self.plays_fire(clip) {
             let name = clip.unwrap_or_default().to_string();
             let clips = self.clips();
             let hint = suggest(&name, clips.iter().map(|(name, _)| name.as_str()));
@@ -160,7 +181,16 @@ impl Scene {
             }
         }
         self.figures = figures;
-        posed
+        posed?;
+        let fires = std::mem::take(&mut self.fires);
+        let burning = fires.iter().try_for_each(|fire| fire.burn(seconds.into(), self));
+        self.fires = fires;
+        Ok(burning?)
+    }
+
+    /// Whether fires are all that this animation has.
+    fn plays_fire(&self, clip: Option<&str>) -> bool {
+        self.figures.is_empty() && !self.fires.is_empty() && clip.is_none_or(|name| name == FIRE)
     }
 }
 

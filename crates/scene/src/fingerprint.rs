@@ -28,6 +28,7 @@ impl Scene {
             light_names: _,
             // Where they are now is in the shapes.
             figures: _,
+            fires: _,
             integrator: _,
         } = self;
         let mut parts = Parts::default();

@@ -8,6 +8,7 @@ mod camera;
 mod figure;
 mod film;
 mod fingerprint;
+mod fire;
 mod framing;
 mod integrator;
 mod light;
@@ -26,6 +27,7 @@ pub use attributes::MissingAttribute;
 pub use camera::{Camera, CameraError, FovAxis, Projection};
 pub use figure::{Attachment, DeformedMesh, Figure, Part, PoseError, rigid};
 pub use film::{Film, Filter};
+pub use fire::SceneFire;
 pub use framing::look_along;
 pub use integrator::{Aov, Integrator, IntegratorKind, Strategy};
 pub use light::Light;
@@ -67,6 +69,8 @@ pub struct Scene {
     pub light_names: Vec<String>,
     /// What moves, posed by [`Scene::pose`]; everything above is as it stands now.
     pub figures: Vec<Arc<Figure>>,
+    /// What burns, likewise.
+    pub fires: Vec<Arc<SceneFire>>,
     /// How the file wants to be rendered.
     pub integrator: Integrator,
 }

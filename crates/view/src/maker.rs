@@ -132,6 +132,7 @@ fn make(order: Order, last: &mut Option<Last>) -> Made {
         let mut scene = posed(&order)?;
         // Its rows have no need of them.
         scene.figures.clear();
+        scene.fires.clear();
         order.edits.light_scene(&mut scene);
         if let (Some(last), None) = (last.as_mut(), &order.stage)
             && Arc::ptr_eq(&last.scene, &order.scene)
@@ -153,7 +154,7 @@ fn make(order: Order, last: &mut Option<Last>) -> Made {
             }
         };
         // Only what moves is made anew often.
-        *last = (!order.scene.figures.is_empty()).then(|| Last {
+        *last = order.scene.moves().then(|| Last {
             scene: order.scene.clone(),
             edits: order.edits.clone(),
             materials: scene.materials.clone(),

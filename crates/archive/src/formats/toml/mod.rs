@@ -15,6 +15,7 @@ use glam::{EulerRot, Mat4, Quat, Vec2, Vec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use yugen_motion::fire::{Fire, Flicker, PARAMETERS, Parameter};
 use yugen_optics::{ColourSpace, Image};
 use yugen_scene::Scene;
 use yugen_scene::{
@@ -148,8 +149,7 @@ impl<'a> Reader<'a> {
             for light in lights.array()? {
                 let mut keys = light.keys("light")?;
                 let name = keys.or("name", String::new(), |i| i.text().map(String::from))?;
-                let light = self.light(keys)?;
-                self.scene.add_light(&name, light);
+                self.light(keys, &name)?;
             }
         }
         match root.get("camera") {
@@ -297,7 +297,7 @@ impl<'a> Reader<'a> {
         Ok(camera)
     }
 
-    fn light(&mut self, mut keys: Keys<'a>) -> Result<Light, Error> {
+    fn light(&mut self, mut keys: Keys<'a>, name: &str) -> Result<(), Error> {
         #[derive(Clone, Copy)]
         enum Type {
             Point,
@@ -306,6 +306,7 @@ impl<'a> Reader<'a> {
             Constant,
             Environment,
             Projector,
+            Fire,
         }
         let types = [
             ("point", Type::Point),
@@ -314,6 +315,7 @@ impl<'a> Reader<'a> {
             ("constant", Type::Constant),
             ("environment", Type::Environment),
             ("projector", Type::Projector),
+            ("fire", Type::Fire),
         ];
         let kind =
             keys.need("type", "a light such as \"point\" or \"environment\"")?.one_of("light", &types)?;
@@ -366,9 +368,40 @@ impl<'a> Reader<'a> {
                 let fov_x = keys.or("fov", 40.0, |i| i.number_in(0.01, 179.0))?.to_radians();
                 Light::Projector { to_world, texture, scale, fov_x }
             }
+            Type::Fire => return self.fire(keys, name),
         };
         keys.finish()?;
-        Ok(light)
+        self.scene.add_light(name, light);
+        Ok(())
+    }
+
+    fn fire(&mut self, mut keys: Keys<'a>, name: &str) -> Result<(), Error> {
+        let usual = Fire::default();
+        let number = |keys: &mut Keys<'a>, p: &Parameter| {
+            keys.or(p.name, p.default, |i| i.number_in(p.range[0], p.range[1]))
+        };
+        let [diameter, power, candela, wind] = &PARAMETERS;
+        let flickers = Flicker::ALL.map(|f| (f.name(), f));
+        let fire = Fire {
+            foot: keys.or("at", usual.foot, |i| i.vec3())?,
+            up: keys.or("up", usual.up, |i| i.direction())?,
+            diameter: number(&mut keys, diameter)?,
+            power: number(&mut keys, power)?,
+            candela: number(&mut keys, candela)?,
+            wind: keys.or(wind.name, usual.wind, |i| i.vec3())?,
+            seed: keys.or("seed", usual.seed, |i| i.count(u32::MAX))?,
+            flicker: keys.or("flicker", usual.flicker, |i| i.one_of("way to flicker", &flickers))?,
+        };
+        let cell = match keys.get("cell") {
+            Some(item) => Some(item.number_in(1e-3, 1.0)?),
+            None => None,
+        };
+        let seconds = keys.or("seconds", 0.0, |i| i.number_in(-1e6, 1e6))?;
+        let place = keys.place();
+        keys.finish()?;
+        self.scene
+            .add_fire(name, &fire, cell, seconds.into())
+            .map_err(|e| Error::invalid(place, e.to_string()))
     }
 
     fn push_material(&mut self, material: Material) -> MaterialId {

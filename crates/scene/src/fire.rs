@@ -1,0 +1,143 @@
+//! Fires of a scene: flames, logs and sparks, each as a function of time.
+
+use crate::{Geometry, Light, Material, MaterialId, Mesh, Scene, Shape, Texture, TextureId, Value};
+use glam::{Mat4, Vec3};
+use std::sync::Arc;
+use yugen_motion::fire::{Burning, Fire, FireError, Grid, Logs};
+
+/// For how long the film of a spark is open, s: it is seen as a streak.
+const EXPOSURE: f32 = 1.0 / 60.0;
+/// Attribute of the meshes of logs and sparks: what they emit.
+const GLOW: &str = "glow";
+/// Charcoal reflects hardly anything.
+const CHARCOAL: f32 = 0.04;
+/// And emits nearly what a black body does.
+const EMISSIVITY: f32 = 0.9;
+/// Cells over the diameter of the fuel bed, unless something else is asked for.
+const FINENESS: f32 = 20.0;
+
+/// A fire of a scene, posed by [`Scene::pose`].
+pub struct SceneFire {
+    burning: Burning,
+    /// Edge of a cell, m.
+    cell: f32,
+    /// Index of its light.
+    light: usize,
+    logs: Logs,
+    /// Indices of the shapes of its logs and sparks.
+    shapes: [usize; 2],
+}
+
+impl std::fmt::Debug for SceneFire {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SceneFire").field("fire", self.burning.fire()).field("light", &self.light).finish()
+    }
+}
+
+impl SceneFire {
+    /// What burns.
+    pub fn fire(&self) -> &Fire {
+        self.burning.fire()
+    }
+}
+
+impl Scene {
+    /// Lights a fire: a [`Light::Volume`] called `name` and two shapes, logs and sparks, as they are at `seconds`. Lengths
+    /// of the scene are metres then, and light is in cd/m². `cell`: edge of the cells, m; a twentieth of the fuel bed where
+    /// absent.
+    pub fn add_fire(
+        &mut self,
+        name: &str,
+        fire: &Fire,
+        cell: Option<f32>,
+        seconds: f64,
+    ) -> Result<(), FireError> {
+        let burning = fire.light(self.working_space)?;
+        let glow = self.textures.len();
+        self.textures.push(Texture::MeshAttribute { name: GLOW.into() });
+        let charcoal = self.materials.len();
+        self.materials.push(Material::lambert(Value::Number(CHARCOAL)));
+        let name = if name.is_empty() { "fire" } else { name };
+        let shapes = [" logs", " sparks"].map(|part| {
+            self.shapes.push(glowing(format!("{name}{part}"), charcoal, glow));
+            self.shapes.len() - 1
+        });
+        let light = self.lights.len();
+        let nothing = Grid {
+            size: glam::UVec3::ZERO,
+            lower: Vec3::ZERO,
+            upper: Vec3::ZERO,
+            space: self.working_space,
+            data: vec![],
+        };
+        self.add_light(name, Light::Volume { grid: Arc::new(nothing), scale: 1.0, to_world: Mat4::IDENTITY });
+        let cell = cell.unwrap_or(fire.diameter / FINENESS);
+        let fire = SceneFire { logs: burning.logs(), burning, cell, light, shapes };
+        fire.burn(seconds, self)?;
+        self.fires.push(Arc::new(fire));
+        Ok(())
+    }
+}
+
+impl SceneFire {
+    /// Sets its light and shapes in `scene` to how they are at `seconds`.
+    pub(crate) fn burn(&self, seconds: f64, scene: &mut Scene) -> Result<(), FireError> {
+        let flame = self.burning.at(seconds);
+        let cells = flame.grid(flame.cells(self.cell))?;
+        if let Some(Light::Volume { grid, .. }) = scene.lights.get_mut(self.light) {
+            *grid = Arc::new(cells);
+        }
+        let [logs, sparks] = self.shapes;
+        for (shape, mesh) in [(logs, self.logs(seconds)), (sparks, self.sparks(seconds))] {
+            if let Some(shape) = scene.shapes.get_mut(shape) {
+                shape.geometry = Geometry::Mesh(Arc::new(mesh));
+            }
+        }
+        Ok(())
+    }
+
+    fn logs(&self, seconds: f64) -> Mesh {
+        let glow = self.burning.ember_temperatures(&self.logs, seconds).into_iter();
+        let glow = glow.flat_map(|kelvin| (EMISSIVITY * self.burning.glow(kelvin)).to_array());
+        Mesh {
+            name: "logs".into(),
+            positions: self.logs.positions.clone(),
+            normals: self.logs.normals.clone(),
+            triangles: self.logs.triangles.clone(),
+            attributes: vec![(GLOW.into(), 3, glow.collect())],
+            ..Mesh::default()
+        }
+    }
+
+    /// Each spark an octahedron, drawn out along its way; what is spread over a longer streak is dimmer.
+    fn sparks(&self, seconds: f64) -> Mesh {
+        let mut mesh = Mesh { name: "sparks".into(), ..Mesh::default() };
+        let mut glow = Vec::new();
+        for spark in self.burning.sparks(seconds) {
+            let way = spark.velocity * EXPOSURE;
+            let along = way.try_normalize().unwrap_or(Vec3::Y);
+            let (x, y) = along.any_orthonormal_pair();
+            let half = 0.5 * way.length() + spark.radius;
+            let first = mesh.positions.len() as u32;
+            let corners = [along * half, x * spark.radius, y * spark.radius];
+            mesh.positions.extend(corners.iter().flat_map(|c| [spark.position + *c, spark.position - *c]));
+            for octant in 0..8u32 {
+                let sign = |axis: u32| octant >> axis & 1;
+                let [a, b, c] = [0, 1, 2].map(|axis| first + 2 * axis + sign(axis));
+                // Each mirroring turns the triangle round.
+                let turned = (sign(0) + sign(1) + sign(2)) % 2 == 1;
+                mesh.triangles.push(if turned { [a, c, b] } else { [a, b, c] });
+            }
+            let radiance = EMISSIVITY * self.burning.glow(spark.temperature) * (spark.radius / half);
+            glow.extend([radiance; 6].iter().flat_map(|c| c.to_array()));
+        }
+        mesh.attributes = vec![(GLOW.into(), 3, glow)];
+        mesh
+    }
+}
+
+fn glowing(name: String, material: MaterialId, glow: TextureId) -> Shape {
+    let mut shape = Shape::new(name, Geometry::Mesh(Arc::default()), Mat4::IDENTITY, material);
+    shape.emission = Some(Value::Texture(glow));
+    shape
+}
