@@ -32,6 +32,14 @@ pub enum StageError {
         /// Bytes that one binding may have.
         limit: u64,
     },
+    /// More volumes than a frame marches through.
+    #[error("the scene has {count} volumes and at most {limit} are shown: use the reference renderer")]
+    Volumes {
+        /// In the scene.
+        count: usize,
+        /// The most.
+        limit: usize,
+    },
     /// A picture of no size, or larger than a texture may be.
     #[error("a picture of {width} x {height} pixels cannot be made here: 1 to {limit} a side")]
     Size {

@@ -123,13 +123,14 @@ impl FilmPass {
         &self.film
     }
 
-    /// Adds this frame. `primary`: group 1.
+    /// Adds this frame. `primary`: group 1; `more`: group 3, where the pipeline has one.
     pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         timestamps: &Timestamps,
         scene: &SceneBuffers,
         primary: &wgpu::BindGroup,
+        more: Option<&wgpu::BindGroup>,
     ) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(self.label),
@@ -139,6 +140,9 @@ impl FilmPass {
         pass.set_bind_group(0, scene.group(), &[]);
         pass.set_bind_group(1, primary, &[]);
         pass.set_bind_group(2, self.film.group(), &[]);
+        if more.is_some() {
+            pass.set_bind_group(3, more, &[]);
+        }
         over_pixels(&mut pass, self.film.size);
     }
 }

@@ -4,6 +4,7 @@ use crate::StageError;
 use crate::aov::aov_pass;
 use crate::display::{DisplayPass, DisplaySettings};
 use crate::film::{Film, FilmPass, film_bytes, map};
+use crate::flames::Flames;
 use crate::preview::{Preview, PreviewPass};
 use crate::reconstruction::Reconstruction;
 use crate::scene::SceneBuffers;
@@ -67,6 +68,7 @@ pub struct Stage {
     scene: SceneBuffers,
     /// The WGSL of the scene's materials and lights, as a hash: rows that need another cannot be had by new values alone.
     shader: u64,
+    flames: Option<Flames>,
     view: wgpu::Buffer,
     visibility: Visibility,
     primary_layout: wgpu::BindGroupLayout,
@@ -104,6 +106,7 @@ impl Stage {
         });
         checked(device, || {
             let scene = SceneBuffers::new(device, rows, options.threads)?;
+            let flames = Flames::new(device, queue, rows)?;
             let view = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("view"),
                 size: size_of::<ViewRow>() as u64,
@@ -115,7 +118,16 @@ impl Stage {
             let primary = primary_group(device, &primary_layout, &view, visibility.ids());
             let film_layout = Film::layout(device);
             let shade = options.bounces.map(|bounces| {
-                shade_pass(device, rows, &scene, &primary_layout, &film_layout, options, bounces)
+                shade_pass(
+                    device,
+                    rows,
+                    &scene,
+                    &primary_layout,
+                    &film_layout,
+                    flames.as_ref(),
+                    options,
+                    bounces,
+                )
             });
             let aovs = options
                 .aovs
@@ -130,6 +142,7 @@ impl Stage {
                 queue: queue.clone(),
                 scene,
                 shader: Fingerprint::of(wgsl(rows).as_bytes()),
+                flames,
                 view,
                 visibility,
                 primary_layout,
@@ -208,10 +221,11 @@ impl Stage {
             self.visibility.raster(&mut encoder, &self.timestamps);
         }
         if let Some(shade) = &self.shade {
-            shade.record(&mut encoder, &self.timestamps, &self.scene, &self.primary);
+            let flames = self.flames.as_ref().map(Flames::group);
+            shade.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, flames);
         }
         for (_, pass) in &self.aovs {
-            pass.record(&mut encoder, &self.timestamps, &self.scene, &self.primary);
+            pass.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, None);
         }
         if let Some(preview) = &mut self.preview {
             let (scene, primary) = (&self.scene, &self.primary);
@@ -262,7 +276,7 @@ impl Stage {
     /// was; make it anew. After an error it is in no pose until one is taken over.
     pub fn pose(&mut self, rows: &Rows) -> Result<bool, StageError> {
         self.check_alive()?;
-        let posed = self.scene.update(&self.queue, rows, false);
+        let posed = self.take_over(rows, false);
         if !matches!(posed, Ok(false)) {
             self.seen = None;
         }
@@ -277,7 +291,7 @@ impl Stage {
         if self.shader != Fingerprint::of(wgsl(rows).as_bytes()) {
             return Ok(false);
         }
-        let refilled = self.scene.update(&self.queue, rows, true);
+        let refilled = self.take_over(rows, true);
         if !matches!(refilled, Ok(false)) {
             self.seen = None;
             // Light that was switched off would fade slowly.
@@ -286,6 +300,17 @@ impl Stage {
             }
         }
         refilled
+    }
+
+    fn take_over(&mut self, rows: &Rows, textures: bool) -> Result<bool, StageError> {
+        if self.flames.as_ref().map_or(!rows.volumes.is_empty(), |flames| !flames.fits(rows)) {
+            return Ok(false);
+        }
+        let taken = self.scene.update(&self.queue, rows, textures)?;
+        if let (true, Some(flames)) = (taken, &self.flames) {
+            flames.send(&self.queue, rows);
+        }
+        Ok(taken)
     }
 
     /// Makes room for another number of pixels.

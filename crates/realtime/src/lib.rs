@@ -22,6 +22,7 @@
 //! | `view.wgsl` | 1, binding 0 | the camera: `pixel_ray` |
 //! | `primary.wgsl` | 1, binding 1 | the visibility buffer: `primary_hit` |
 //! | `film.wgsl` | 2 | the sums that a pass adds to: `film_add` |
+//! | `flames.wgsl` | 3 | volumes along a ray: `flames_along` |
 //! | `shade.wgsl` | | the picture |
 //! | `gbuffer.wgsl`, `preview.wgsl` | | what is shown while the sum is young |
 //! | `display.wgsl` | | exposure, gamut and curve |
@@ -36,13 +37,15 @@
 //!
 //! Spheres, discs and cylinders are meshes (off by 3e-4 of the radius). The rasteriser rounds vertices to 1/256 of a
 //! pixel, which decides single pixels at outlines; [`Options::trace_camera`] does not. Meshes that their matrix flattens
-//! are seen, but rays do not meet them. A crop's outermost pixels are filtered with what lies beyond it.
+//! are seen, but rays do not meet them. Volumes light surfaces as eight Gaussian blobs each, do not dim the light of others,
+//! and are seen by the eye and in mirrors only. A crop's outermost pixels are filtered with what lies beyond it.
 
 pub mod aov;
 mod device;
 pub mod display;
 mod error;
 pub mod film;
+mod flames;
 mod frame;
 pub mod hierarchy;
 mod pipelines;

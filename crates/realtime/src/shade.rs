@@ -1,6 +1,7 @@
 //! The picture: what the visibility buffer saw, shaded, and surfaces behind it.
 
 use crate::film::{FILM_WGSL, FilmPass};
+use crate::flames::{Flames, flames_wgsl};
 use crate::frame::Options;
 use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::compute;
@@ -42,6 +43,7 @@ pub fn shade_pass(
     scene: &SceneBuffers,
     primary: &wgpu::BindGroupLayout,
     film: &wgpu::BindGroupLayout,
+    flames: Option<&Flames>,
     options: &Options,
     bounces: u32,
 ) -> FilmPass {
@@ -77,9 +79,11 @@ pub fn shade_pass(
         SEE_THROUGH_WGSL,
         VIEW_WGSL,
         FILM_WGSL,
+        &flames_wgsl(rows),
         include_str!("shade.wgsl"),
     ];
-    let groups = [scene.layout(), primary, film];
+    let groups: Vec<_> =
+        [scene.layout(), primary, film].into_iter().chain(flames.map(Flames::layout)).collect();
     let pipeline = compute(device, "shade_pixels", &pieces, &groups);
     FilmPass::new(device, "shade", pipeline, film, options.size)
 }

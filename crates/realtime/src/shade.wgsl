@@ -108,6 +108,11 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             radiance += environment_radiance(environment_of(i).y, dir);
         }
     }
+    if (HAS_FLAMES && !HIDE_EMITTERS) {
+        let flames = flames_along(camera.origin, dir, hit.t, sample2(pixel, 0xffffu, view.index).x);
+        radiance = radiance * flames.w + flames.xyz;
+        throughput *= flames.w;
+    }
     // How far back the last direction was drawn, how likely it was, and whether it is the camera's or a mirror's.
     var since = hit.t;
     var drawn_pdf = 0.0;
@@ -256,6 +261,13 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             }
 
             let h = traverse(offset_origin(here.position, here.error, here.geometric_normal, wi), wi, 0.0, reach, of_light);
+            if (HAS_FLAMES && !of_light && drawn_delta && !(HIDE_EMITTERS && alpha == 0.0)) {
+                let reach = select(h.t, 1e30, h.draw == NONE);
+                let u = sample2(pixel, first_set + 3u, view.index).y;
+                let flames = flames_along(here.position, dir, reach, u);
+                radiance += throughput * flames.xyz;
+                throughput *= flames.w;
+            }
             // What shines there: where its value is and where that is looked up.
             if (of_light) {
                 carried *= h.t;

@@ -22,15 +22,18 @@ pub(super) enum Op {
     Directional,
     Environment,
     Projector,
-    Volume,
+    Blob,
 }
+
+/// Parts of a volume as lights.
+pub(super) const BLOBS: usize = 8;
 
 impl Op {
     pub(super) fn of(source: &LightSource) -> Self {
         match source {
             LightSource::Surface { .. } => Self::Area,
             LightSource::Environment { .. } => Self::Environment,
-            LightSource::Volume { .. } => Self::Volume,
+            LightSource::Blob { .. } | LightSource::Volume { .. } => Self::Blob,
             LightSource::Dirac { dirac, .. } => match dirac {
                 DiracLight::Point { .. } => Self::Point,
                 DiracLight::Spot { .. } => Self::Spot,
@@ -49,7 +52,7 @@ impl Op {
             Self::Directional => "a directional light",
             Self::Environment => "an environment",
             Self::Projector => "a projector",
-            Self::Volume => "a volume",
+            Self::Blob => "a part of a volume",
         }
     }
 }
@@ -83,7 +86,7 @@ pub(super) fn write_emissions(
                 let e = Environment::new(image, *scale, *to_world, luminance)?;
                 ([environment::write(&e, rows), 0, 0, 0], e.irradiance(Vec3::ZERO))
             }
-            LightSource::Volume { .. } => return Err(RowsError::Volume),
+            LightSource::Blob { .. } | LightSource::Volume { .. } => ([NONE, 0, 0, 0], 0.0),
             LightSource::Dirac { dirac, .. } => match dirac.texture() {
                 Some(id) => (programs.value(&Value::Texture(id), rows)?, 0.0),
                 None => ([NONE, 0, 0, 0], 0.0),
@@ -132,8 +135,14 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 rows.lights_by_area |= !by_angle;
                 rows.numbers.extend(cumulative);
             }
-            // Refused above.
-            LightSource::Volume { .. } => continue,
+            LightSource::Blob { mean, spread, intensity, .. } => {
+                floats(&mut words, &mean.to_array());
+                floats(&mut words, &intensity.to_array());
+                floats(&mut words, &spread.to_cols_array());
+                power.push(4.0 * PI * luminance.dot(*intensity));
+            }
+            // Divided into blobs.
+            LightSource::Volume { .. } => power.push(0.0),
             LightSource::Environment { to_world, .. } => {
                 environment::set_orientation(value[0], *to_world, rows);
                 environments.push(next);

@@ -17,9 +17,12 @@ pub use geometry::{DrawRow, MeshRow, NONE, VertexRow};
 
 use super::{BadEnvironment, EmitterInGroup, GeometryError, LightSource, LightSources};
 use super::{MaterialError, Materials, Textures};
-use crate::{MissingAttribute, Scene, Texture};
+use crate::{Light, MissingAttribute, Scene, Texture};
+use glam::Mat4;
 use std::collections::BTreeSet;
 use std::fmt::Write;
+use std::sync::Arc;
+use yugen_motion::fire::Grid;
 use yugen_reflectance::{Kind, MAX_SLOTS, wgsl_library};
 
 /// A scene as rows.
@@ -64,8 +67,21 @@ pub struct Rows {
     pub emitters: u32,
     /// Attributes of meshes that textures ask for.
     pub attribute_names: Vec<String>,
+    /// What fills the space between surfaces.
+    pub volumes: Vec<VolumeRow>,
     /// What another pose of the scene keeps.
     pub fixed: Fixed,
+}
+
+/// A volume, to be seen. Its light comes from emitters.
+#[derive(Clone, Debug)]
+pub struct VolumeRow {
+    /// Emission and absorption.
+    pub grid: Arc<Grid>,
+    /// Factor of the emission.
+    pub scale: f32,
+    /// The world to the unit cube that the grid's box is.
+    pub to_unit: Mat4,
 }
 
 /// The part of rows that a pose of the scene does not change: materials, textures, what emitters send and the tables of
@@ -76,6 +92,15 @@ pub struct Fixed {
     numbers: usize,
     see_through: Vec<bool>,
     emitters: Vec<light::Emission>,
+}
+
+impl VolumeRow {
+    fn of(light: &Light) -> Option<Self> {
+        let Light::Volume { grid, scale, to_world } = light else { return None };
+        let size = grid.upper - grid.lower;
+        let unit_to_world = *to_world * Mat4::from_translation(grid.lower) * Mat4::from_scale(size);
+        Some(Self { grid: grid.clone(), scale: *scale, to_unit: unit_to_world.inverse() })
+    }
 }
 
 /// The structs of shapes.
@@ -104,11 +129,6 @@ pub enum RowsError {
     /// Emission on shapes inside a group.
     #[error(transparent)]
     EmitterInGroup(#[from] EmitterInGroup),
-    /// Flames, which only the reference renderer shows.
-    #[error(
-        "the scene has volumes that shine; the real-time renderer cannot show them: render it by the reference"
-    )]
-    Volume,
     /// A pose of another scene.
     #[error("another scene is no pose of this one: {found} instead of {rows}")]
     OtherScene {
@@ -150,7 +170,7 @@ impl Rows {
         rows.words[..3].copy_from_slice(&luminance.to_array().map(f32::to_bits));
         let mut programs = texture::Programs::new(&textures);
         material::write(&materials, &mut programs, &mut rows)?;
-        let lights = LightSources::new(scene)?;
+        let lights = LightSources::new(scene)?.with_blobs(light::BLOBS);
         let emitters = light::write_emissions(scene, &lights, &textures, &mut programs, &mut rows)?;
         rows.fixed = Fixed {
             words: rows.words.len(),
@@ -166,7 +186,7 @@ impl Rows {
     /// time of their vertices; materials and textures stay. Where the scene is another one the rows stay as they are; after
     /// an error in its shapes they have neither shapes nor lights until a pose is taken over.
     pub fn pose(&mut self, scene: &Scene) -> Result<(), RowsError> {
-        let lights = LightSources::new(scene)?;
+        let lights = LightSources::new(scene)?.with_blobs(light::BLOBS);
         self.check_same_scene(scene, &lights)?;
         self.forget_pose();
         let written = self.write_pose(scene, &lights);
@@ -209,6 +229,7 @@ impl Rows {
 
     /// Writes what a pose changes.
     fn write_pose(&mut self, scene: &Scene, lights: &LightSources) -> Result<(), RowsError> {
+        self.volumes = scene.lights.iter().filter_map(VolumeRow::of).collect();
         let mut of_shape = vec![None; scene.shapes.len()];
         for (emitter, source) in (0..).zip(&lights.sources) {
             if let LightSource::Surface { shape, .. } = source {
