@@ -59,7 +59,8 @@ fn the_shader_fills_the_same_cells_and_a_wrong_one_is_caught() {
         .collect();
     let [largest, mean] = off(gpu, &library, &flames);
     println!("{largest} {mean}");
-    assert!(largest < 4e-3 && mean < 4e-5, "{largest} {mean}");
+    // Measured: 2.3e-5 and 1.3e-8.
+    assert!(largest < 1e-4 && mean < 6e-8, "{largest} {mean}");
     for (right, wrong) in [
         ("const HOT = 1860.0;", "const HOT = 1868.0;"),
         ("-age * rate", "age * rate"),
@@ -72,6 +73,6 @@ fn the_shader_fills_the_same_cells_and_a_wrong_one_is_caught() {
         assert!(FIRE_WGSL.contains(right), "{right}");
         let [largest, mean] = off(gpu, &library.replace(right, wrong), &flames);
         println!("{wrong}: {largest} {mean}");
-        assert!(largest > 8e-3 || mean > 1e-4, "{wrong} is not found out: {largest} {mean}");
+        assert!(largest > 4e-3, "{wrong} is not found out: {largest} {mean}");
     }
 }
