@@ -20,18 +20,18 @@ fn burn(fire: Fire) -> Burning {
     fire.light(SPACE).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The light over a minute at 60 Hz by coarse cells, over its mean.
+/// The light over a minute at 50 Hz by coarse cells, over its mean.
 fn minute(burning: &Burning) -> (f64, Vec<f64>) {
     let cells = UVec3::new(14, 28, 14);
     let light: Vec<f64> =
-        (0..3600).map(|i| candela(&burning.at(f64::from(i) / 60.0).grid(cells).unwrap())).collect();
+        (0..3000).map(|i| candela(&burning.at(f64::from(i) / 50.0).grid(cells).unwrap())).collect();
     let mean = light.iter().sum::<f64>() / light.len() as f64;
     (mean, light.iter().map(|v| v / mean - 1.0).collect())
 }
 
 /// Power spectrum by Welch 1967: segments of ten seconds, half over one another, Hann's window. Entry i is at i/10 Hz.
 fn spectrum(x: &[f64]) -> Vec<f64> {
-    const N: usize = 600;
+    const N: usize = 500;
     let window: Vec<f64> = (0..N).map(|i| 0.5 - 0.5 * (TAU * i as f64 / N as f64).cos()).collect();
     let turn: Vec<(f64, f64)> = (0..N).map(|i| (TAU * i as f64 / N as f64).sin_cos()).collect();
     let mut power = vec![0.0; N / 2];
@@ -75,7 +75,7 @@ fn flickers(diameter: f32, power: f32) {
     let variance = x.iter().map(|v| v * v).sum::<f64>() / x.len() as f64;
     let skew = x.iter().map(|v| v.powi(3)).sum::<f64>() / x.len() as f64 / variance.powf(1.5);
     let spectrum = spectrum(&x);
-    let peak = (1..300).max_by(|&a, &b| spectrum[a].total_cmp(&spectrum[b])).unwrap() as f64 / 10.0;
+    let peak = (1..250).max_by(|&a, &b| spectrum[a].total_cmp(&spectrum[b])).unwrap() as f64 / 10.0;
     let puffs = burning.puffing();
     let below = slope(&spectrum, 0.2, 0.65 * puffs);
     let above = slope(&spectrum, 2.0 * puffs, 12.0);

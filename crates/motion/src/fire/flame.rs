@@ -22,8 +22,8 @@ const STEPS: usize = 64;
 const KNOTS: usize = 10;
 
 /// Shape over height, in flame lengths (Heskestad): width of the envelope over the bed's, how much fuel has burnt, and how
-/// strongly noise cuts in. Burnt fuel equals that on the axis at 1, so that there is flame half of the time, which is what
-/// Heskestad's length means. The rest is drawn by eye after photographs of bonfires.
+/// strongly noise cuts in. As much has burnt at .85 as there was on the axis, so that with the noise there is flame half of
+/// the time at 1.1 to 1.15 lengths; at 1 is what Heskestad means. The rest is drawn by eye.
 const SHAPE: [[f32; 4]; 10] = [
     [0.00, 0.78, 0.35, 1.20],
     [0.10, 0.92, 0.40, 1.70],
@@ -38,13 +38,13 @@ const SHAPE: [[f32; 4]; 10] = [
 ];
 /// The box ends this many flame lengths up.
 const TOP: f32 = 1.85;
-/// And this many bed diameters beside the axis.
+/// And this many bed diameters beside the axis: noise reaches beyond the envelope, and puffs swell it.
 const SIDE: f32 = 0.84;
 
 /// Sizes of the three noises over the bed's diameter, how long one of their structures takes to pass over √(D/g), and
 /// their share of the sum.
 const LAYERS: [[f32; 3]; 3] = [[0.40, 1.5, 0.44], [0.20, 0.85, 0.56], [0.115, 0.50, 0.22]];
-/// How far the first noise draws the others aside, in diameters.
+/// How far the first noise draws the others aside, in diameters, so that they curl.
 const SWIRL: f32 = 0.11;
 /// Temperature where there is hardly soot and where it is densest, K. Assumed: with these the light of the whole lies at
 /// 1700 to 2000 K.
@@ -63,12 +63,12 @@ const SPARE: f32 = 0.6;
 const MEASURED: UVec3 = UVec3::new(18, 44, 18);
 /// And where flicker is reduced, which leaves less to error.
 const MEASURED_WELL: UVec3 = UVec3::new(30, 72, 30);
-/// How much the pulse makes the flame longer and wider, in logarithms.
+/// How much the pulse makes the flame longer and wider, in logarithms: most of the light's flicker; fuel does the rest.
 const LENGTHEN: f32 = 0.105;
 const WIDEN: f32 = 0.03;
 /// How far puffs swell and thin it on their way up.
 const SWELL: f32 = 0.13;
-/// The fastest structures rise at this share of the velocity on the axis.
+/// Structures rise at this share of the velocity on the axis. Assumed: eddies go about half as fast as the jet between them.
 const CARRIED: f32 = 0.45;
 
 /// What is at a point of a fire.
@@ -311,7 +311,7 @@ impl Flame {
                 + Vec3::new(born.rem_euclid(256.0) as f32, 0.0, slow.rem_euclid(256.0) as f32);
             let v = curl_noise(p);
             let grown = age / (age + 2.0 * shape.beat);
-            Vec2::new(v.x, v.z).clamp_length_max(2.0) * (0.15 * d * grown * (1.0 + shape.torn))
+            Vec2::new(v.x, v.z).clamp_length_max(2.0) * (0.15 * d * grown * (1.0 + 2.0 * shape.torn))
         };
         let knots: Vec<Vec2> = (0..KNOTS)
             .map(|i| {
