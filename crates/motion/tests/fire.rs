@@ -409,7 +409,6 @@ fn sparks_rise_and_cool_and_logs_glow_where_they_face_one_another() {
     assert!(sparks.iter().all(|s| (1150.0..=1750.0).contains(&s.temperature) && s.radius > 1e-4));
 
     let logs = burning.logs();
-    // Closed: every edge has a neighbour that runs the other way, but for the closed ends of each log.
     assert!(logs.positions.len() == logs.normals.len() && logs.triangles.len() > 4000);
     let outwards = logs.triangles.iter().filter(|t| {
         let [a, b, c] = t.map(|i| logs.positions[i as usize]);
