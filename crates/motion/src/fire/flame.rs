@@ -22,9 +22,9 @@ const STEPS: usize = 64;
 const KNOTS: usize = 10;
 
 /// Shape over height, in flame lengths (Heskestad): width of the envelope over the bed's, how much fuel has burnt, and how
-/// strongly noise cuts in. Burnt fuel equals that on the axis at 1, so that there is flame half of the time, which is what
-/// Heskestad's length means. The rest is drawn by eye after photographs of bonfires.
-const SHAPE: [[f32; 4]; 9] = [
+/// strongly noise cuts in. As much has burnt at .85 as there was on the axis, so that with the noise there is flame half of
+/// the time at 1.1 to 1.15 lengths; at 1 is what Heskestad means. The rest is drawn by eye.
+const SHAPE: [[f32; 4]; 10] = [
     [0.00, 0.78, 0.35, 1.20],
     [0.10, 0.92, 0.40, 1.70],
     [0.25, 0.96, 0.54, 2.10],
@@ -32,19 +32,20 @@ const SHAPE: [[f32; 4]; 9] = [
     [0.65, 0.84, 0.86, 2.40],
     [0.85, 0.75, 1.00, 2.40],
     [1.05, 0.66, 1.16, 2.20],
-    [1.40, 0.56, 1.60, 1.90],
-    [2.00, 0.50, 2.40, 1.80],
+    [1.30, 0.58, 1.50, 2.00],
+    [1.60, 0.54, 2.05, 1.80],
+    [2.00, 0.50, 2.80, 1.80],
 ];
 /// The box ends this many flame lengths up.
-const TOP: f32 = 1.75;
-/// And this many bed diameters beside the axis.
+const TOP: f32 = 1.85;
+/// And this many bed diameters beside the axis: noise reaches beyond the envelope, and puffs swell it.
 const SIDE: f32 = 0.84;
 
 /// Sizes of the three noises over the bed's diameter, how long one of their structures takes to pass over √(D/g), and
 /// their share of the sum.
 const LAYERS: [[f32; 3]; 3] = [[0.40, 1.5, 0.44], [0.20, 0.85, 0.56], [0.115, 0.50, 0.22]];
-/// How far the first noise draws the others aside, in diameters.
-const SWIRL: f32 = 0.085;
+/// How far the first noise draws the others aside, in diameters, so that they curl.
+const SWIRL: f32 = 0.11;
 /// Temperature where there is hardly soot and where it is densest, K. Assumed: with these the light of the whole lies at
 /// 1700 to 2000 K.
 const COOL: f32 = 1330.0;
@@ -62,12 +63,12 @@ const SPARE: f32 = 0.6;
 const MEASURED: UVec3 = UVec3::new(18, 44, 18);
 /// And where flicker is reduced, which leaves less to error.
 const MEASURED_WELL: UVec3 = UVec3::new(30, 72, 30);
-/// How much the pulse makes the flame longer and wider, in logarithms.
+/// How much the pulse makes the flame longer and wider, in logarithms: most of the light's flicker; fuel does the rest.
 const LENGTHEN: f32 = 0.105;
 const WIDEN: f32 = 0.03;
 /// How far puffs swell and thin it on their way up.
 const SWELL: f32 = 0.13;
-/// The fastest structures rise at this share of the velocity on the axis.
+/// Structures rise at this share of the velocity on the axis. Assumed: eddies go about half as fast as the jet between them.
 const CARRIED: f32 = 0.45;
 
 /// What is at a point of a fire.
@@ -154,6 +155,10 @@ pub(super) struct Shape {
     wind: Vec2,
     /// How much the wind shortens it.
     upright: f32,
+    /// How much wider it is across the horizon, so that it is not thinned by leaning.
+    broad: f32,
+    /// How much the wind tears at it, 0 to 1.
+    torn: f32,
     /// √(D/g): a puff takes three of these.
     beat: f32,
     /// Speed of structures where it no longer rises, m/s.
@@ -186,6 +191,8 @@ impl Shape {
             diameter: d,
             wind,
             upright,
+            broad: 1.0,
+            torn: wind.length() / (wind.length() + 2.0),
             beat: (d / 9.81).sqrt(),
             fastest,
             bottom: -0.02 * d,
@@ -195,7 +202,9 @@ impl Shape {
             offsets,
         };
         let mut corners = [Vec3::MAX, Vec3::MIN];
-        let side = SIDE * d;
+        let tip = shape.lean(shape.age(length * upright)).length() / (length * upright);
+        shape.broad = (1.0 + tip * tip).powf(0.25);
+        let side = SIDE * d * shape.broad;
         for i in 0..=16 {
             let y = shape.bottom + (shape.top - shape.bottom) * i as f32 / 16.0;
             let lean = shape.lean(shape.age(y));
@@ -226,10 +235,10 @@ impl Shape {
         rising + (y + start - end.max(start)).max(0.0) / self.fastest
     }
 
-    /// Speed at which the gas takes things along at height `y`, m/s: .6 of that on the axis, as over the plume's width.
+    /// Speed at which the gas takes things along at height `y`, m/s: as fast as structures rise.
     pub(super) fn speed(&self, y: f32) -> f32 {
         let start = 0.03 * self.diameter / 0.45;
-        (6.8 * (y.max(0.0) + start).sqrt()).min(self.fastest / CARRIED) * 0.6
+        (CARRIED * 6.8 * (y.max(0.0) + start).sqrt()).min(self.fastest)
     }
 
     /// Velocity that the wind has given to what left the fuel `age` ago, in the flame's frame.
@@ -291,7 +300,7 @@ impl Flame {
         let d = fire.diameter;
         let strong = (strength * burning.pulse.at(seconds)) as f32;
         let length = shape.length * (LENGTHEN * strong).exp();
-        let wide = 0.5 * d * (WIDEN * strong).exp();
+        let wide = 0.5 * d * shape.broad * (WIDEN * strong).exp();
         let (bottom, top) = (shape.bottom, shape.top);
         let height = |i: usize, n: usize| bottom + (top - bottom) * i as f32 / (n - 1) as f32;
         // The axis sways in a flow without sources, the more the longer the gas is under way.
@@ -302,7 +311,7 @@ impl Flame {
                 + Vec3::new(born.rem_euclid(256.0) as f32, 0.0, slow.rem_euclid(256.0) as f32);
             let v = curl_noise(p);
             let grown = age / (age + 2.0 * shape.beat);
-            Vec2::new(v.x, v.z).clamp_length_max(2.0) * (0.13 * d * grown)
+            Vec2::new(v.x, v.z).clamp_length_max(2.0) * (0.15 * d * grown * (1.0 + 2.0 * shape.torn))
         };
         let knots: Vec<Vec2> = (0..KNOTS)
             .map(|i| {
@@ -325,7 +334,7 @@ impl Flame {
                     axis: spline(&knots, i as f32 / (STEPS - 1) as f32),
                     narrow: 1.0 / (wide * width * swell),
                     burnt: burnt - 0.5 * (swell - 1.0) + 2.0 * (1.0 - start.min(end)),
-                    cut,
+                    cut: cut * (1.0 + 0.12 * shape.torn),
                     age,
                     height: h,
                     smoke: SMOKE * smoothstep(0.55, 1.25, h) * end,
@@ -349,10 +358,10 @@ impl Flame {
             bottom,
             levels_per_metre: (STEPS - 1) as f32 / (top - bottom),
             drawn: wide * SHAPE[0][1],
-            side: SIDE * d,
+            side: SIDE * d * shape.broad,
             levels,
             layers,
-            swirl: SWIRL * d,
+            swirl: SWIRL * d * (1.0 + shape.torn),
             soot: burning.soot,
             glow: burning.glow.clone(),
         };

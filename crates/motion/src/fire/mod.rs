@@ -242,6 +242,7 @@ impl Fire {
 }
 
 /// A fire that has been checked and knows how much soot gives its light.
+#[derive(Clone, Debug)]
 pub struct Burning {
     fire: Fire,
     shape: flame::Shape,
@@ -263,7 +264,7 @@ const INSTANTS: u32 = 32;
 
 impl Fire {
     /// Checks the fire and measures its light over a hundred instants: soot is scaled so that the mean intensity is
-    /// [`Fire::candela`] times [`Fire::power`]. Colours will be in `space`. Takes about .1 s.
+    /// [`Fire::candela`] times [`Fire::power`]. Colours will be in `space`. Takes about .2 s.
     ///
     /// # Errors
     /// What [`Fire::check`] says, and more light than the flame can give.
@@ -289,7 +290,7 @@ impl Fire {
             .map(|i| {
                 let flame = burning.at(instant(i));
                 let [lower, upper] = flame.bounds();
-                let edge = ((upper - lower).element_product() / 4e4).cbrt();
+                let edge = ((upper - lower).element_product() / 2.5e4).cbrt();
                 let grid = flame.grid(flame.cells(edge))?;
                 let smoke = grid.centres().map(|p| flame.medium(p).smoke).collect();
                 Ok((grid, smoke))
@@ -297,7 +298,7 @@ impl Fire {
             .collect::<Result<_, FireError>>()?;
         // What soot keeps of its own light grows with it: a few rounds settle.
         let mut soot = 0.0;
-        for _ in 0..10 {
+        for _ in 0..7 {
             let [mut out, mut of] = [0.0; 2];
             for (thin, smoke) in &samples {
                 let mut grid = thin.clone();

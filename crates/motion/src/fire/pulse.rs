@@ -20,6 +20,7 @@ const FASTEST: f64 = 19.0;
 /// What turns the normal process into one with more high peaks than deep troughs. Fires are that: skew .5 to 3.
 const SKEW: f64 = 0.14;
 
+#[derive(Clone, Debug)]
 struct Line {
     frequency: f64,
     amplitude: f64,
@@ -27,6 +28,7 @@ struct Line {
 }
 
 /// The process of one fire: mean 0, standard deviation about 1.
+#[derive(Clone, Debug)]
 pub(super) struct Pulse {
     resonance: Vec<Line>,
     rest: Vec<Line>,

@@ -11,8 +11,8 @@ const COUNT: [f32; 2] = [2.4, 500.0];
 const LIFE: [f32; 2] = [0.5, 2.2];
 /// Radius, m. Assumed.
 const RADIUS: [f32; 2] = [0.0004, 0.0014];
-/// Temperature at the start and the end, K. Burning charcoal has 1100 to 1500 K.
-const KELVIN: [f32; 2] = [1500.0, 950.0];
+/// Temperature at the start and the end, K. Assumed: at the start as bright as the flame's edge, at the end a dull red.
+const KELVIN: [f32; 2] = [1750.0, 1150.0];
 /// Steps of the path, s: always from the start of a life, so that a spark's place depends on nothing but the time.
 const STEP: f32 = 1.0 / 30.0;
 /// Speed of eddies over that of the rising gas.
@@ -53,7 +53,7 @@ impl Burning {
         let out = 0.42 * d * random.next_f32().sqrt();
         let mut p = Vec3::new(out * angle.cos(), 0.12 * d * random.next_f32(), out * angle.sin());
         // A crackle throws it.
-        let thrown = (random.next_vec3() - Vec3::new(0.5, 0.0, 0.5)) * 2.4;
+        let thrown = (random.next_vec3() - Vec3::new(0.5, 0.0, 0.5)) * 1.8;
         let eddy = random.next_vec3() * 0.35 + shape.offset();
         let born = (seconds - f64::from(age)).rem_euclid(4096.0) as f32;
         let mut at = 0.0;
@@ -76,7 +76,7 @@ impl Burning {
             position: self.fire.foot + shape.frame * p,
             velocity: shape.frame * velocity,
             radius: between(RADIUS, random.next_f32().powi(2)) * (1.0 - 0.5 * aged),
-            temperature: between(KELVIN, aged.sqrt()),
+            temperature: between(KELVIN, aged * aged),
         }
     }
 }
