@@ -5,9 +5,6 @@ use crate::solid::{Grain, Grid, Solids};
 use crate::timber::{board, post, rail, wood};
 use glam::{Vec2, Vec3};
 
-/// Of the curtain, from its left to its right as the audience sees it.
-pub const STRIPES: usize = 5;
-
 /// All of it but the roof.
 pub fn parts(out: &mut Parts) {
     let l = out.layout;

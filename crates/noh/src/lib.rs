@@ -8,20 +8,26 @@
 
 mod bridge;
 mod dimension;
+mod finish;
 mod fire_stand;
 mod garden;
 mod layout;
+mod painting;
 mod part;
+mod pattern;
 mod preset;
 mod roof;
 pub mod solid;
 mod timber;
+mod view;
 
 pub use dimension::{Basis, DIMENSIONS, Dimension, Dimensions, Entry, MeasuredAt, StageError};
+pub use finish::Gloss;
 pub use fire_stand::Fire;
 pub use layout::Layout;
 pub use part::{Finish, Part};
 pub use preset::{PRESETS, Preset, RoofCover, RoofForm};
+pub use view::{FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour};
 
 /// A stage, built.
 #[derive(Clone, Debug)]

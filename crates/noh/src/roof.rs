@@ -19,8 +19,6 @@ pub const BARK: Vec2 = Vec2::new(1.2, 1.2);
 /// A slope of a roof: heights over the level distance from the ridge, a parabola that sags.
 #[derive(Clone, Copy, Debug)]
 pub struct Profile {
-    /// From the ridge to the eaves beam, level.
-    pub half: f32,
     /// From the ridge to the edge.
     pub reach: f32,
     /// y of the rafters' upper side at the ridge.
@@ -36,7 +34,7 @@ impl Profile {
         let (reach, t) = (half + eaves, pitch.to_radians().tan());
         // From the ridge to the beam it falls by half · tan(pitch); its slope at the edge is curve · tan(pitch).
         let sag = (1.0 - curve) * t / (2.0 * reach - half);
-        Self { half, reach, ridge: beam_top + RAFTER.y + half * t, slope: t + sag * half, sag, thickness }
+        Self { reach, ridge: beam_top + RAFTER.y + half * t, slope: t + sag * half, sag, thickness }
     }
 
     /// Of the main roof.
