@@ -12,6 +12,7 @@ mod film;
 mod info;
 mod json;
 mod log;
+mod noh;
 mod numbered;
 mod progress;
 mod render;
@@ -51,7 +52,8 @@ Common cases:
   yugen capture hdr PHOTOGRAPHS -o STACK              brackets to linear pictures, one a light
   yugen capture calibrate STACK                       where the lamps stood, from a chrome ball
   yugen capture fit STACK -o cloth.btf                what each texel of the cloth reflects
-  yugen capture relight cloth.btf --light 1,1,1 -o lit.png";
+  yugen capture relight cloth.btf --light 1,1,1 -o lit.png
+  yugen noh stage --preset national -o stage.toml     a Noh stage between fires";
 
 #[derive(Subcommand)]
 enum Verb {
@@ -63,6 +65,8 @@ enum Verb {
     Brdf(brdf::Brdf),
     #[command(subcommand)]
     Capture(capture::Capture),
+    #[command(subcommand)]
+    Noh(noh::Noh),
 }
 
 /// A reader that has seen enough, as `head` has, ends the program quietly, as it ends others.
@@ -114,6 +118,7 @@ fn main() -> ExitCode {
         Verb::Info(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
         Verb::Capture(verb) => verb.run(),
+        Verb::Noh(verb) => verb.run(),
     };
     match outcome.and_then(|()| Ok(output::flush()?)) {
         Ok(()) => ExitCode::SUCCESS,

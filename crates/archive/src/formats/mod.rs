@@ -16,6 +16,7 @@ mod grid;
 pub mod image;
 pub mod instrument;
 mod json;
+pub mod labels;
 pub mod lp;
 pub mod measured;
 pub mod merl;

@@ -9,6 +9,9 @@ mod header;
 #[cfg(test)]
 pub(crate) mod tests;
 mod values;
+mod write;
+
+pub use write::write_bytes;
 
 use super::corners::Corners;
 use super::numbers::Scanner;

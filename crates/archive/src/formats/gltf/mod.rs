@@ -15,6 +15,7 @@ mod outside;
 mod schema;
 #[cfg(test)]
 mod tests;
+mod write;
 
 use super::Options;
 use super::folders::Folders;
@@ -35,6 +36,7 @@ use yugen_scene::{
 use yugen_scene::{Part, Projection, Scene, Shape, Value, rigid};
 
 pub use features::FEATURES;
+pub use write::{write, write_bytes};
 
 /// Attributes of meshes with colours.
 const VERTEX_COLOR: &str = "vertex_color";

@@ -5,6 +5,9 @@ mod materials;
 mod shapes;
 #[cfg(test)]
 mod tests;
+mod write;
+
+pub use write::{folder, write};
 
 use super::Options;
 use super::folders::Folders;

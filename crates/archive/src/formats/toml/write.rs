@@ -1,0 +1,293 @@
+//! Writes a scene as TOML, with its meshes (PLY) and pictures (PNG, EXR) in a folder of the same name beside it.
+
+use crate::formats::image::{self, WriteOptions};
+use crate::formats::labels::Labels;
+use crate::formats::ply;
+use crate::{Error, Place, atomic_write, make_folder};
+use glam::{Affine2, Mat4, Vec3};
+use std::collections::{BTreeSet, HashMap};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use yugen_optics::Image;
+use yugen_reflectance::ParamType;
+use yugen_scene::{
+    Camera, Geometry, Light, Material, MaterialId, Projection, Scene, Texture, TextureFilter, TextureId,
+    Value, Wrap,
+};
+
+/// The folder beside `path` that [`write`] puts meshes and pictures into.
+pub fn folder(path: &Path) -> PathBuf {
+    path.with_extension("")
+}
+
+/// Writes `scene` to `path`. Cameras, point and directional lights, constant and pictured environments, meshes and
+/// spheres, models with numbers, colours and pictures, normal maps, two-sided and one-sided materials are written;
+/// anything else is an error that names it. The scene file is written last: where it is, all of its files are.
+pub fn write(path: &Path, scene: &Scene, labels: &Labels) -> Result<(), Error> {
+    let folder = folder(path);
+    let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    if name.is_empty() || folder == path {
+        return Err(Error::invalid(Place::file(path), "a scene file is called NAME.toml"));
+    }
+    make_folder(&folder)?;
+    let writer =
+        Writer { path, folder, name, scene, labels, pictures: HashMap::new(), taken: BTreeSet::new() };
+    let text = writer.text()?;
+    atomic_write(path, text.as_bytes())
+}
+
+struct Writer<'a> {
+    path: &'a Path,
+    folder: PathBuf,
+    /// Of the folder.
+    name: String,
+    scene: &'a Scene,
+    labels: &'a Labels,
+    /// Names of pictures by where they are in memory, and whether raw.
+    pictures: HashMap<(*const Image, bool), String>,
+    /// Names of files.
+    taken: BTreeSet<String>,
+}
+
+/// As a TOML string.
+fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if c.is_control() => _ = write!(out, "\\u{:04X}", c as u32),
+            c => out.push(c),
+        }
+    }
+    out + "\""
+}
+
+fn triple(v: Vec3) -> String {
+    format!("[{}, {}, {}]", v.x, v.y, v.z)
+}
+
+impl Writer<'_> {
+    fn text(mut self) -> Result<String, Error> {
+        let mut out = String::new();
+        for (key, value) in &self.labels.about {
+            // A comment is one line.
+            let _ = writeln!(out, "# {key}: {}", value.replace(['\n', '\r'], " "));
+        }
+        let space = self.scene.working_space.name();
+        let _ = writeln!(out, "[scene]\nworking_space = {0}\ncolours = {0}", quoted(space));
+        if let Some(first) = self.scene.cameras.first() {
+            let _ = writeln!(out, "\n[film]\nsize = [{}, {}]", first.film.width, first.film.height);
+            let _ = writeln!(out, "\n[render]\nsamples = {}", first.samples_per_pixel);
+        }
+        for camera in &self.scene.cameras {
+            self.camera(camera, &mut out)?;
+        }
+        let used: BTreeSet<MaterialId> = self.scene.shapes.iter().map(|s| s.material).collect();
+        for id in used {
+            self.material(id, &mut out)?;
+        }
+        let scene = self.scene;
+        for (i, shape) in scene.shapes.iter().enumerate() {
+            let _ = writeln!(out, "\n[[shape]]\nname = {}", quoted(&shape.name));
+            for (key, value) in self.labels.shapes.get(i).into_iter().flatten() {
+                let _ = writeln!(out, "# {key}: {}", value.replace(['\n', '\r'], " "));
+            }
+            match &shape.geometry {
+                Geometry::Mesh(mesh) => {
+                    let file = self.file(&shape.name, "ply");
+                    atomic_write(&self.folder.join(&file), &ply::write_bytes(mesh))?;
+                    let file = quoted(&format!("{}/{file}", self.name));
+                    let _ = writeln!(out, "type = \"file\"\nfile = {file}");
+                }
+                Geometry::Sphere => out.push_str("type = \"sphere\"\n"),
+                _ => {
+                    return Err(
+                        self.cannot(format!("the shape '{}' is neither a mesh nor a sphere", shape.name))
+                    );
+                }
+            }
+            let _ = writeln!(out, "material = {}", quoted(&self.labels.material(shape.material)));
+            if shape.to_world != Mat4::IDENTITY {
+                let rows = shape.to_world.transpose().to_cols_array_2d();
+                let row = |r: [f32; 4]| format!("[{}, {}, {}, {}]", r[0], r[1], r[2], r[3]);
+                let _ = writeln!(out, "matrix = [{}]", rows.map(row).join(", "));
+            }
+            if let Some(emission) = &shape.emission {
+                let emission = self.value(emission, false, &shape.name, "emission")?;
+                let _ = writeln!(out, "emission = {emission}");
+            }
+            for (on, key) in [
+                (shape.two_sided_emission, "emits_both_sides"),
+                (shape.flip_normals, "flip"),
+                (shape.face_normals, "flat"),
+            ] {
+                if on {
+                    let _ = writeln!(out, "{key} = true");
+                }
+            }
+        }
+        for (i, light) in scene.lights.iter().enumerate() {
+            out.push_str("\n[[light]]\n");
+            if let Some(name) = scene.light_names.get(i).filter(|n| !n.is_empty()) {
+                let _ = writeln!(out, "name = {}", quoted(name));
+            }
+            match light {
+                Light::Point { position, intensity } => {
+                    let _ = writeln!(
+                        out,
+                        "type = \"point\"\nat = {}\nintensity = {}",
+                        triple(*position),
+                        triple(*intensity)
+                    );
+                }
+                Light::Directional { direction, irradiance } => {
+                    let (way, light) = (triple(*direction), triple(*irradiance));
+                    let _ = writeln!(out, "type = \"directional\"\ndirection = {way}\nirradiance = {light}");
+                }
+                Light::Constant { radiance } => {
+                    let _ = writeln!(out, "type = \"constant\"\nradiance = {}", triple(*radiance));
+                }
+                Light::Environment { image, scale, to_world } if *to_world == Mat4::IDENTITY => {
+                    let file = self.file("environment", "exr");
+                    let options = WriteOptions { half: true, ..WriteOptions::from(scene.working_space) };
+                    image::write(&self.folder.join(&file), image, &options)?;
+                    let file = quoted(&format!("{}/{file}", self.name));
+                    let _ = writeln!(out, "type = \"environment\"\nimage = {file}\nscale = {scale}");
+                }
+                _ => return Err(self.cannot(format!("light {i} is of a kind that is not written"))),
+            }
+        }
+        Ok(out)
+    }
+
+    fn cannot(&self, problem: String) -> Error {
+        Error::invalid(Place::file(self.path), format!("{problem}; leave it out or write it by hand"))
+    }
+
+    fn camera(&self, camera: &Camera, out: &mut String) -> Result<(), Error> {
+        let Projection::Perspective { fov_x, aperture_radius, focus_distance, principal_point, .. } =
+            camera.projection
+        else {
+            return Err(self.cannot(format!("the camera '{}' has parallel rays", camera.name)));
+        };
+        let [_, up, forward, at] = [0, 1, 2, 3].map(|i| camera.to_world.col(i).truncate());
+        let [near, far] = camera.near_far;
+        let _ = writeln!(
+            out,
+            "\n[[camera]]\nname = {}\nfrom = {}\nto = {}\nup = {}\nfov = {}\nnear_far = [{near}, {far}]",
+            quoted(&camera.name),
+            triple(at),
+            triple(at + forward * focus_distance),
+            triple(up),
+            fov_x.to_degrees(),
+        );
+        if aperture_radius > 0.0 {
+            let _ = writeln!(out, "aperture = {aperture_radius}");
+        }
+        if principal_point != glam::Vec2::ZERO {
+            let _ = writeln!(out, "shift = [{}, {}]", principal_point.x, principal_point.y);
+        }
+        Ok(())
+    }
+
+    fn material(&mut self, id: MaterialId, out: &mut String) -> Result<(), Error> {
+        let name = self.labels.material(id);
+        let _ = writeln!(out, "\n[material.{}]", quoted(&name));
+        let mut at = id;
+        // What is around a model, from outside in.
+        for _ in 0..8 {
+            match self.scene.materials.get(at) {
+                Some(Material::TwoSided { front, back }) if front == back => {
+                    out.push_str("two_sided = true\n");
+                    at = *front;
+                }
+                Some(Material::NormalMap { texture, scale, base, .. }) => {
+                    let picture = self.texture(*texture, true, &name, "normal")?;
+                    let _ = writeln!(out, "normal_map = {picture}\nnormal_scale = {scale}");
+                    at = *base;
+                }
+                Some(Material::Model { kind, params, .. }) => {
+                    let _ = writeln!(out, "model = {}", quoted(kind.name()));
+                    for (param, value) in kind.params().iter().zip(params.clone()) {
+                        if param.name == "space" {
+                            continue;
+                        }
+                        let text = match (param.kind, &value) {
+                            (ParamType::Choice(names), Value::Number(i)) => {
+                                quoted(names.get(*i as usize).copied().unwrap_or_default())
+                            }
+                            (kind, value) => {
+                                self.value(value, kind == ParamType::Number, &name, param.name)?
+                            }
+                        };
+                        let _ = writeln!(out, "{} = {text}", param.name);
+                    }
+                    return Ok(());
+                }
+                _ => break,
+            }
+        }
+        Err(self.cannot(format!("the material '{name}' is of a kind that is not written")))
+    }
+
+    fn value(&mut self, value: &Value, raw: bool, owner: &str, what: &str) -> Result<String, Error> {
+        Ok(match value {
+            Value::Number(v) => v.to_string(),
+            Value::Rgb(c) => triple(*c),
+            Value::Texture(id) => self.texture(*id, raw, owner, what)?,
+        })
+    }
+
+    /// A picture described on the spot, written where it is not yet.
+    fn texture(&mut self, id: TextureId, raw: bool, owner: &str, what: &str) -> Result<String, Error> {
+        let Some(Texture::Image { image, filter, wrap: [wrap, down], to_uv, channel }) =
+            self.scene.textures.get(id)
+        else {
+            return Err(self.cannot(format!("a texture of '{owner}' is no picture")));
+        };
+        if wrap != down || *to_uv != Affine2::IDENTITY {
+            return Err(self.cannot(format!("a texture of '{owner}' is moved, or wraps in two ways")));
+        }
+        let key = (Arc::as_ptr(image), raw);
+        let file = match self.pictures.get(&key) {
+            Some(file) => file.clone(),
+            None => {
+                let file = self.file(&format!("{owner}-{what}"), "png");
+                let options = WriteOptions { raw, ..WriteOptions::from(self.scene.working_space) };
+                image::write(&self.folder.join(&file), image, &options)?;
+                self.pictures.insert(key, file.clone());
+                file
+            }
+        };
+        let filter = match filter {
+            TextureFilter::Nearest => "nearest",
+            TextureFilter::Bilinear => "bilinear",
+            TextureFilter::Mip => "mip",
+        };
+        let wrap = match wrap {
+            Wrap::Repeat => "repeat",
+            Wrap::Mirror => "mirror",
+            Wrap::Clamp => "clamp",
+        };
+        let channel = channel
+            .and_then(|c| image.channels.get(c))
+            .map(|c| format!(", channel = {}", quoted(c)))
+            .unwrap_or_default();
+        let file = quoted(&format!("{}/{file}", self.name));
+        Ok(format!("{{ image = {file}, raw = {raw}, filter = \"{filter}\", wrap = \"{wrap}\"{channel} }}"))
+    }
+
+    /// A name of its own for a file, of letters that every system takes.
+    fn file(&mut self, name: &str, extension: &str) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '_' };
+        let stem: String = name.chars().map(plain).collect();
+        let mut file = format!("{stem}.{extension}");
+        let mut n = 1;
+        while !self.taken.insert(file.clone()) {
+            n += 1;
+            file = format!("{stem}-{n}.{extension}");
+        }
+        file
+    }
+}

@@ -1,0 +1,333 @@
+//! `yugen noh`: what a performance of Noh needs around the costume.
+
+use crate::json;
+use anyhow::{Result, bail};
+use clap::{Args, Subcommand};
+use serde_json::json;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use yugen_archive::formats::labels::Labels;
+use yugen_archive::formats::{gltf, toml};
+use yugen_archive::{check_outputs, check_writable};
+use yugen_noh::{
+    Basis, DIMENSIONS, Dimension, Entry, FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour, PRESETS, Preset,
+    RoofCover, RoofForm, Stage,
+};
+
+/// Builds what surrounds a performance: stage.
+// What a verb is for stands at its arguments.
+#[derive(Subcommand)]
+pub enum Noh {
+    Stage(StageVerb),
+}
+
+impl Noh {
+    /// Does it.
+    pub fn run(self) -> Result<()> {
+        match self {
+            Self::Stage(v) => v.run(),
+        }
+    }
+}
+
+/// Builds a Noh stage from a table of dimensions, every one of them marked measured or assumed.
+///
+/// `yugen noh stage --preset national -o stage.toml`, then `yugen render stage.toml --camera shomen --exposure -4 -o
+/// shomen.png`: numbers are photometric (a fire has 2000 candela), so pictures want an exposure of their own: about -4 by
+/// night, -5 at dusk. `--set side=5.7` changes a dimension within its range.
+#[derive(Args)]
+pub struct StageVerb {
+    /// Which stage; `--list` has them all.
+    #[arg(long, default_value = "national", value_name = "NAME")]
+    preset: String,
+
+    /// Where to: .toml (a scene; its meshes and pictures go into a folder of the same name beside it) or .glb (glTF, with
+    /// the names of parts in Japanese, romaji and English).
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["list", "markdown", "json"])]
+    output: Option<PathBuf>,
+
+    /// Changes a dimension; may be repeated. `side` is width and depth.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = assignment)]
+    set: Vec<(String, f32)>,
+
+    /// When it is.
+    #[arg(long, value_parser = ["night", "dusk"], default_value = "night", value_name = "HOUR")]
+    hour: String,
+
+    /// How fires shine: as balls that are seen, as points (what glTF has), or not at all, for flames put there
+    /// afterwards [default: balls in .toml, points in .glb].
+    #[arg(long, value_parser = ["balls", "points", "out"], value_name = "HOW")]
+    fires: Option<String>,
+
+    /// The presets, and every dimension with its value, range and source.
+    #[arg(long)]
+    list: bool,
+
+    /// As JSON: the table; with an output, what was written.
+    #[arg(long)]
+    json: bool,
+
+    /// As the page docs/stage.md.
+    #[arg(long, conflicts_with_all = ["json", "list", "output"])]
+    markdown: bool,
+}
+
+fn assignment(text: &str) -> Result<(String, f32), String> {
+    let pair = text.split_once('=').and_then(|(k, v)| Some((k.trim().to_string(), v.trim().parse().ok()?)));
+    pair.ok_or_else(|| "expected KEY=VALUE with a number, as in side=5.7".into())
+}
+
+impl StageVerb {
+    /// Does it.
+    pub fn run(self) -> Result<()> {
+        if self.markdown {
+            print!("{}", page());
+            return Ok(());
+        }
+        let preset = Preset::find(&self.preset)?;
+        let mut dimensions = preset.dimensions();
+        for (key, value) in &self.set {
+            dimensions.set(key, *value)?;
+        }
+        dimensions.check()?;
+        let Some(output) = &self.output else {
+            if self.json {
+                json::print(table(preset, &dimensions));
+            } else {
+                list(preset, &dimensions);
+            }
+            return Ok(());
+        };
+        if self.list {
+            bail!("--list prints and writes nothing; leave out --list or --output");
+        }
+        let glb = match extension(output).as_str() {
+            "glb" => true,
+            "toml" => false,
+            _ => bail!("{}: a stage is written as .toml or .glb", output.display()),
+        };
+        check_writable(output)?;
+        check_outputs([output.as_path()])?;
+        let stage = Stage::new(preset, dimensions)?;
+        let light = match (self.fires.as_deref(), glb) {
+            (Some("balls"), _) | (None, false) => FireLight::Balls,
+            (Some("out"), _) => FireLight::Out,
+            _ => FireLight::Points,
+        };
+        let hour = if self.hour == "dusk" { Hour::Dusk } else { Hour::Night };
+        let scene = {
+            let _span = tracing::info_span!("make_textures").entered();
+            stage.scene(hour, light)?
+        };
+        let labels = labels(&stage);
+        if glb {
+            gltf::write(output, &scene, &labels)?;
+        } else {
+            toml::write(output, &scene, &labels)?;
+        }
+        let triangles: usize = stage.parts().iter().map(|p| p.mesh.triangles.len()).sum();
+        if self.json {
+            let mut report = table(preset, &stage.layout().d);
+            report["file"] = json!(output.display().to_string());
+            report["triangles"] = json!(triangles);
+            report["parts"] = json!(
+                stage
+                    .parts()
+                    .iter()
+                    .map(|p| json!({
+                        "id": p.id, "ja": p.ja, "romaji": p.romaji, "en": p.en, "basis": p.basis.name(),
+                        "dimensions": p.dimensions, "material": p.finish.name(), "triangles": p.mesh.triangles.len(),
+                    }))
+                    .collect::<Vec<_>>()
+            );
+            report["fires"] = json!(
+                stage
+                    .fires()
+                    .iter()
+                    .map(|f| json!({ "foot": f.foot.to_array(), "diameter": f.diameter }))
+                    .collect::<Vec<_>>()
+            );
+            report["cameras"] = json!(scene.cameras.iter().map(|c| c.name.as_str()).collect::<Vec<_>>());
+            json::print(report);
+        } else {
+            println!("{} ({}): {} parts, {triangles} triangles", preset.en, preset.ja, stage.parts().len());
+            let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+            println!("cameras: {}", names.join(", "));
+            println!("written to {}", output.display());
+        }
+        Ok(())
+    }
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// Names and remarks for the file.
+fn labels(stage: &Stage) -> Labels {
+    let pair = |k: &str, v: &str| (k.to_string(), v.to_string());
+    let d = &stage.layout().d;
+    let shapes = stage
+        .parts()
+        .iter()
+        .map(|p| {
+            let numbers: Vec<String> = p
+                .dimensions
+                .iter()
+                .filter_map(|key| Some((key, d.entry(key)?)))
+                .map(|(key, e)| format!("{key} = {} ({}: {})", e.value, e.basis.name(), e.source))
+                .collect();
+            vec![
+                pair("ja", &p.ja),
+                pair("romaji", &p.romaji),
+                pair("en", &p.en),
+                pair("basis", p.basis.name()),
+                pair("dimensions", &numbers.join("; ")),
+            ]
+        })
+        .collect();
+    // Each finish has two materials: a normal map, which shapes name, and what it turns.
+    let materials = stage.finishes().iter().flat_map(|f| [f.name().to_string(), String::new()]).collect();
+    let preset = stage.layout().preset;
+    let about = vec![
+        pair("stage", &format!("{} ({})", preset.en, preset.ja)),
+        pair("notes", preset.notes),
+        pair("made by", concat!("yugen noh stage ", env!("CARGO_PKG_VERSION"))),
+        pair("light", "photometric: a candela is 1 W/sr; render with an exposure of about -4 stops"),
+    ];
+    Labels { materials, shapes, about }
+}
+
+fn unit(d: &Dimension) -> String {
+    if d.unit.is_empty() { String::new() } else { format!(" {}", d.unit) }
+}
+
+fn table(preset: &Preset, dimensions: &yugen_noh::Dimensions) -> serde_json::Value {
+    let rows: Vec<_> = dimensions
+        .iter()
+        .map(|(d, e)| {
+            json!({
+                "key": d.key, "unit": d.unit, "value": e.value, "min": d.min, "max": d.max,
+                "basis": e.basis.name(), "source": e.source, "meaning": d.doc,
+            })
+        })
+        .collect();
+    json!({
+        "preset": preset.name, "ja": preset.ja, "en": preset.en, "notes": preset.notes,
+        "measured_at": preset.measured_at.name(), "roof": roof(preset),
+        "presets": PRESETS.iter().map(|p| p.name).collect::<Vec<_>>(),
+        "dimensions": rows,
+    })
+}
+
+fn roof(preset: &Preset) -> &'static str {
+    match (preset.roof, preset.cover) {
+        (RoofForm::Kirizuma, RoofCover::Bark) => "gable (kirizuma), cypress bark",
+        (RoofForm::Kirizuma, RoofCover::Copper) => "gable (kirizuma), copper",
+        (RoofForm::Irimoya, _) => "hipped gable in front (irimoya), gable behind, cypress bark",
+    }
+}
+
+fn list(preset: &Preset, dimensions: &yugen_noh::Dimensions) {
+    println!("Presets:");
+    for p in PRESETS {
+        println!("  {:9}  {} ({})", p.name, p.en, p.ja);
+    }
+    println!("\n{} ({}), measured {}:", preset.en, preset.ja, preset.measured_at.name());
+    for (d, e) in dimensions.iter() {
+        let value = format!("{}{}", e.value, unit(d));
+        println!(
+            "  {:20} {value:>12}  {:8}  {}: {} to {}; {}",
+            d.key,
+            e.basis.name(),
+            d.doc,
+            d.min,
+            d.max,
+            e.source
+        );
+    }
+}
+
+/// Text as a cell of a table.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|")
+}
+
+/// The page in Markdown.
+fn page() -> String {
+    let mut out = format!(
+        "# The Noh stage\n\n\
+         `yugen noh stage --preset NAME -o stage.toml` builds a Noh stage as a scene, `-o stage.glb` as a glTF file whose nodes \
+         carry the names of parts (`extras`: `ja`, `romaji`, `en`, `basis`, `dimensions`). `--set KEY=VALUE` changes a \
+         dimension within its range; numbers that cannot be together are refused with the reason. `--hour dusk` puts the last \
+         light of the day in the sky, `--fires out` leaves the baskets for flames of your own, `--list` and `--json` print what \
+         this page has. This page is written by `yugen noh stage --markdown` from the table that the generator itself reads; a \
+         test keeps it true.\n\n\
+         The origin is the middle of the main floor's surface; +y is up, +z points to the front seats, -x to the left of who \
+         sits there; metres. Light is photometric, a candela being 1 W/sr: a fire has {FIRE_CANDELA} cd at {FIRE_KELVIN} K, so \
+         render with `--exposure -4` or so. Cameras: the seats `shomen` (front), `waki-shomen` (side), `naka-shomen` (between), \
+         and near views; `yugen info stage.toml` lists them.\n\n\
+         Every part is a closed surface. What the table marks as assumed was found in no dimensioned source; a part is measured \
+         where all the dimensions that shape it are.\n\n## Presets\n\n\
+         | preset | stage | roof | width and depth are measured | what is known besides |\n|---|---|---|---|---|\n"
+    );
+    for p in PRESETS {
+        let _ = writeln!(
+            out,
+            "| `{}` | {} ({}) | {} | {} | {} |",
+            p.name,
+            p.en,
+            p.ja,
+            roof(p),
+            p.measured_at.name(),
+            cell(p.notes)
+        );
+    }
+    out.push_str("\n## Dimensions\n\n| key | default | range | basis | what it is | source |\n|---|---|---|---|---|---|\n");
+    let row = |d: &Dimension, e: Entry| {
+        format!(
+            "| `{}` | {}{} | {} to {} | {} | {} | {} |\n",
+            d.key,
+            e.value,
+            unit(d),
+            d.min,
+            d.max,
+            e.basis.name(),
+            cell(d.doc),
+            cell(e.source)
+        )
+    };
+    for d in DIMENSIONS {
+        out.push_str(&row(d, Entry { value: d.default, basis: d.basis, source: d.source }));
+    }
+    out.push_str(
+        "\n## What presets change\n\n| preset | key | value | basis | source |\n|---|---|---|---|---|\n",
+    );
+    for p in PRESETS {
+        for (key, value, basis, source) in p.values {
+            let unit = DIMENSIONS.iter().find(|d| d.key == *key).map(unit).unwrap_or_default();
+            let _ = writeln!(
+                out,
+                "| `{}` | `{key}` | {value}{unit} | {} | {} |",
+                p.name,
+                basis.name(),
+                cell(source)
+            );
+        }
+    }
+    let stage = Stage::preset(PRESETS[0].name);
+    out.push_str("\n## Parts\n\nNames of nodes and shapes, with the basis in the preset `national`.\n\n| name | Japanese | romaji | English | basis | material |\n|---|---|---|---|---|---|\n");
+    for p in stage.iter().flat_map(Stage::parts) {
+        let basis = if p.basis == Basis::Measured { "measured" } else { "assumed" };
+        let _ = writeln!(
+            out,
+            "| `{}` | {} | {} | {} | {basis} | `{}` |",
+            p.id,
+            p.ja,
+            p.romaji,
+            p.en,
+            p.finish.name()
+        );
+    }
+    out
+}

@@ -1,0 +1,369 @@
+//! What the parts are made of: textures of wood, bark, gravel, iron and cloth, generated, the same on every machine.
+
+use crate::garden::GRAVEL;
+use crate::painting;
+use crate::part::Finish;
+use crate::pattern::{Surface, Texel, fbm, lattice, nearest, noise, smooth, srgb};
+use crate::roof::BARK;
+use crate::timber::WOOD;
+use glam::{Vec2, Vec3};
+use std::f32::consts::TAU;
+
+/// Texels along an edge of most textures.
+const N: usize = 1024;
+
+/// What a finish needs beyond its texture.
+#[derive(Clone, Copy, Debug)]
+pub struct Gloss {
+    /// Colour of the fibres that stand up; linear sRGB.
+    pub sheen: Vec3,
+    /// How little they are in order.
+    pub sheen_roughness: f32,
+    /// Strength of the reflection of a dielectric.
+    pub specular: f32,
+    /// Diffuse by rough cavities instead of a dielectric's highlight: standard deviation of their slope, radians.
+    pub matt: Option<f32>,
+}
+
+const PLAIN: Gloss = Gloss { sheen: Vec3::ZERO, sheen_roughness: 0.5, specular: 1.0, matt: None };
+
+impl Finish {
+    /// Its gloss.
+    pub fn gloss(self) -> Gloss {
+        match self {
+            Self::Gravel => Gloss { matt: Some(0.45), ..PLAIN },
+            Self::Earth | Self::Plaster => Gloss { matt: Some(0.35), ..PLAIN },
+            Self::Curtain => {
+                Gloss { sheen: Vec3::splat(0.16), sheen_roughness: 0.45, specular: 0.5, matt: None }
+            }
+            Self::Bark | Self::PineBark | Self::Log => Gloss { specular: 0.4, ..PLAIN },
+            _ => PLAIN,
+        }
+    }
+
+    /// Its texture. `gravel` is the mean albedo of gravel.
+    pub fn surface(self, gravel: f32) -> Surface {
+        match self {
+            Self::Floor => floor(),
+            Self::Timber => timber(),
+            Self::Bark => bark(),
+            Self::Copper => copper(),
+            Self::Gravel => stones(gravel),
+            Self::Earth => earth(),
+            Self::Iron => iron(),
+            Self::Log => log(),
+            Self::PineLeft => painting::pine(0),
+            Self::PineMiddle => painting::pine(1),
+            Self::PineRight => painting::pine(2),
+            Self::BambooPainting => painting::bamboo(),
+            Self::Plaster => plaster(),
+            Self::Curtain => curtain(),
+            Self::Needles => needles(),
+            Self::PineBark => scales(),
+            Self::Bamboo => culm(),
+        }
+    }
+}
+
+/// Between two colours.
+fn mix(a: Vec3, b: Vec3, t: f32) -> Vec3 {
+    a + (b - a) * t.clamp(0.0, 1.0)
+}
+
+/// How dark a growth ring is at its phase: early wood darkens slowly to late wood, which ends at once.
+fn ring(phase: f32) -> f32 {
+    let f = phase - phase.floor();
+    smooth(0.35, 0.92, f) * (1.0 - smooth(0.95, 1.0, f))
+}
+
+/// Two plane-sawn boards of hinoki side by side, polished by feet in white socks. Each is a plane cut through a log
+/// near its heart: the rings are circles about the heart, whose depth below the board changes along it, and so the cut
+/// shows arches in the middle and lines at the edges.
+fn floor() -> Surface {
+    let (early, late) = (srgb(0xd9b27c), srgb(0xa8743f));
+    Surface::bake(N, N, WOOD, |p| {
+        let row = (2.0 * p.y / WOOD.y).floor();
+        let seed = 11 + 17 * row as u32;
+        let t = p.x / WOOD.x;
+        let across = p.y - (row + 0.5) * 0.5 * WOOD.y;
+        // The heart wanders; all is periodic along the board.
+        let heart = 0.035 * (TAU * t + row).sin() + if row > 0.0 { 0.05 } else { -0.03 };
+        let deep = 0.085 + 0.045 * (TAU * (t + 0.3 * row)).cos() + 0.012 * (2.0 * TAU * t + 2.0 * row).sin();
+        let wobble = 0.0035 * fbm(Vec2::new(6.0 * t, across / 0.06 + 8.0), [6, 64], 3, seed);
+        let r = Vec2::new(across - heart, deep).length() + wobble;
+        // Years differ.
+        let width = 0.0034;
+        let years = r / width + 0.9 * noise(Vec2::new(r / 0.021, 0.5 + row), [64, 64], seed + 7);
+        let late_wood = ring(years);
+        let year = lattice(years.floor() as i32, 3, seed);
+        let fibre = noise(Vec2::new(160.0 * t, p.y / 0.0011), [160, 4096], seed + 3);
+        let pore = noise(Vec2::new(64.0 * t, p.y / 0.0022), [64, 2048], seed + 4);
+        let cloud = fbm(Vec2::new(4.0 * t, p.y / 0.18), [4, 4], 3, 5 + seed);
+        let mut colour = mix(early, late, (0.30 + 0.5 * year) * late_wood + 0.06 * pore);
+        colour *= 1.0 + 0.07 * fibre + 0.09 * cloud + if row > 0.0 { -0.05 } else { 0.02 };
+        // Boards redden towards the heart.
+        colour *= Vec3::new(1.0, 1.0 - 0.05 * (deep / 0.1 - 1.0), 1.0 - 0.1 * (deep / 0.1 - 1.0));
+        Texel {
+            colour,
+            roughness: 0.30 + 0.05 * cloud - 0.05 * late_wood + 0.05 * fibre.abs(),
+            metallic: 0.0,
+            // Late wood wears less. Some hundredths of a millimetre.
+            height: 22e-6 * late_wood + 7e-6 * fibre,
+        }
+    })
+}
+
+/// Quarter-sawn hinoki, planed and aged: straight rings.
+fn timber() -> Surface {
+    let (early, late) = (srgb(0xb88a58), srgb(0x8a5e36));
+    Surface::bake(N, N, WOOD, |p| {
+        let (t, v) = (p.x / WOOD.x, p.y / WOOD.y);
+        let sway = 0.7 * fbm(Vec2::new(3.0 * t, 5.0 * v), [3, 5], 3, 41);
+        // A whole number of rings, so that the texture tiles.
+        let years = 170.0 * v + sway + 1.3 * noise(Vec2::new(0.5, 40.0 * v), [1, 40], 42);
+        let late_wood = ring(years);
+        let fibre = noise(Vec2::new(180.0 * t, 640.0 * v), [180, 640], 43);
+        let cloud = fbm(Vec2::new(4.0 * t, 6.0 * v), [4, 6], 4, 44);
+        let colour = mix(early, late, 0.62 * late_wood) * (1.0 + 0.09 * fibre + 0.16 * cloud);
+        Texel {
+            colour,
+            roughness: 0.52 + 0.08 * cloud,
+            metallic: 0.0,
+            height: 40e-6 * late_wood + 14e-6 * fibre,
+        }
+    })
+}
+
+/// Layers of cypress bark, each laid a little higher than the one below: strips a hand wide whose lower edges stand out
+/// by a few millimetres, fibres down the slope, grey where the weather has been.
+fn bark() -> Surface {
+    const ROWS: f32 = 60.0;
+    let (fresh, weathered, deep) = (srgb(0x6b503c), srgb(0x7d7367), srgb(0x2a1f18));
+    Surface::bake(N, N, BARK, |p| {
+        let (u, v) = (p.x / BARK.x, p.y / BARK.y);
+        let ragged = 0.22 * noise(Vec2::new(70.0 * u, 12.0 * v), [70, 12], 61)
+            + 0.16 * noise(Vec2::new(9.0 * u, 4.0 * v), [9, 4], 60);
+        let y = ROWS * v + ragged;
+        let row = y.floor();
+        let f = y - row;
+        let wrapped = (row as i32).rem_euclid(ROWS as i32);
+        // Pieces in a row, of different widths.
+        let pieces = 11;
+        let x = u * pieces as f32 + lattice(wrapped, 7, 62);
+        let warp = 0.3 * noise(Vec2::new(x, wrapped as f32 + 0.5), [pieces, ROWS as i32], 63);
+        let piece = (x + warp).floor() as i32;
+        let tone = lattice(piece.rem_euclid(pieces), wrapped, 64);
+        let joint = {
+            let g = x + warp - (x + warp).floor();
+            smooth(0.0, 0.02, g.min(1.0 - g))
+        };
+        let fibre = noise(Vec2::new(420.0 * u, 24.0 * v), [420, 24], 65)
+            + 0.5 * noise(Vec2::new(210.0 * u, 60.0 * v), [210, 60], 66);
+        let weather = 0.5 + 0.9 * fbm(Vec2::new(5.0 * u, 5.0 * v), [5, 5], 4, 67);
+        let mut colour = mix(fresh, weathered, 0.65 * weather + 0.5 * (tone - 0.5));
+        // The lower edge catches light, what lies under it is dark.
+        let shade = smooth(0.0, 0.30, f);
+        colour = mix(deep, colour, 0.25 + 0.75 * shade)
+            * (0.8 + 0.4 * tone)
+            * (1.0 + 0.3 * fibre)
+            * (0.55 + 0.45 * joint);
+        Texel {
+            colour: colour.max(Vec3::splat(0.008)),
+            roughness: 0.92,
+            metallic: 0.0,
+            height: 0.0032 * f + 0.0009 * fibre + 0.0008 * tone * joint,
+        }
+    })
+}
+
+fn copper() -> Surface {
+    let (brown, green) = (srgb(0x4a3a30), srgb(0x55786a));
+    Surface::bake(512, 512, Vec2::splat(1.2), |p| {
+        let (u, v) = (p.x / 1.2, p.y / 1.2);
+        let cloud = fbm(Vec2::new(5.0 * u, 5.0 * v), [5, 5], 5, 71);
+        let streak = noise(Vec2::new(48.0 * u, 3.0 * v), [48, 3], 72);
+        // Sheets overlap in courses.
+        let f = 4.0 * v - (4.0 * v).floor();
+        let seam = 1.0 - smooth(0.0, 0.015, f.min(1.0 - f));
+        Texel {
+            colour: mix(brown, green, 0.25 + 0.9 * cloud + 0.3 * streak) * (1.0 - 0.4 * seam),
+            roughness: 0.55 + 0.15 * cloud,
+            metallic: 0.0,
+            height: 0.004 * seam + 0.0008 * cloud,
+        }
+    })
+}
+
+/// Rounded white stones of one to two centimetres. Their mean reflectance is what the table says.
+fn stones(albedo: f32) -> Surface {
+    const CELLS: i32 = 64;
+    let mut surface = Surface::bake(N, N, GRAVEL, |p| {
+        let q = p / GRAVEL.x * CELLS as f32;
+        // Two layers: what lies on top, and what shows between.
+        let layer = |seed: u32, lift: f32| {
+            let (d, [i, j], gap) = nearest(q, [CELLS; 2], 0.85, seed);
+            let turn = TAU * lattice(i, j, seed + 2);
+            let size = 0.52 + 0.28 * lattice(i, j, seed + 3);
+            let dome = (1.0 - (d / size).powi(2)).max(0.0).sqrt() * smooth(0.0, 0.22, gap);
+            let tilt = 0.18 * Vec2::from_angle(turn).dot(q - q.floor() - 0.5);
+            (
+                dome * (0.75 + 0.25 * size) + tilt * dome + lift * lattice(i, j, seed + 4),
+                lattice(i, j, seed + 5),
+                lattice(i, j, seed + 6),
+            )
+        };
+        let (top, bottom) = (layer(81, 0.45), layer(91, 0.0));
+        let (h, tone, hue) = if top.0 > bottom.0 + 0.1 { top } else { (bottom.0 * 0.6, bottom.1, bottom.2) };
+        let speck = noise(q * 5.0, [5 * CELLS; 2], 101);
+        let mut colour = Vec3::splat(0.62 + 0.3 * tone);
+        colour *= mix(Vec3::new(1.0, 0.97, 0.91), Vec3::new(0.95, 0.98, 1.0), hue);
+        if hue > 0.93 {
+            colour *= 0.5;
+        }
+        colour *= 1.0 + 0.07 * speck;
+        // Less light comes out from between stones.
+        colour *= 0.35 + 0.65 * smooth(0.05, 0.75, h);
+        Texel { colour, roughness: 0.9, metallic: 0.0, height: 0.0052 * h + 0.00015 * speck }
+    });
+    let mean = |s: &Surface| {
+        s.texels.iter().map(|t| f64::from(t.colour.element_sum())).sum::<f64>()
+            / (3.0 * s.texels.len() as f64)
+    };
+    // White stones have no room above; a few steps settle it.
+    for _ in 0..8 {
+        let factor = albedo / mean(&surface) as f32;
+        for t in &mut surface.texels {
+            t.colour = (t.colour * factor).min(Vec3::splat(0.93));
+        }
+    }
+    surface
+}
+
+fn earth() -> Surface {
+    let (dry, damp) = (srgb(0x7b6a55), srgb(0x4f4335));
+    Surface::bake(512, 512, Vec2::splat(1.6), |p| {
+        let q = p / 1.6;
+        let cloud = fbm(q * 5.0, [5; 2], 6, 111);
+        let (d, [i, j], _) = nearest(q * 70.0, [70; 2], 0.9, 112);
+        let pebble = if lattice(i, j, 113) > 0.72 { (1.0 - (d / 0.38).powi(2)).max(0.0).sqrt() } else { 0.0 };
+        Texel {
+            colour: mix(damp, dry, 0.5 + 0.9 * cloud + 0.3 * pebble * (lattice(i, j, 114) - 0.3)),
+            roughness: 0.95,
+            metallic: 0.0,
+            height: 0.004 * cloud + 0.004 * pebble,
+        }
+    })
+}
+
+/// Forged iron: scale, hammer marks, rust in patches.
+fn iron() -> Surface {
+    let (scale, rust) = (srgb(0x4a4644), srgb(0x5c3a26));
+    Surface::bake(512, 512, Vec2::splat(0.4), |p| {
+        let q = p / 0.4;
+        let patch = smooth(0.02, 0.35, fbm(q * 6.0, [6; 2], 5, 121));
+        let (d, _, gap) = nearest(q * 16.0, [16; 2], 0.9, 122);
+        let grit = noise(q * 200.0, [200; 2], 123);
+        Texel {
+            colour: mix(scale, rust, 0.85 * patch) * (1.0 + 0.15 * grit),
+            roughness: 0.48 + 0.3 * patch + 0.06 * grit,
+            metallic: 0.85 * (1.0 - patch),
+            height: 0.0009 * d * smooth(0.0, 0.3, gap) + 0.00012 * grit * (0.3 + patch),
+        }
+    })
+}
+
+/// Split pine, charred where it burns.
+fn log() -> Surface {
+    let (wood, char, ash) = (srgb(0x8a5c34), srgb(0x17130f), srgb(0x8d8880));
+    Surface::bake(512, 512, Vec2::splat(0.5), |p| {
+        let q = p / 0.5;
+        let burnt = smooth(-0.25, 0.12, fbm(q * 3.0, [3; 2], 4, 131));
+        // Char cracks into blocks along the grain.
+        let (_, [i, j], gap) = nearest(q * Vec2::new(14.0, 22.0), [14, 22], 0.8, 132);
+        let crack = smooth(0.02, 0.14, gap);
+        let fibre = noise(q * Vec2::new(8.0, 150.0), [8, 150], 133);
+        let dust = smooth(0.75, 0.95, lattice(i, j, 134)) * burnt * 0.35;
+        let charred = mix(char * (0.5 + 0.5 * crack), ash, dust);
+        Texel {
+            colour: mix(wood * (1.0 + 0.25 * fibre), charred, burnt),
+            roughness: 0.75 - 0.2 * burnt * crack,
+            metallic: 0.0,
+            height: 0.0025 * crack * burnt + 0.0006 * fibre,
+        }
+    })
+}
+
+fn plaster() -> Surface {
+    Surface::bake(256, 256, Vec2::splat(1.0), |p| {
+        let cloud = fbm(p * 6.0, [6; 2], 5, 141);
+        let colour = Vec3::new(0.74, 0.71, 0.65) * (1.0 + 0.06 * cloud);
+        Texel { colour, roughness: 0.9, metallic: 0.0, height: 0.0008 * cloud }
+    })
+}
+
+/// Five colours side by side in a damask of silk: purple, white, red, yellow, green.
+fn curtain() -> Surface {
+    let colours = [0x4b2a63, 0xe9e2d0, 0xa82820, 0xd0992a, 0x1f5a3e].map(srgb);
+    let size = Vec2::new(2.0, 2.73);
+    Surface::bake(N, N, size, |p| {
+        let band = 5.0 * p.x / size.x;
+        let i = (band as usize).min(4);
+        // A seam between two widths.
+        let seam = smooth(0.0, 0.012, (band - band.floor()).min(1.0 - (band - band.floor())));
+        // Diamonds with a flower in each: where the weave turns, it shines otherwise.
+        let q = p / 0.11;
+        let diamond = Vec2::new(q.x + q.y * 0.8, q.x - q.y * 0.8);
+        let cell = diamond - diamond.floor() - 0.5;
+        let flower = cell.length() * (1.0 + 0.28 * (5.0 * cell.y.atan2(cell.x)).cos());
+        let figure = smooth(0.34, 0.30, flower) + smooth(0.46, 0.49, cell.x.abs().max(cell.y.abs()));
+        let thread = noise(p / 0.004, [500, 683], 151);
+        Texel {
+            colour: colours[i] * (0.94 + 0.14 * figure + 0.05 * thread) * (0.6 + 0.4 * seam),
+            roughness: 0.62 - 0.16 * figure,
+            metallic: 0.0,
+            height: 6e-5 * figure + 4e-5 * thread,
+        }
+    })
+}
+
+fn needles() -> Surface {
+    let (dark, light) = (srgb(0x1f3a1c), srgb(0x56702f));
+    Surface::bake(64, 64, Vec2::splat(0.1), |p| {
+        let q = p / 0.1;
+        let t = 0.5 + fbm(q * 4.0, [4; 2], 3, 161);
+        Texel { colour: mix(dark, light, t), roughness: 0.5, metallic: 0.0, height: 0.0 }
+    })
+}
+
+/// Plates of pine bark.
+fn scales() -> Surface {
+    let (plate, crack) = (srgb(0x7a5a45), srgb(0x2b1d15));
+    Surface::bake(512, 512, Vec2::splat(0.35), |p| {
+        let q = p / 0.35;
+        let warp = Vec2::new(noise(q * 9.0, [9; 2], 171), noise(q * 9.0, [9; 2], 172)) * 0.05;
+        let (_, [i, j], gap) = nearest((q + warp) * Vec2::new(7.0, 14.0), [7, 14], 0.9, 173);
+        let flat = smooth(0.02, 0.28, gap);
+        let layers = noise(q * Vec2::new(30.0, 60.0), [30, 60], 174);
+        Texel {
+            colour: mix(crack, plate * (0.75 + 0.5 * lattice(i, j, 175)) * (1.0 + 0.2 * layers), flat),
+            roughness: 0.85,
+            metallic: 0.0,
+            height: 0.004 * flat + 0.0006 * layers,
+        }
+    })
+}
+
+fn culm() -> Surface {
+    let colour = srgb(0xb09a5a);
+    Surface::bake(128, 512, Vec2::splat(1.0), |p| {
+        let f = 5.0 * p.x - (5.0 * p.x).floor();
+        let node = 1.0 - smooth(0.0, 0.05, f.min(1.0 - f));
+        let streak = noise(Vec2::new(4.0 * p.x, 90.0 * p.y), [4, 90], 181);
+        Texel {
+            colour: colour * (1.0 - 0.45 * node + 0.12 * streak),
+            roughness: 0.38,
+            metallic: 0.0,
+            height: 0.001 * node,
+        }
+    })
+}

@@ -1,0 +1,74 @@
+//! The Noh stage (nōbutai), made from a table of dimensions: [`DIMENSIONS`] says what each is, in which range, and
+//! whether it is measured or assumed; [`PRESETS`] are stages that stand or stood. A [`Stage`] has its parts as closed
+//! meshes with their names, its fires, and, as a [`yugen_scene::Scene`], materials, seats and light.
+//!
+//! Lengths are metres, angles in the table degrees. The origin is the middle of the main floor's surface; +y is up, +z
+//! points to the front seats, −x to the left of who sits there. Photometric numbers stand for radiometric ones, as in
+//! glTF's reader: a candela is 1 W/sr, so that fires, moon and sky keep their proportions.
+
+mod bridge;
+mod dimension;
+mod finish;
+mod fire_stand;
+mod garden;
+mod layout;
+mod painting;
+mod part;
+mod pattern;
+mod preset;
+mod roof;
+pub mod solid;
+mod timber;
+mod view;
+
+pub use dimension::{Basis, DIMENSIONS, Dimension, Dimensions, Entry, MeasuredAt, StageError};
+pub use finish::Gloss;
+pub use fire_stand::Fire;
+pub use layout::Layout;
+pub use part::{Finish, Part};
+pub use preset::{PRESETS, Preset, RoofCover, RoofForm};
+pub use view::{FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour};
+
+/// A stage, built.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    layout: Layout,
+    parts: Vec<Part>,
+}
+
+impl Stage {
+    /// Builds it. An error where the dimensions cannot be together.
+    pub fn new(preset: &'static Preset, dimensions: Dimensions) -> Result<Self, StageError> {
+        dimensions.check()?;
+        let layout = Layout::new(preset, dimensions);
+        let mut out = part::Parts { layout: &layout, parts: Vec::new() };
+        timber::parts(&mut out);
+        roof::parts(&mut out);
+        bridge::parts(&mut out);
+        garden::parts(&mut out);
+        fire_stand::parts(&mut out);
+        let parts = out.parts;
+        Ok(Self { layout, parts })
+    }
+
+    /// A preset as it stands in the table.
+    pub fn preset(name: &str) -> Result<Self, StageError> {
+        let preset = Preset::find(name)?;
+        Self::new(preset, preset.dimensions())
+    }
+
+    /// Where its main lines run, and its dimensions.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// Its parts, each closed and of one material.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// Its fires.
+    pub fn fires(&self) -> [Fire; 4] {
+        fire_stand::fires(&self.layout)
+    }
+}
