@@ -1,4 +1,5 @@
-// Where the first surface of each pixel is: position and draw + 1, or zeros; shading normal.
+// Where the first surface of each pixel is: position and draw + 1, negative where it is seen from behind, or zeros; shading
+// normal on the side of the eye.
 
 @group(2) @binding(0) var positions: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(1) var normals: texture_storage_2d<rgba32float, write>;
@@ -15,8 +16,9 @@ fn write_gbuffer(@builtin(global_invocation_id) id: vec3<u32>) {
     if (seen.x != 0u) {
         let hit = intersect_triangle(seen.x - 1u, seen.y, ray.origin, ray.dir);
         let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
-        position = vec4<f32>(s.position, f32(seen.x));
-        normal = vec4<f32>(select(s.frame_n, -s.frame_n, dot(s.frame_n, ray.dir) > 0.0), 0.0);
+        let side = select(1.0, -1.0, dot(s.frame_n, ray.dir) > 0.0);
+        position = vec4<f32>(s.position, side * f32(seen.x));
+        normal = vec4<f32>(side * s.frame_n, 0.0);
     }
     textureStore(positions, id.xy, position);
     textureStore(normals, id.xy, normal);

@@ -44,14 +44,16 @@ pub const FADE: u32 = 32;
 struct PreviewRow {
     before_to_clip: [[f32; 4]; 4],
     size: [u32; 2],
+    before_size: [u32; 2],
     frames: u32,
     has_before: u32,
     weight: f32,
     fade: f32,
-    smooth: u32,
-    footprint: f32,
     eye: [f32; 3],
+    footprint: f32,
+    smooth: u32,
     orthographic: u32,
+    unused: [u32; 2],
 }
 
 /// The passes and what they keep from frame to frame.
@@ -62,21 +64,37 @@ pub(crate) struct PreviewPass {
     smooth: wgpu::ComputePipeline,
     layouts: [wgpu::BindGroupLayout; 2],
     row: wgpu::Buffer,
-    kept: Kept,
-    /// Which of the two of everything is of now.
-    turn: usize,
-    /// What the other one saw.
-    before: Option<View>,
+    targets: Targets,
+    /// Which of the two histories is of this picture; the other one is of that before.
+    current: usize,
+    /// What the picture before saw, and in how many pixels.
+    before: Option<(View, [u32; 2])>,
     /// What this one sees.
     now: Option<View>,
+    /// Pixels of the last picture of which there was a frame.
+    seen_size: [u32; 2],
+}
+
+/// What is written for a picture, and read for the next.
+#[derive(Clone)]
+struct History {
+    positions: wgpu::TextureView,
+    normals: wgpu::TextureView,
+    /// Colour and how many frames it is worth.
+    colours: wgpu::Buffer,
 }
 
 /// What goes with the number of pixels.
-struct Kept {
+struct Targets {
     size: [u32; 2],
     shown: Film,
+    histories: [History; 2],
     gbuffer_groups: [wgpu::BindGroup; 2],
     groups: [wgpu::BindGroup; 2],
+    /// There was no frame yet.
+    unused: bool,
+    /// What was seen last before, in another size, and what is bound in place of `groups` for the first picture.
+    last: Option<(History, wgpu::BindGroup)>,
 }
 
 impl PreviewPass {
@@ -144,14 +162,30 @@ impl PreviewPass {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let kept = Kept::new(device, &layouts, &row, film);
-        Self { settings, gbuffer, blend, smooth, layouts, row, kept, turn: 0, before: None, now: None }
+        let targets = Targets::new(device, &layouts, &row, film, None, 0);
+        Self {
+            settings,
+            gbuffer,
+            blend,
+            smooth,
+            layouts,
+            row,
+            targets,
+            current: 0,
+            before: None,
+            now: None,
+            seen_size: film.size(),
+        }
     }
 
-    /// Makes room for the pixels of another film.
+    /// Makes room for the pixels of another film. What was seen so far is known to the next picture.
     pub fn resize(&mut self, device: &Device, film: &Film) {
-        self.kept = Kept::new(device, &self.layouts, &self.row, film);
-        self.forget();
+        let seen = match &self.targets {
+            Targets { unused: true, last, .. } => last.as_ref().map(|(history, _)| history),
+            targets => Some(&targets.histories[self.current]),
+        };
+        let last = seen.cloned().filter(|_| self.now.is_some());
+        self.targets = Targets::new(device, &self.layouts, &self.row, film, last, 1 - self.current);
     }
 
     /// Begins without what was seen before: it was of another light or other materials.
@@ -161,7 +195,7 @@ impl PreviewPass {
 
     /// What is shown, in place of the film: means, not sums.
     pub fn shown(&self) -> &Film {
-        &self.kept.shown
+        &self.targets.shown
     }
 
     /// After the film has frame `frames` of what `view` sees, counted from one.
@@ -178,22 +212,29 @@ impl PreviewPass {
         weight: f64,
     ) {
         if frames == 1 {
-            self.before = self.now.replace(view.clone());
-            self.turn = 1 - self.turn;
+            let known = self.now.replace(view.clone());
+            self.before = known.map(|before| (before, self.seen_size));
+            if !std::mem::take(&mut self.targets.unused) {
+                self.targets.last = None;
+            }
+            self.seen_size = self.targets.size;
+            self.current = 1 - self.current;
         }
         let before = self.before.as_ref().filter(|_| self.settings.reproject);
         let (eye, footprint, orthographic) = view.footprint();
         let row = PreviewRow {
-            before_to_clip: before.map_or([[0.0; 4]; 4], View::to_clip_of_centres),
-            size: self.kept.size,
+            before_to_clip: before.map_or([[0.0; 4]; 4], |(view, _)| view.to_clip_of_centres()),
+            size: self.targets.size,
+            before_size: before.map_or(self.targets.size, |(_, size)| *size),
             frames,
             has_before: u32::from(before.is_some()),
             weight: weight as f32,
             fade: 1.0 - frames.min(FADE) as f32 / FADE as f32,
-            smooth: u32::from(self.settings.smooth),
-            footprint,
             eye: eye.into(),
+            footprint,
+            smooth: u32::from(self.settings.smooth),
             orthographic: u32::from(orthographic),
+            unused: [0; 2],
         };
         queue.write_buffer(&self.row, 0, bytemuck::bytes_of(&row));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -204,25 +245,29 @@ impl PreviewPass {
             pass.set_pipeline(&self.gbuffer);
             pass.set_bind_group(0, scene.group(), &[]);
             pass.set_bind_group(1, primary, &[]);
-            pass.set_bind_group(2, &self.kept.gbuffer_groups[self.turn], &[]);
-            over_pixels(&mut pass, self.kept.size);
+            pass.set_bind_group(2, &self.targets.gbuffer_groups[self.current], &[]);
+            over_pixels(&mut pass, self.targets.size);
         }
+        let group = self.targets.last.as_ref().map_or(&self.targets.groups[self.current], |(_, group)| group);
         for pipeline in [&self.blend, &self.smooth] {
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &self.kept.groups[self.turn], &[]);
-            over_pixels(&mut pass, self.kept.size);
+            pass.set_bind_group(0, group, &[]);
+            over_pixels(&mut pass, self.targets.size);
         }
     }
 }
 
 const FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 
-impl Kept {
+impl Targets {
+    /// `last`: what was seen last, in another size; `next`: which of the histories is that of the next picture.
     fn new(
         device: &Device,
         [gbuffer_layout, preview_layout]: &[wgpu::BindGroupLayout; 2],
         row: &wgpu::Buffer,
         film: &Film,
+        last: Option<History>,
+        next: usize,
     ) -> Self {
         let size = film.size();
         let texture = || {
@@ -246,9 +291,9 @@ impl Kept {
                 mapped_at_creation: false,
             })
         };
-        let (positions, normals) = ([texture(), texture()], [texture(), texture()]);
-        let (carried, seen) = (buffer(), [buffer(), buffer()]);
-        let shown = Film::new(device, &Film::layout(device), size);
+        let histories =
+            [0, 1].map(|_| History { positions: texture(), normals: texture(), colours: buffer() });
+        let (carried, shown) = (buffer(), Film::new(device, &Film::layout(device), size));
         let group = |layout, resources: &[BindingResource<'_>]| {
             let entries: Vec<_> = (0..)
                 .zip(resources)
@@ -261,15 +306,23 @@ impl Kept {
             })
         };
         let view = BindingResource::TextureView;
-        let gbuffer_groups =
-            [0, 1].map(|now| group(gbuffer_layout, &[view(&positions[now]), view(&normals[now])]));
-        let groups = [0, 1].map(|now: usize| {
-            let buffers = [row, film.buffer(), &carried, &seen[1 - now], &seen[now], shown.buffer()];
-            let textures = [&positions[now], &normals[now], &positions[1 - now]];
-            let all: Vec<_> =
-                buffers.iter().map(|b| b.as_entire_binding()).chain(textures.map(view)).collect();
+        let gbuffer_groups = [0, 1]
+            .map(|i| group(gbuffer_layout, &[view(&histories[i].positions), view(&histories[i].normals)]));
+        let preview_group = |before: &History, now: &History| {
+            let buffers = [row, film.buffer(), &carried, &before.colours, &now.colours, shown.buffer()];
+            let textures = [&now.positions, &now.normals, &before.positions];
+            let all: Vec<_> = buffers
+                .iter()
+                .map(|b| b.as_entire_binding())
+                .chain(textures.map(BindingResource::TextureView))
+                .collect();
             group(preview_layout, &all)
+        };
+        let groups = [0, 1].map(|now: usize| preview_group(&histories[1 - now], &histories[now]));
+        let last = last.map(|before| {
+            let group = preview_group(&before, &histories[next]);
+            (before, group)
         });
-        Self { size, shown, gbuffer_groups, groups }
+        Self { size, shown, histories, gbuffer_groups, groups, unused: true, last }
     }
 }

@@ -4,6 +4,8 @@ struct Preview {
     // World to the raster of the picture before, without a frame's offset.
     before_to_clip: mat4x4<f32>,
     size: vec2<u32>,
+    // Pixels of the picture before.
+    before_size: vec2<u32>,
     // Frames of this picture, this one included.
     frames: u32,
     // 1: there is a picture before.
@@ -12,11 +14,11 @@ struct Preview {
     weight: f32,
     // What the picture before still counts, from 1 to 0.
     fade: f32,
-    // 1: smooth.
-    smooth_: u32,
+    eye: vec3<f32>,
     // Width of a pixel at distance one; of all pixels where rays are parallel.
     footprint: f32,
-    eye: vec3<f32>,
+    // 1: smooth.
+    smooth_: u32,
     orthographic: u32,
 }
 
@@ -53,34 +55,37 @@ fn reprojected(pixel: vec2<u32>) -> vec4<f32> {
     if (clip.w <= 0.0) {
         return vec4<f32>(0.0);
     }
-    let at = (vec2<f32>(0.5, -0.5) * clip.xy / clip.w + 0.5) * vec2<f32>(preview.size) - 0.5;
+    let at = (vec2<f32>(0.5, -0.5) * clip.xy / clip.w + 0.5) * vec2<f32>(preview.before_size) - 0.5;
     let corner = floor(at);
     let normal = textureLoad(normals, pixel, 0).xyz;
+    // A coarser picture is known farther apart, and says less of each pixel.
+    let coarse = max(f32(preview.size.x) / f32(preview.before_size.x), 1.0);
     let room = 1.5 * width_at(here.xyz);
+    let reach = 8.0 * room * coarse;
     var sum = vec4<f32>(0.0);
     var weights = 0.0;
     for (var i = 0u; i < 4u; i += 1u) {
         let step = vec2<f32>(f32(i & 1u), f32(i >> 1u));
         let tap = corner + step;
-        if (any(tap < vec2<f32>(0.0)) || any(tap >= vec2<f32>(preview.size))) {
+        if (any(tap < vec2<f32>(0.0)) || any(tap >= vec2<f32>(preview.before_size))) {
             continue;
         }
         let there = textureLoad(positions_before, vec2<u32>(tap), 0);
-        // The same thing, in the same plane, and not far away in it.
+        // The same thing from the same side, in the same plane, and not far away in it.
         let apart = there.xyz - here.xyz;
-        if (there.w != here.w || abs(dot(apart, normal)) > room || dot(apart, apart) > 64.0 * room * room) {
+        if (there.w != here.w || abs(dot(apart, normal)) > room || dot(apart, apart) > reach * reach) {
             continue;
         }
         let part = 1.0 - abs(at - tap);
         let weight = part.x * part.y;
-        sum += weight * before[u32(tap.y) * preview.size.x + u32(tap.x)];
+        sum += weight * before[u32(tap.y) * preview.before_size.x + u32(tap.x)];
         weights += weight;
     }
     if (weights < 1e-3) {
         return vec4<f32>(0.0);
     }
     sum /= weights;
-    return vec4<f32>(sum.xyz, min(sum.w, MOST_FRAMES));
+    return vec4<f32>(sum.xyz, min(sum.w, MOST_FRAMES) / coarse);
 }
 
 @compute @workgroup_size(8, 8)
