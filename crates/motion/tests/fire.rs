@@ -258,6 +258,32 @@ fn blobs_have_the_light_of_the_grid_and_follow_it_without_jumps() {
 }
 
 #[test]
+fn slabs_share_the_light_of_the_grid_among_their_points() {
+    let flame = burn(Fire::default());
+    let grid = flame.at(2.0).grid(UVec3::new(24, 48, 24)).unwrap();
+    let one = grid.blobs(1, DVec3::Y)[0];
+    let slabs = grid.slabs(8, 512, DVec3::Y);
+    assert!(slabs.len() == 8 && slabs.iter().all(|s| s.points.len() == 512));
+    let power: DVec3 = slabs.iter().map(|s| s.power).sum();
+    assert!((power / one.power - DVec3::ONE).abs().max_element() < 1e-9, "{power} {}", one.power);
+    for slab in &slabs {
+        assert!((luminance(slab.power) / luminance(one.power) * 8.0 - 1.0).abs() < 1e-9);
+    }
+    // Points as a whole lie as the light does.
+    let points = || slabs.iter().flat_map(|s| &s.points);
+    let mean = points().sum::<DVec3>() / 4096.0;
+    let spread = points().map(|p| (*p - mean) * (*p - mean)).sum::<DVec3>() / 4096.0;
+    let c = one.covariance;
+    let own = DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z);
+    println!("mean off by {:.2e} m, spread {}", (mean - one.mean).length(), spread / own);
+    assert!((mean - one.mean).length() < 2e-3, "{mean} {}", one.mean);
+    assert!((spread / own - DVec3::ONE).abs().max_element() < 0.05, "{spread} {own}");
+    // Where nothing shines there is nothing to draw.
+    let dark = Grid { data: vec![[0.0, 0.0, 0.0, 1.0]; grid.data.len()], ..grid };
+    assert!(dark.slabs(2, 4, DVec3::Y).iter().all(|s| s.points.is_empty() && s.power == DVec3::ZERO));
+}
+
+#[test]
 fn fourteen_directions_are_enough_for_the_power() {
     let grid = burn(Fire::default()).at(2.0).grid(UVec3::new(24, 56, 24)).unwrap();
     let n = 200;

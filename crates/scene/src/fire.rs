@@ -141,3 +141,75 @@ fn glowing(name: String, material: MaterialId, glow: TextureId) -> Shape {
     shape.emission = Some(Value::Texture(glow));
     shape
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepared::Rows;
+    use yugen_motion::fire::Flicker;
+
+    fn scene() -> Scene {
+        let mut scene = Scene::default();
+        let fire = Fire { power: 30.0, ..Fire::default() };
+        scene.add_fire("west", &fire, Some(0.06), 0.0).unwrap();
+        scene.add_fire("", &Fire { seed: 1, flicker: Flicker::Still, ..fire }, Some(0.06), 0.0).unwrap();
+        scene
+    }
+
+    fn grid(scene: &Scene, light: usize) -> Arc<Grid> {
+        let Light::Volume { grid, .. } = &scene.lights[light] else { panic!("a volume") };
+        grid.clone()
+    }
+
+    #[test]
+    fn fires_burn_with_time_and_the_still_ones_do_not() {
+        let mut scene = scene();
+        assert_eq!(scene.clips(), [("fire".to_string(), [0.0, 60.0])]);
+        assert_eq!(
+            scene.shapes.iter().map(|s| &*s.name).collect::<Vec<_>>()[..2],
+            ["west logs", "west sparks"]
+        );
+        assert_eq!(scene.light_groups().names[4..], ["west", "fire"]);
+        let (first, still) = (grid(&scene, 0), grid(&scene, 1));
+        let mut rows = Rows::new(&scene).unwrap();
+        scene.pose(Some("fire"), 1.5).unwrap();
+        assert!(grid(&scene, 0) != first && grid(&scene, 1) == still);
+        // As if they had been lit then.
+        let mut later = Scene::default();
+        later.add_fire("west", scene.fires[0].fire(), Some(0.06), 1.5).unwrap();
+        assert_eq!(grid(&later, 0), grid(&scene, 0));
+        // Rows take over the pose, and are as long as before, which is what a stage needs.
+        let was = (rows.words.len(), rows.numbers.len(), rows.vertices.len());
+        rows.pose(&scene).unwrap();
+        let anew = Rows::new(&scene).unwrap();
+        assert!(rows.words == anew.words && rows.numbers == anew.numbers);
+        assert_eq!(was, (rows.words.len(), rows.numbers.len(), rows.vertices.len()));
+        assert!(
+            scene.pose(Some("walk"), 0.0).unwrap_err().to_string().contains("no animation called 'walk'")
+        );
+        assert!(scene.pose(None, f32::NAN).is_err());
+    }
+
+    #[test]
+    fn sparks_are_closed_and_give_the_light_of_their_streaks() {
+        let scene = scene();
+        let Geometry::Mesh(sparks) = &scene.shapes[1].geometry else { panic!("a mesh") };
+        assert_eq!((sparks.positions.len() % 6, sparks.triangles.len() % 8), (0, 0));
+        for spark in 0..sparks.positions.len() / 6 {
+            // Six times the volume, all faces outwards.
+            let volume: f32 = sparks.triangles[8 * spark..][..8]
+                .iter()
+                .map(|t| {
+                    let middle = 0.5 * (sparks.positions[6 * spark] + sparks.positions[6 * spark + 1]);
+                    let [a, b, c] = t.map(|i| sparks.positions[i as usize] - middle);
+                    let six = a.dot(b.cross(c));
+                    assert!(six > 0.0, "{spark}");
+                    six
+                })
+                .sum();
+            assert!(volume > 0.0);
+        }
+        let (_, width, glow) = &sparks.attributes[0];
+        assert!(*width == 3 && glow.len() == 3 * sparks.positions.len() && glow.iter().any(|v| *v > 0.0));
+    }
+}

@@ -192,7 +192,7 @@ impl Lights {
                     (Emitter::Environment(Box::new(environment)), groups.of_lights[light])
                 }
                 // Volumes were not divided.
-                LightSource::Blob { .. } => continue,
+                LightSource::Slab { .. } => continue,
                 LightSource::Volume { light, grid, scale, to_world } => {
                     let volume = Volume::new(grid, scale, to_world, luminance);
                     (Emitter::Volume(Box::new(volume)), groups.of_lights[light])

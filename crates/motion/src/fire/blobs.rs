@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3, UVec3};
 use std::f64::consts::TAU;
 
 /// A part of a flame as a light: its flux, and where it comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blob {
     /// Flux, RGB in the grid's space; its luminance is in lm, and a 4π-th of it is the intensity, cd.
     pub power: DVec3,
@@ -15,8 +15,17 @@ pub struct Blob {
     pub covariance: DMat3,
 }
 
+/// A part of a flame as a light: its flux, and points from which equal shares of it come.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Slab {
+    /// Flux, as in [`Blob::power`].
+    pub power: DVec3,
+    /// Middles of cells, m. One that is bright is there several times.
+    pub points: Vec<DVec3>,
+}
+
 /// Light of some cells: moments about the origin.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Moments {
     power: DVec3,
     weight: f64,
@@ -25,6 +34,9 @@ struct Moments {
 }
 
 impl Moments {
+    /// Of nothing. (The default of a matrix is the identity.)
+    const NONE: Self = Self { power: DVec3::ZERO, weight: 0.0, first: DVec3::ZERO, second: DMat3::ZERO };
+
     fn add(&mut self, other: &Self, share: f64) {
         self.power += other.power * share;
         self.weight += other.weight * share;
@@ -34,7 +46,7 @@ impl Moments {
 
     fn blob(&self) -> Blob {
         if self.weight <= 0.0 {
-            return Blob::default();
+            return Blob { power: DVec3::ZERO, mean: DVec3::ZERO, covariance: DMat3::ZERO };
         }
         let mean = self.first / self.weight;
         Blob { power: self.power, mean, covariance: self.second * (1.0 / self.weight) - outer(mean) }
@@ -106,13 +118,13 @@ impl Grid {
     /// and maximisation jumps. Power, mean and second moments of the whole are kept.
     pub fn blobs(&self, count: usize, axis: DVec3) -> Vec<Blob> {
         let count = count.max(1);
-        let parts = self.parts();
+        let parts = self.parts(2);
         let all: f64 = parts.iter().map(|p| p.weight).sum();
         let mut order: Vec<(f64, usize)> =
             parts.iter().enumerate().map(|(i, p)| (axis.dot(p.first) / p.weight, i)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut below = 0.0;
-        let mut sums = vec![Moments::default(); count];
+        let mut sums = vec![Moments::NONE; count];
         for (_, i) in order {
             let at = (below + 0.5 * parts[i].weight) / all * count as f64;
             below += parts[i].weight;
@@ -134,20 +146,56 @@ impl Grid {
         sums.iter().map(blob).collect()
     }
 
-    /// Moments of the light of blocks of 2×2×2 cells: those that shine.
-    fn parts(&self) -> Vec<Moments> {
+    /// `count` slabs of equal light (at least one) across `axis`, lowest first, with `points` points each: for renderers that
+    /// draw a point for a sample of light. Where nothing shines slabs have no points.
+    pub fn slabs(&self, count: usize, points: usize, axis: DVec3) -> Vec<Slab> {
+        let count = count.max(1);
+        let parts = self.parts(1);
+        let all: f64 = parts.iter().map(|p| p.weight).sum();
+        let mut order: Vec<(f64, usize)> =
+            parts.iter().enumerate().map(|(i, p)| (axis.dot(p.first) / p.weight, i)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut slabs = vec![Slab::default(); count];
+        let mut below = 0.0;
+        for (_, i) in order {
+            let part = &parts[i];
+            let [from, to] = [below, below + part.weight].map(|w| w / all * count as f64);
+            below += part.weight;
+            for (k, slab) in
+                slabs.iter_mut().enumerate().skip(from as usize).take(to as usize - from as usize + 1)
+            {
+                let inside = |w: f64| (w - k as f64).clamp(0.0, 1.0);
+                let [from, to] = [inside(from), inside(to)];
+                slab.power += part.power * ((to - from) / count as f64 * all / part.weight);
+                // Systematic: point m stands in the middle of the m-th share.
+                let before = |w: f64| (w * points as f64 + 0.5).floor() as usize;
+                let times = before(to) - before(from);
+                slab.points.extend(std::iter::repeat_n(part.first / part.weight, times));
+            }
+        }
+        // What rounding has taken.
+        for slab in &mut slabs {
+            if let Some(last) = slab.points.last().copied() {
+                slab.points.resize(points, last);
+            }
+        }
+        slabs
+    }
+
+    /// Moments of the light of blocks of so many cells along each axis: those that shine.
+    fn parts(&self, block: u32) -> Vec<Moments> {
         let escape = self.escape();
         let [nx, ny, _] = self.size.to_array().map(|v| v as usize);
         let weights = self.space.luminance_weights().as_dvec3();
         let flux = self.flux();
-        let blocks = self.size.map(|v| v.div_ceil(2));
+        let blocks = self.size.map(|v| v.div_ceil(block));
         let mut parts = Vec::new();
         for z in 0..blocks.z {
             for y in 0..blocks.y {
                 for x in 0..blocks.x {
-                    let first = 2 * UVec3::new(x, y, z);
-                    let end = (first + 2).min(self.size);
-                    let mut part = Moments::default();
+                    let first = block * UVec3::new(x, y, z);
+                    let end = (first + block).min(self.size);
+                    let mut part = Moments::NONE;
                     for k in first.z..end.z {
                         for j in first.y..end.y {
                             for i in first.x..end.x {

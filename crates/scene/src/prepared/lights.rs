@@ -2,7 +2,7 @@
 
 use super::Textures;
 use crate::{Geometry, Light, Scene, Texture, TextureId, Value};
-use glam::{DMat3, DVec3, Mat3, Mat4, Vec2, Vec3};
+use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_motion::fire::Grid;
 use yugen_optics::{Image, distribution};
@@ -97,14 +97,14 @@ pub enum LightSource<'a> {
         /// Its frame.
         to_world: Mat4,
     },
-    /// A part of a volume, as wide as a normal distribution; see [`LightSources::with_blobs`].
-    Blob {
+    /// A part of a volume; see [`LightSources::with_slabs`].
+    Slab {
         /// Index of the volume among the lights.
         light: usize,
-        /// Its middle.
-        mean: Vec3,
-        /// Makes of three independent normal numbers of variance one a point about it.
-        spread: Mat3,
+        /// Places of the world from which equal shares of its light come.
+        points: Vec<Vec3>,
+        /// Edges of the cell about each that it fills.
+        block: Mat3,
         /// In the mean over all directions.
         intensity: Vec3,
     },
@@ -201,40 +201,31 @@ impl<'a> LightSources<'a> {
         Ok(all)
     }
 
-    /// With `count` blobs in place of each volume, which together send the light that leaves it.
-    pub fn with_blobs(mut self, count: usize) -> Self {
+    /// With `count` slabs of `points` points in place of each volume, which together send the light that leaves it.
+    pub fn with_slabs(mut self, count: usize, points: usize) -> Self {
         let sources = std::mem::take(&mut self.sources);
-        self.sources = sources
-            .into_iter()
-            .flat_map(|source| match source {
-                LightSource::Volume { light, grid, scale, to_world } => grid
-                    .blobs(count, DVec3::Y)
-                    .iter()
-                    .map(|blob| LightSource::Blob {
-                        light,
-                        mean: to_world.transform_point3(blob.mean.as_vec3()),
-                        spread: Mat3::from_mat4(to_world) * spread(blob.covariance),
-                        intensity: (blob.power * (f64::from(scale) / (4.0 * std::f64::consts::PI))).as_vec3(),
-                    })
-                    .collect(),
-                other => vec![other],
-            })
-            .collect();
+        for source in sources {
+            let LightSource::Volume { light, grid, scale, to_world } = source else {
+                self.sources.push(source);
+                continue;
+            };
+            let block = Mat3::from_mat4(to_world) * Mat3::from_diagonal(grid.cell());
+            for slab in grid.slabs(count, points, DVec3::Y) {
+                let place = |p: &DVec3| to_world.transform_point3(p.as_vec3());
+                // Where nothing shines it does not matter where, but there are always as many.
+                let mut places: Vec<Vec3> = slab.points.iter().map(place).collect();
+                places.resize(points, to_world.transform_point3(grid.lower));
+                let intensity = slab.power * (f64::from(scale) / (4.0 * std::f64::consts::PI));
+                self.sources.push(LightSource::Slab {
+                    light,
+                    points: places,
+                    block,
+                    intensity: intensity.as_vec3(),
+                });
+            }
+        }
         self
     }
-}
-
-/// The lower triangular matrix that times its transpose is `covariance`: Cholesky's.
-fn spread(covariance: DMat3) -> Mat3 {
-    let c = covariance;
-    let root = |v: f64| v.max(0.0).sqrt();
-    let over = |a: f64, b: f64| if b > 0.0 { a / b } else { 0.0 };
-    let xx = root(c.x_axis.x);
-    let (xy, xz) = (over(c.x_axis.y, xx), over(c.x_axis.z, xx));
-    let yy = root(c.y_axis.y - xy * xy);
-    let yz = over(c.y_axis.z - xy * xz, yy);
-    let zz = root(c.z_axis.z - xz * xz - yz * yz);
-    DMat3::from_cols_array(&[xx, xy, xz, 0.0, yy, yz, 0.0, 0.0, zz]).as_mat3()
 }
 
 /// Luminance of the mean radiance of a surface: all that choosing among lights needs to know of its picture.

@@ -269,6 +269,42 @@ fn files_textures_and_transforms() {
 }
 
 #[test]
+fn a_fire_burns_where_and_when_it_is_said_to() {
+    let read = |keys: &str| {
+        let text = format!("[[shape]]\ntype = \"sphere\"\n[[light]]\ntype = \"fire\"\ncell = 0.1\n{keys}\n");
+        super::read(text.as_bytes(), Path::new("f.toml"), &Options::default())
+    };
+    let scene = read(
+        "name = \"west\"\nat = [3, 1, 0]\npower = 30\nseed = 4\nflicker = \"reduced\"\nwind = [1, 0, 0]",
+    )
+    .unwrap();
+    let fire = scene.fires[0].fire();
+    assert_eq!((fire.foot, fire.power, fire.seed, fire.wind), (Vec3::new(3.0, 1.0, 0.0), 30.0, 4, Vec3::X));
+    assert_eq!((fire.diameter, fire.flicker.name()), (0.45, "reduced"));
+    let Light::Volume { grid, .. } = &scene.lights[0] else { panic!("a volume") };
+    assert!(grid.lower.x < 3.0 && grid.upper.x > 3.0 && grid.upper.y > 1.3 && grid.lower.y > 0.5);
+    assert_eq!((scene.light_name(0), scene.shapes.len(), &*scene.shapes[1].name), ("west", 3, "west logs"));
+    // Another moment, another flame.
+    let Light::Volume { grid: first, .. } = &read("").unwrap().lights[0] else { panic!("a volume") };
+    let Light::Volume { grid: later, .. } = &read("seconds = 1").unwrap().lights[0] else {
+        panic!("a volume")
+    };
+    assert!(first.data != later.data);
+    for (keys, says) in [
+        ("power = 0", "2"),
+        ("power = nan", "power"),
+        ("wind = [0, 0, 40]", "the wind of a fire is 40 m/s"),
+        ("flicker = \"ful\"", "did you mean 'full'"),
+        ("diameter = 0.1\npower = 1000", "m"),
+        ("candle = 3", "candela"),
+        ("seconds = 1e9", "1000000"),
+    ] {
+        let said = read(keys).err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(said.contains(says) && said.contains("f.toml"), "{keys}: {said}");
+    }
+}
+
+#[test]
 fn maps_of_a_cloth_are_a_material() {
     use crate::formats::btf;
     use yugen_reflectance::btf::Btf;

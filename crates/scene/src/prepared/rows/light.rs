@@ -22,18 +22,18 @@ pub(super) enum Op {
     Directional,
     Environment,
     Projector,
-    Blob,
+    Slab,
 }
 
-/// Parts of a volume as lights.
-pub(super) const BLOBS: usize = 8;
+/// Parts of a volume as lights, and points of each.
+pub(super) const SLABS: [usize; 2] = [8, 512];
 
 impl Op {
     pub(super) fn of(source: &LightSource) -> Self {
         match source {
             LightSource::Surface { .. } => Self::Area,
             LightSource::Environment { .. } => Self::Environment,
-            LightSource::Blob { .. } | LightSource::Volume { .. } => Self::Blob,
+            LightSource::Slab { .. } | LightSource::Volume { .. } => Self::Slab,
             LightSource::Dirac { dirac, .. } => match dirac {
                 DiracLight::Point { .. } => Self::Point,
                 DiracLight::Spot { .. } => Self::Spot,
@@ -52,7 +52,7 @@ impl Op {
             Self::Directional => "a directional light",
             Self::Environment => "an environment",
             Self::Projector => "a projector",
-            Self::Blob => "a part of a volume",
+            Self::Slab => "a part of a volume",
         }
     }
 }
@@ -86,7 +86,7 @@ pub(super) fn write_emissions(
                 let e = Environment::new(image, *scale, *to_world, luminance)?;
                 ([environment::write(&e, rows), 0, 0, 0], e.irradiance(Vec3::ZERO))
             }
-            LightSource::Blob { .. } | LightSource::Volume { .. } => ([NONE, 0, 0, 0], 0.0),
+            LightSource::Slab { .. } | LightSource::Volume { .. } => ([NONE, 0, 0, 0], 0.0),
             LightSource::Dirac { dirac, .. } => match dirac.texture() {
                 Some(id) => (programs.value(&Value::Texture(id), rows)?, 0.0),
                 None => ([NONE, 0, 0, 0], 0.0),
@@ -135,13 +135,14 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 rows.lights_by_area |= !by_angle;
                 rows.numbers.extend(cumulative);
             }
-            LightSource::Blob { mean, spread, intensity, .. } => {
-                floats(&mut words, &mean.to_array());
+            LightSource::Slab { points, block, intensity, .. } => {
+                words.extend([rows.numbers.len() as u32, points.len() as u32, 0]);
                 floats(&mut words, &intensity.to_array());
-                floats(&mut words, &spread.to_cols_array());
+                floats(&mut words, &block.to_cols_array());
+                rows.numbers.extend(points.iter().flat_map(|p| p.to_array()));
                 power.push(4.0 * PI * luminance.dot(*intensity));
             }
-            // Divided into blobs.
+            // Divided into slabs.
             LightSource::Volume { .. } => power.push(0.0),
             LightSource::Environment { to_world, .. } => {
                 environment::set_orientation(value[0], *to_world, rows);

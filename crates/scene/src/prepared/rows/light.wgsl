@@ -7,7 +7,7 @@ const EMITTER_SPOT: u32 = 2u;
 const EMITTER_DIRECTIONAL: u32 = 3u;
 const EMITTER_ENVIRONMENT: u32 = 4u;
 const EMITTER_PROJECTOR: u32 = 5u;
-const EMITTER_BLOB: u32 = 6u;
+const EMITTER_SLAB: u32 = 6u;
 // Not kinds: some sphere, some rectangle among them.
 const EMITTER_ROUND: u32 = 31u;
 const EMITTER_RECTANGLE: u32 = 30u;
@@ -88,8 +88,13 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     if (kind == EMITTER_PROJECTOR) {
         origin = vec3_at(e + 13u);
     }
-    if (has_emitter(EMITTER_BLOB) && kind == EMITTER_BLOB) {
-        origin += mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u)) * normal3(u);
+    if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
+        // A point of it, and a place in the block about that: coarse and fine bits of the same numbers.
+        let which = u.x * f32(word_at(e + 2u));
+        let at = word_at(e + 1u) + 3u * min(u32(which), word_at(e + 2u) - 1u);
+        let place = vec3<f32>(fract(which), u.y, fract(4096.0 * u.y)) - 0.5;
+        let block = mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u));
+        origin = vec3<f32>(numbers[at], numbers[at + 1u], numbers[at + 2u]) + block * place;
     }
     let to = origin - position;
     let d2 = dot(to, to);
@@ -129,15 +134,6 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         light_at = nowhere(uv);
     }
     return LightSample(wi, distance, intensity / d2, 1.0, true);
-}
-
-// Three independent normal numbers of variance one, of two even ones: the third is in the lower half of their bits.
-// Box and Muller 1958.
-fn normal3(u: vec2<f32>) -> vec3<f32> {
-    let r = sqrt(-2.0 * log(max(1.0 - u.x, 1e-7)));
-    let low = fract(4096.0 * u);
-    let third = sqrt(-2.0 * log(max(1.0 - low.x, 1e-4))) * cos(TAU * low.y);
-    return vec3<f32>(r * cos(TAU * u.y), r * sin(TAU * u.y), third);
 }
 
 // One minus the cosine of the cone that a round sphere subtends; 0 where the emitter is none, or `position` within it.

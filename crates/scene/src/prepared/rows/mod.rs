@@ -170,7 +170,7 @@ impl Rows {
         rows.words[..3].copy_from_slice(&luminance.to_array().map(f32::to_bits));
         let mut programs = texture::Programs::new(&textures);
         material::write(&materials, &mut programs, &mut rows)?;
-        let lights = LightSources::new(scene)?.with_blobs(light::BLOBS);
+        let lights = LightSources::new(scene)?.with_slabs(light::SLABS[0], light::SLABS[1]);
         let emitters = light::write_emissions(scene, &lights, &textures, &mut programs, &mut rows)?;
         rows.fixed = Fixed {
             words: rows.words.len(),
@@ -186,7 +186,7 @@ impl Rows {
     /// time of their vertices; materials and textures stay. Where the scene is another one the rows stay as they are; after
     /// an error in its shapes they have neither shapes nor lights until a pose is taken over.
     pub fn pose(&mut self, scene: &Scene) -> Result<(), RowsError> {
-        let lights = LightSources::new(scene)?.with_blobs(light::BLOBS);
+        let lights = LightSources::new(scene)?.with_slabs(light::SLABS[0], light::SLABS[1]);
         self.check_same_scene(scene, &lights)?;
         self.forget_pose();
         let written = self.write_pose(scene, &lights);
