@@ -353,6 +353,7 @@ fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
         ("turned_all", Preview::ALL, true),
     ] {
         stage.set_preview(settings)?;
+        stage.set_moving(moved);
         // Towards the camera in steps of a degree around the middle of the scene.
         for step in (1..=8).rev().filter(|_| moved) {
             let mut other = camera.clone();
@@ -375,6 +376,7 @@ fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
         stage.place(&rows.draws)?;
     }
     stage.set_preview(none)?;
+    stage.set_moving(false);
     for _ in 0..512 {
         stage.frame(&camera)?;
     }

@@ -2,7 +2,7 @@
 
 use crate::edit::Edits;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use yugen_realtime::{Options, Stage};
+use yugen_realtime::{Options, Preview, Stage, StageError};
 use yugen_scene::Scene;
 use yugen_scene::prepared::Rows;
 
@@ -139,7 +139,12 @@ fn make(order: Order, last: &mut Option<Last>) -> Made {
         let ready = match &order.stage {
             None => Ready::Rows(rows.clone()),
             Some((device, queue, options)) => {
-                Ready::Stage(Box::new(Stage::new(device, queue, &rows, options).map_err(|e| e.to_string())?))
+                let stage = || -> Result<Stage, StageError> {
+                    let mut stage = Stage::new(device, queue, &rows, options)?;
+                    stage.set_preview(Preview::ALL)?;
+                    Ok(stage)
+                };
+                Ready::Stage(Box::new(stage().map_err(|e| e.to_string())?))
             }
         };
         // Only what moves is made anew often.
