@@ -430,10 +430,10 @@ fn a_shader_looks_at_environments_as_rust_does() {
                 off = off.max(apart(a, *b, 0.1));
             }
         }
-        differing += u32::from(off > 2e-3);
+        differing += u32::from(off > 8e-5);
         assert_eq!(got[12], 0.25);
     }
-    // A direction at the border of two cells may be in either.
+    // Measured 2e-5 for all but one in a hundred: a direction at the border of two cells may be in either.
     assert!(differing < 40, "{differing} of {count}");
 }
 

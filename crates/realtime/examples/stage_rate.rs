@@ -6,7 +6,7 @@
 //! `stage_rate scene BOUNCES FRAMES SCENE…` prints the passes of scene files at 320 x 240.
 //! `stage_rate rays SCENE…` prints how many random rays a second shaders trace: nearest hit, and any hit.
 //! `stage_rate preview SCENE FOLDER` writes what is shown in the 1st, 4th and 16th frame, standing still and after a turn,
-//! with and without previews, and the mean of 512 frames.
+//! with and without previews, and the mean of 512 frames; prints how far the former are from the latter.
 //! `stage_rate picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]` shows a scene and writes its picture and AOVs.
 
 use glam::{Mat4, Vec2, Vec3};
@@ -15,7 +15,9 @@ use std::sync::Arc;
 use std::time::Instant;
 use wgpu::util::DeviceExt;
 use yugen_archive::formats::{image, load_scene};
+use yugen_optics::flip::mean_flip;
 use yugen_optics::random::Pcg32;
+use yugen_optics::tonemap::{Curve, Display};
 use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::hierarchy::HIERARCHY_WGSL;
 use yugen_realtime::scene::{SceneBuffers, scene_wgsl};
@@ -345,6 +347,7 @@ fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
         image::write(&folder.join(name), image, &image::WriteOptions::from(ColourSpace::default()))
     };
     let none = Preview::default();
+    let mut shown = Vec::new();
     let middle = scene.bounds().map_or(Vec3::ZERO, |[lo, hi]| 0.5 * (lo + hi));
     for (name, settings, moved) in [
         ("still_plain", none, false),
@@ -353,6 +356,7 @@ fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
         ("turned_all", Preview::ALL, true),
     ] {
         stage.set_preview(settings)?;
+        stage.set_moving(moved);
         // Towards the camera in steps of a degree around the middle of the scene.
         for step in (1..=8).rev().filter(|_| moved) {
             let mut other = camera.clone();
@@ -365,7 +369,9 @@ fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
         for frame in 1..=16 {
             stage.frame(&camera)?;
             if [1, 4, 16].contains(&frame) {
-                write(&format!("{name}_{frame}.exr"), &stage.shown_image()?)?;
+                let image = stage.shown_image()?;
+                write(&format!("{name}_{frame}.exr"), &image)?;
+                shown.push((name, frame, image));
             }
         }
         for time in stage.timings() {
@@ -375,10 +381,29 @@ fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
         stage.place(&rows.draws)?;
     }
     stage.set_preview(none)?;
+    stage.set_moving(false);
     for _ in 0..512 {
         stage.frame(&camera)?;
     }
-    write("reference.exr", &stage.image()?)?;
+    let reference = stage.image()?;
+    write("reference.exr", &reference)?;
+    println!("frame           error %    FLIP");
+    let display = Display::new(scene.working_space, 0.0, Curve::Clip);
+    let displayed = |image: &Image| {
+        let mut out = Image::rgb(image.width, image.height);
+        for (to, from) in out.data.chunks_exact_mut(3).zip(image.data.chunks_exact(4)) {
+            to.copy_from_slice(&display.show(Vec3::from_slice(from)).to_array());
+        }
+        out
+    };
+    for (name, frame, image) in shown {
+        let sum = |f: &dyn Fn(f32, f32) -> f32| -> f64 {
+            image.data.iter().zip(&reference.data).map(|(a, b)| f64::from(f(*a, *b))).sum()
+        };
+        let error = (sum(&|a, b| (a - b) * (a - b)) / sum(&|_, b| b * b)).sqrt();
+        let flip = mean_flip(&displayed(&image), &displayed(&reference)).unwrap_or(f64::NAN);
+        println!("{name:12} {frame:>3} {:>7.1} {flip:>7.3}", 100.0 * error);
+    }
     Ok(())
 }
 

@@ -84,7 +84,9 @@ pub struct Stage {
     signed_filter: bool,
     head_light: bool,
     seed: u32,
-    /// Pictures begun while a preview was on.
+    /// See [`Stage::set_moving`].
+    moving: bool,
+    /// Pictures begun while something moved.
     pictures: u32,
     size: [u32; 2],
     /// What the sums are of: the view, the frames and the sum of their weights.
@@ -163,6 +165,7 @@ impl Stage {
                 trace_camera: options.trace_camera,
                 head_light: options.bounces.is_some_and(|b| b > 0) && needs_head_light(rows),
                 seed: options.seed,
+                moving: false,
                 pictures: 0,
                 size: options.size,
                 seen: None,
@@ -197,20 +200,19 @@ impl Stage {
             for film in self.shade.iter().chain(self.aovs.iter().map(|(_, pass)| pass)).map(FilmPass::film) {
                 film.begin(&self.queue);
             }
-            // What is carried from picture to picture must not be the same noise each time.
-            self.pictures = self.pictures.wrapping_add(u32::from(self.preview.is_some()));
+            self.pictures = self.pictures.wrapping_add(u32::from(self.moving));
         }
         let sample = self.reconstruction.sample(self.index, view.has_lens());
         let weight = self.weight + f64::from(sample.weight);
         let traced = self.trace_camera || view.has_lens();
         // A raster has one place for all pixels; and where the filter is negative the sum of weights is that of all.
         let own = traced && self.index > 0 && !self.signed_filter;
-        let own_places = own.then_some(&self.reconstruction);
-        let seed = self.seed.wrapping_add(self.pictures.wrapping_mul(0x9e37_79b9));
+        let per_pixel = own.then_some(&self.reconstruction);
+        let seed = self.seed.wrapping_add(self.picture_seed());
         self.queue.write_buffer(
             &self.view,
             0,
-            bytemuck::bytes_of(&view.row(self.index, seed, &sample, own_places)),
+            bytemuck::bytes_of(&view.row(self.index, seed, &sample, per_pixel)),
         );
 
         self.timestamps.begin();
@@ -260,14 +262,14 @@ impl Stage {
     /// Moves the draws, which must be of the same meshes as before. The picture then begins anew.
     pub fn place(&mut self, draws: &[DrawRow]) -> Result<(), StageError> {
         self.check_alive()?;
-        self.seen = None;
+        self.begin_pose();
         self.scene.place(&self.queue, draws)
     }
 
     /// Deforms a mesh: all of its vertices. The picture then begins anew.
     pub fn deform(&mut self, mesh: u32, vertices: &[VertexRow]) -> Result<(), StageError> {
         self.check_alive()?;
-        self.seen = None;
+        self.begin_pose();
         self.scene.deform(&self.queue, mesh, vertices)
     }
 
@@ -278,9 +280,16 @@ impl Stage {
         self.check_alive()?;
         let posed = self.take_over(rows, false);
         if !matches!(posed, Ok(false)) {
-            self.seen = None;
+            self.begin_pose();
         }
         posed
+    }
+
+    fn begin_pose(&mut self) {
+        self.seen = None;
+        if let Some(preview) = &mut self.preview {
+            preview.pose();
+        }
     }
 
     /// Takes over other values of materials and lights as well, textures included: `rows` of the same scene otherwise. A
@@ -345,7 +354,6 @@ impl Stage {
         let Some(shade) = &self.shade else { return Ok(()) };
         if !settings.is_on() {
             self.preview = None;
-            self.pictures = 0;
         } else if let Some(preview) = &mut self.preview {
             preview.settings = settings;
         } else {
@@ -357,6 +365,30 @@ impl Stage {
             self.seen = None;
         }
         Ok(())
+    }
+
+    /// Says that pictures follow one another quickly, each perhaps of one frame only. With a preview each then has random
+    /// numbers of its own, for what is carried from one to the next must not be the same noise each time; without, and once
+    /// nothing moves any more, pictures are of the stage's seed alone, whatever was before. A picture that was begun while
+    /// something moved begins anew when nothing does; the preview goes on from it.
+    pub fn set_moving(&mut self, moving: bool) {
+        if self.picture_seed() != 0 && !moving {
+            self.seen = None;
+        }
+        self.moving = moving;
+        if !moving {
+            self.pictures = 0;
+        }
+    }
+
+    /// Whether something was last said to move.
+    pub fn is_moving(&self) -> bool {
+        self.moving
+    }
+
+    /// What the seed of the picture is more than that of the stage.
+    fn picture_seed(&self) -> u32 {
+        if self.preview.is_some() { self.pictures.wrapping_mul(0x9e37_79b9) } else { 0 }
     }
 
     /// The film to show: the preview's where one is on, which is a mean, else the picture's, which is a sum.

@@ -38,6 +38,12 @@ impl Preview {
 /// Frames until the picture before no longer counts.
 pub const FADE: u32 = 32;
 
+/// A picture counts as no more frames than this once the camera has moved.
+const MOVED_FRAMES: f32 = 16.0;
+
+/// And no more than this once shapes have: where a surface is now another part of it may have been.
+const POSED_FRAMES: f32 = 4.0;
+
 /// `Preview` of preview.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -53,7 +59,8 @@ struct PreviewRow {
     footprint: f32,
     smooth: u32,
     orthographic: u32,
-    unused: [u32; 2],
+    most_frames: f32,
+    unused: u32,
 }
 
 /// The passes and what they keep from frame to frame.
@@ -73,6 +80,10 @@ pub(crate) struct PreviewPass {
     now: Option<View>,
     /// Pixels of the last picture of which there was a frame.
     seen_size: [u32; 2],
+    /// Shapes or lights have moved since the picture before.
+    posed: bool,
+    /// They have since the last frame.
+    pose_follows: bool,
 }
 
 /// What is written for a picture, and read for the next.
@@ -175,6 +186,8 @@ impl PreviewPass {
             before: None,
             now: None,
             seen_size: film.size(),
+            posed: false,
+            pose_follows: false,
         }
     }
 
@@ -186,6 +199,11 @@ impl PreviewPass {
         };
         let last = seen.cloned().filter(|_| self.now.is_some());
         self.targets = Targets::new(device, &self.layouts, &self.row, film, last, 1 - self.current);
+    }
+
+    /// Shapes or lights have moved.
+    pub fn pose(&mut self) {
+        self.pose_follows = true;
     }
 
     /// Begins without what was seen before: it was of another light or other materials.
@@ -219,6 +237,7 @@ impl PreviewPass {
             }
             self.seen_size = self.targets.size;
             self.current = 1 - self.current;
+            self.posed = std::mem::take(&mut self.pose_follows);
         }
         let before = self.before.as_ref().filter(|_| self.settings.reproject);
         let (eye, footprint, orthographic) = view.footprint();
@@ -234,7 +253,8 @@ impl PreviewPass {
             footprint,
             smooth: u32::from(self.settings.smooth),
             orthographic: u32::from(orthographic),
-            unused: [0; 2],
+            most_frames: if self.posed { POSED_FRAMES } else { MOVED_FRAMES },
+            unused: 0,
         };
         queue.write_buffer(&self.row, 0, bytemuck::bytes_of(&row));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {

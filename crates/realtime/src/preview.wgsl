@@ -20,10 +20,10 @@ struct Preview {
     // 1: smooth.
     smooth_: u32,
     orthographic: u32,
+    // The picture before counts as no more than this.
+    most_frames: f32,
 }
 
-// A picture counts as no more frames than this once something has moved.
-const MOST_FRAMES: f32 = 16.0;
 // From so many frames on nothing is smoothed.
 const SMOOTHED: f32 = 8.0;
 // Worth fewer frames than this, a mean is noise, and what was shown the frame before stays.
@@ -85,7 +85,7 @@ fn reprojected(pixel: vec2<u32>) -> vec4<f32> {
         return vec4<f32>(0.0);
     }
     sum /= weights;
-    return vec4<f32>(sum.xyz, min(sum.w, MOST_FRAMES) / coarse);
+    return vec4<f32>(sum.xyz, min(sum.w, preview.most_frames) / coarse);
 }
 
 @compute @workgroup_size(8, 8)

@@ -18,8 +18,8 @@ pub struct FrameSample {
     pub lens: Vec2,
     /// What it counts: 1, or −1 where the filter is negative.
     pub weight: f32,
-    /// The numbers in the unit square that `offset` is made from.
-    pub place: Vec2,
+    /// The random numbers in the unit square that `offset` is made from.
+    pub u: Vec2,
 }
 
 /// The places that a filter makes frames look at.
@@ -96,7 +96,7 @@ impl Reconstruction {
             offset: Vec2::new(x, y),
             lens: Vec2::new(u[2], u[3]),
             weight: wx * wy,
-            place: Vec2::new(u[0], u[1]),
+            u: Vec2::new(u[0], u[1]),
         }
     }
 }

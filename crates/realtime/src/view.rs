@@ -28,8 +28,8 @@ pub struct ViewRow {
     index: u32,
     seed: u32,
     weight: f32,
-    place: [f32; 2],
-    own_places: u32,
+    u: [f32; 2],
+    per_pixel: u32,
     unused: u32,
     filter_offsets: [f32; 260],
 }
@@ -92,8 +92,8 @@ impl View {
             index: 0,
             seed: 0,
             weight: 1.0,
-            place: [0.5; 2],
-            own_places: 0,
+            u: [0.5; 2],
+            per_pixel: 0,
             unused: 0,
             filter_offsets: [0.0; 260],
         };
@@ -116,7 +116,7 @@ impl View {
             offset: glam::Vec2::ZERO,
             lens: glam::Vec2::splat(0.5),
             weight: 1.0,
-            place: glam::Vec2::splat(0.5),
+            u: glam::Vec2::splat(0.5),
         };
         self.to_clip(&centre).to_cols_array_2d()
     }
@@ -131,21 +131,21 @@ impl View {
         (eye, r.scale[0].abs() * if parallel { across } else { 1.0 }, parallel)
     }
 
-    /// Frame `index` of the picture, which looks where `sample` says; with `own_places` every pixel elsewhere, by the
+    /// Frame `index` of the picture, which looks where `sample` says; with `per_pixel` every pixel elsewhere, by the
     /// filter that they are of.
     pub fn row(
         &self,
         index: u32,
         seed: u32,
         sample: &FrameSample,
-        own_places: Option<&Reconstruction>,
+        per_pixel: Option<&Reconstruction>,
     ) -> ViewRow {
         let mut row = self.row;
         row.offset = sample.offset.into();
         row.lens = sample.lens.into();
         (row.index, row.seed, row.weight) = (index, seed, sample.weight);
-        if let Some(reconstruction) = own_places {
-            (row.own_places, row.place) = (1, sample.place.into());
+        if let Some(reconstruction) = per_pixel {
+            (row.per_pixel, row.u) = (1, sample.u.into());
             for (offset, own) in row.filter_offsets.iter_mut().zip(reconstruction.offsets()) {
                 *offset = *own;
             }

@@ -28,9 +28,9 @@ struct View {
     // What this frame's samples count in the sums.
     weight: f32,
     // What `offset` is made from.
-    place: vec2<f32>,
+    u: vec2<f32>,
     // 1: every pixel looks at a place of its own and through its own point of the lens.
-    own_places: u32,
+    per_pixel: u32,
     unused: u32,
     // Offsets below which equal shares of the filter lie, FILTER_STEPS of them.
     filter_offsets: array<vec4<f32>, 65>,
@@ -104,12 +104,12 @@ fn camera_ray(pixel: vec2<f32>, u: vec2<f32>) -> CameraRay {
 fn pixel_ray(pixel: vec2<u32>) -> CameraRay {
     var offset = view.offset;
     var lens = view.lens;
-    if (view.own_places != 0u) {
+    if (view.per_pixel != 0u) {
         let a = pcg(pixel.x ^ pcg(pixel.y ^ pcg(view.seed ^ 0x68e31da4u)));
         let b = pcg(a);
         let shift = vec4<f32>(vec4<u32>(a, b, pcg(b), pcg(a ^ b)) >> vec4<u32>(8u)) * 5.9604645e-8;
-        let place = min(fract(view.place + shift.xy), vec2<f32>(0.99999994));
-        offset = vec2<f32>(filter_offset(place.x), filter_offset(place.y));
+        let u = min(fract(view.u + shift.xy), vec2<f32>(0.99999994));
+        offset = vec2<f32>(filter_offset(u.x), filter_offset(u.y));
         lens = fract(view.lens + shift.zw);
     }
     return camera_ray(vec2<f32>(view.window.xy + pixel) + 0.5 + offset, lens);

@@ -91,15 +91,16 @@ fn a_grey_sphere_in_a_white_sky_is_as_bright_as_its_albedo() {
         let image = picture(&gpu, &scene, 24, 1, 64);
         let at = |x, y| Vec3::from_slice(image.pixel(x, y));
         assert!((at(0, 0) - Vec3::ONE).length() < 1e-5, "{}", at(0, 0));
-        // Three standard deviations of one estimate of 64 samples, and the mean of a patch.
         let patch: Vec<Vec3> = (8..16).flat_map(|y| (8..16).map(move |x| at(x, y))).collect();
         let mean = patch.iter().sum::<Vec3>() / patch.len() as f32;
-        assert!((mean - 0.5).abs().max_element() < 2e-3, "{mean}");
-        assert!(patch.iter().all(|c| (*c - 0.5).abs().max_element() < 0.05));
+        let worst = patch.iter().map(|c| (*c - 0.5).abs().max_element()).fold(0.0, f32::max);
+        println!("sky: mean {mean}, worst {worst}");
+        // Measured .0014 of the mean of a patch, and .028 of a pixel of 64 samples.
+        assert!((mean - 0.5).abs().max_element() < 5e-3 && worst < 0.11, "{mean} {worst}");
     }
 }
 
-/// A point light and a small bright square of the same intensity light a wall alike, and as the formula says.
+/// A point light, a spot and a small bright square of the same intensity light a wall as the formula says.
 #[test]
 fn a_lamp_lights_a_wall_by_its_distance_and_slant() {
     let Some(gpu) = gpu() else { return };
@@ -125,8 +126,21 @@ fn a_lamp_lights_a_wall_by_its_distance_and_slant() {
         lights: vec![Light::Point { position: lamp_at, intensity: Vec3::ONE }],
         ..Scene::default()
     };
+    let (beam, cutoff) = (0.2f32, 1.2f32);
+    let mut spot = point.clone();
+    spot.lights = vec![Light::Spot {
+        to_world: Mat4::from_translation(lamp_at) * Mat4::from_rotation_x(std::f32::consts::PI),
+        intensity: Vec3::ONE,
+        beam,
+        cutoff,
+        texture: None,
+    }];
     let area = Scene { materials: material(), shapes: vec![wall, square], ..Scene::default() };
-    for (scene, emits_by_cosine, tolerance) in [(point, false, 2e-3), (area, true, 2e-2)] {
+    // What they send by the cosine to their axis. Measured 5e-4, 8e-4 and 1.5e-3.
+    let by_angle = |cos: f32| ((cutoff - cos.acos()) / (cutoff - beam)).min(1.0);
+    let lamps: [(_, &dyn Fn(f32) -> f32, _); 3] =
+        [(point, &|_| 1.0, 2e-3), (spot, &by_angle, 3.4e-3), (area, &|cos| cos, 6e-3)];
+    for (scene, sends, tolerance) in lamps {
         let image = picture(&gpu, &scene, 64, 1, 128);
         for (x, y) in [(14, 13), (32, 33), (49, 22), (9, 53)] {
             // The middle of the pixel on the wall; the picture's x runs against the camera's.
@@ -135,11 +149,9 @@ fn a_lamp_lights_a_wall_by_its_distance_and_slant() {
             let p = Vec3::new(place(x), -place(y), 0.0);
             let to = lamp_at - p;
             let cos = to.z / to.length();
-            let mut want = 0.5 / std::f32::consts::PI * cos / to.length_squared();
-            if emits_by_cosine {
-                want *= cos;
-            }
+            let want = 0.5 / std::f32::consts::PI * cos / to.length_squared() * sends(cos);
             let got = image.pixel(x, y)[1];
+            println!("lamp: {}", got / want - 1.0);
             assert!((got / want - 1.0).abs() < tolerance, "({x}, {y}): {got}, not {want}");
         }
     }
@@ -297,8 +309,8 @@ fn a_bright_ball_lights_a_floor_as_the_square_of_its_sine() {
         let rows = ball_above_a_floor(radius, others);
         let (worst, mean) = floor_by(&gpu, &rows, 128, 0.6, &below_the_ball(radius));
         println!("{radius} {others}: worst {worst}, mean {mean}");
-        // Measured .018 at most, and .002 of the mean.
-        assert!(worst < 0.07 && (mean - 1.0).abs() < 8e-3, "{radius} {others}: {worst} {mean}");
+        // Measured .011 at most, and .0019 of the mean.
+        assert!(worst < 0.045 && (mean - 1.0).abs() < 8e-3, "{radius} {others}: {worst} {mean}");
     }
 }
 
@@ -330,11 +342,12 @@ fn a_light_sampled_wrongly_is_caught() {
     }
 }
 
-/// Irradiance below a rectangle of radiance one, by the corner formula: for sides a and b from the foot of the
-/// perpendicular, in units of the height, [A/√(1+A²) atan(B/√(1+A²)) + B/√(1+B²) atan(A/√(1+B²))]/2.
-#[test]
-fn a_bright_rectangle_lights_a_floor_as_the_corner_formula_says() {
-    let Some(gpu) = gpu() else { return };
+/// Half of the sides of a rectangle of radiance one that looks down on a floor, and how high it is.
+const LAMP: ([f32; 2], f32) = ([0.8, 0.5], 0.7);
+
+/// Light from a floor of albedo one half below it, by the corner formula: for sides a and b from the foot of the
+/// perpendicular, in units of the height, irradiance is [a/√(1+a²) atan(b/√(1+a²)) + b/√(1+b²) atan(a/√(1+b²))]/2.
+fn below_the_rectangle(p: Vec3) -> f64 {
     let corner = |a: f64, b: f64| {
         let part = |a: f64, b: f64| {
             let root = (1.0 + a * a).sqrt();
@@ -342,10 +355,41 @@ fn a_bright_rectangle_lights_a_floor_as_the_corner_formula_says() {
         };
         0.5 * (part(a, b) + part(b, a))
     };
-    let (half, height) = ([0.8, 0.5], 0.7);
+    let (half, height) = LAMP;
+    let side = |i: usize, sign: f32| f64::from((sign * half[i] - p[i]) / height);
+    let (x, y) = ([side(0, -1.0), side(0, 1.0)], [side(1, -1.0), side(1, 1.0)]);
+    // The corner formula is odd in both sides.
+    0.5 / std::f64::consts::PI
+        * (corner(x[1], y[1]) - corner(x[0], y[1]) - corner(x[1], y[0]) + corner(x[0], y[0]))
+}
+
+/// What a picture may be off by: measured .017 at most, and .0009 of the mean. The least wrong below are .26, and .05 of the
+/// mean.
+fn rectangle_is_right(worst: f64, mean: f64) -> bool {
+    worst < 0.07 && (mean - 1.0).abs() < 4e-3
+}
+
+fn rectangle_above_a_floor(geometry: Geometry, turned: Mat4) -> Rows {
+    let (half, height) = LAMP;
     let place = Mat4::from_translation(Vec3::new(0.0, 0.0, height))
         * Mat4::from_rotation_x(std::f32::consts::PI)
         * Mat4::from_scale(Vec3::new(half[0], half[1], 1.0));
+    let floor = Shape::new("floor", Geometry::Rectangle, Mat4::from_scale(Vec3::splat(3.0)), 0);
+    let lamp =
+        Shape { emission: Some(Value::Number(1.0)), ..Shape::new("lamp", geometry, place * turned, 0) };
+    let scene = Scene {
+        materials: vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))])],
+        shapes: vec![floor, lamp],
+        ..Scene::default()
+    };
+    let rows = Rows::new(&scene).expect("rows");
+    assert_eq!(rows.lights >> 30, 1, "the lamp is known to be a rectangle");
+    rows
+}
+
+#[test]
+fn a_bright_rectangle_lights_a_floor_as_the_corner_formula_says() {
+    let Some(gpu) = gpu() else { return };
     // The second is mirrored, the third a mesh, with the corners in another order.
     let quad = Arc::new(yugen_scene::Mesh {
         positions: [[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]]
@@ -356,30 +400,43 @@ fn a_bright_rectangle_lights_a_floor_as_the_corner_formula_says() {
     });
     let mirror = Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0));
     let lamps = [
-        ("rectangle", Geometry::Rectangle, place),
-        ("mirrored", Geometry::Rectangle, place * mirror),
-        ("mesh", Geometry::Mesh(quad), place),
+        ("rectangle", Geometry::Rectangle, Mat4::IDENTITY),
+        ("mirrored", Geometry::Rectangle, mirror),
+        ("mesh", Geometry::Mesh(quad), Mat4::IDENTITY),
     ];
-    for (name, geometry, to_world) in lamps {
-        let floor = Shape::new("floor", Geometry::Rectangle, Mat4::from_scale(Vec3::splat(3.0)), 0);
-        let lamp = Shape { emission: Some(Value::Number(1.0)), ..Shape::new("lamp", geometry, to_world, 0) };
-        let scene = Scene {
-            materials: vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))])],
-            shapes: vec![floor, lamp],
-            ..Scene::default()
-        };
-        let rows = Rows::new(&scene).expect("rows");
-        assert_eq!(rows.lights >> 30, 1, "{name} is known to be a rectangle");
-        let (worst, mean) = floor_by(&gpu, &rows, 64, 1.0, &|p| {
-            let side = |i: usize, sign: f32| f64::from((sign * half[i] - p[i]) / height);
-            let (x, y) = ([side(0, -1.0), side(0, 1.0)], [side(1, -1.0), side(1, 1.0)]);
-            // The corner formula is odd in both sides.
-            0.5 / std::f64::consts::PI
-                * (corner(x[1], y[1]) - corner(x[0], y[1]) - corner(x[1], y[0]) + corner(x[0], y[0]))
-        });
+    for (name, geometry, turned) in lamps {
+        let rows = rectangle_above_a_floor(geometry, turned);
+        let (worst, mean) = floor_by(&gpu, &rows, 64, 1.0, &below_the_rectangle);
         println!("{name}: worst {worst}, mean {mean}");
-        // Measured .034, and .001 of the mean.
-        assert!(worst < 0.14 && (mean - 1.0).abs() < 4e-3, "{name}: {worst} {mean}");
+        assert!(rectangle_is_right(worst, mean), "{name}: {worst} {mean}");
+    }
+}
+
+/// Each of the numbers that rectangles are sampled by, a little wrong, is seen in the same picture.
+#[test]
+fn a_rectangle_sampled_wrongly_is_caught() {
+    let Some(gpu) = gpu() else { return };
+    let right = || rectangle_above_a_floor(Geometry::Rectangle, Mat4::IDENTITY);
+    let scale = |first: usize, by: f32| {
+        let mut rows = right();
+        let at = rows.words[4] as usize + first;
+        rows.words[at..at + 3].iter_mut().for_each(|w| *w = (f32::from_bits(*w) * by).to_bits());
+        rows
+    };
+    let mut swapped = right();
+    let at = swapped.words[4] as usize + 17;
+    let sides: Vec<u32> = swapped.words[at..at + 6].to_vec();
+    swapped.words[at..at + 3].copy_from_slice(&sides[3..]);
+    swapped.words[at + 3..at + 6].copy_from_slice(&sides[..3]);
+    for (name, rows) in [
+        ("corner", scale(14, 1.1)),
+        ("first side", scale(17, 1.1)),
+        ("second side", scale(20, 0.9)),
+        ("facing away", swapped),
+    ] {
+        let (worst, mean) = floor_by(&gpu, &rows, 64, 1.0, &below_the_rectangle);
+        println!("{name}: worst {worst}, mean {mean}");
+        assert!(!rectangle_is_right(worst, mean), "{name} is not caught: {worst} {mean}");
     }
 }
 
@@ -481,7 +538,9 @@ fn a_closed_room_fills_with_light_bounce_by_bounce() {
         let mean = image.data.chunks(4).map(|p| p[0]).sum::<f32>() / 256.0;
         assert!(image.data.chunks(4).all(|p| p[3] == 1.0), "{bounces}: surfaces cover their pixels");
         let want = 2.0 * (1.0 - 0.5f32.powi(bounces as i32 + 1));
-        assert!((mean / want - 1.0).abs() < 5e-3, "{bounces}: {mean}, not {want}");
+        println!("room: {}", mean / want - 1.0);
+        // Measured 6e-4 at most.
+        assert!((mean / want - 1.0).abs() < 2.4e-3, "{bounces}: {mean}, not {want}");
     }
 }
 

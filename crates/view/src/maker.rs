@@ -2,7 +2,12 @@
 
 use crate::edit::Edits;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+<<<<<<< HEAD
 use yugen_realtime::{Options, Stage};
+=======
+use yugen_realtime::{Options, Preview, Stage, StageError};
+use yugen_scene::Scene;
+>>>>>>> rt
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Material, Scene};
 
@@ -150,7 +155,12 @@ fn make(order: Order, last: &mut Option<Last>) -> Made {
         let ready = match &order.stage {
             None => Ready::Rows(rows.clone()),
             Some((device, queue, options)) => {
-                Ready::Stage(Box::new(Stage::new(device, queue, &rows, options).map_err(|e| e.to_string())?))
+                let stage = || -> Result<Stage, StageError> {
+                    let mut stage = Stage::new(device, queue, &rows, options)?;
+                    stage.set_preview(Preview::ALL)?;
+                    Ok(stage)
+                };
+                Ready::Stage(Box::new(stage().map_err(|e| e.to_string())?))
             }
         };
         // Only what moves is made anew often.

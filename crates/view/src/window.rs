@@ -243,7 +243,8 @@ impl App {
 
     /// The stage shows what is asked for, at rest, and the device is done.
     fn settled(&self) -> bool {
-        let done = self.graphics.as_ref().is_some_and(|g| g.stage.is_some() && !g.in_flight());
+        let rests = |g: &Graphics| g.stage.as_ref().is_some_and(|s| !s.is_moving()) && !g.in_flight();
+        let done = self.graphics.as_ref().is_some_and(rests);
         done && self.loading.is_none()
             && self.shown_changes == self.state.changes
             && !self.maker.busy()
@@ -349,8 +350,15 @@ impl App {
         let display = (self.state.exposure, self.state.curve);
         let settings = graphics::settings(&self.state);
         let Some(graphics) = &mut self.graphics else { return };
-        if graphics.stage.is_none() || graphics.in_flight() {
+        if graphics.in_flight() {
             return;
+        }
+        let Some(stage) = &mut graphics.stage else { return };
+        let moving = !at_rest || moved;
+        if stage.is_moving() != moving {
+            stage.set_moving(moving);
+            // What is seen at rest does not depend on how it came to be.
+            self.frames = if moving { self.frames } else { 0 };
         }
         let same = self.camera.as_ref().is_some_and(|c| same_view(c, &view)) && self.frames > 0;
         let outcome = if same && self.frames >= MOST_FRAMES {

@@ -89,25 +89,23 @@ fn what_moves_keeps_what_was_known_and_what_stands_tends_to_the_sum() {
     let keep = Preview { reproject: true, smooth: false };
     let smooth = Preview { reproject: false, smooth: true };
     for preview in [Preview::default(), keep, smooth, Preview::ALL] {
-        // Every time from the same numbers.
-        stage.set_preview(Preview::default()).expect("there is room");
         stage.set_preview(preview).expect("there is room");
+        stage.set_moving(true);
         for step in (1..=8).rev() {
             frames(&mut stage, &camera(0.01 * step as f32), 1);
         }
         frames(&mut stage, &camera(0.0), 1);
         shown.push(off(&stage.shown_image().expect("a picture"), &reference));
-        sums.push(stage.image().expect("a picture"));
-        frames(&mut stage, &camera(0.0), 31);
+        stage.set_moving(false);
+        let begun = stage.frame(&camera(0.0)).expect("it is seen");
+        assert_eq!(begun, if preview.is_on() { 1 } else { 2 });
+        frames(&mut stage, &camera(0.0), 32 - begun);
         let (sum, seen) = (stage.image().expect("a picture"), stage.shown_image().expect("a picture"));
+        sums.push(sum.clone());
         assert!(off(&seen, &sum) < 1e-6, "{preview:?}: {}", off(&seen, &sum));
     }
-    // The sum is what it is without a preview: that of other random numbers, and the same whatever is shown.
-    assert!(sums[1] == sums[2] && sums[1] == sums[3]);
-    let noise = off(&sums[1], &reference) / off(&sums[0], &reference);
-    println!("noise of the sum with a preview over that without: {noise}");
-    // Measured 1.04.
-    assert!((noise - 1.0).abs() < 0.16, "{noise}");
+    // At rest the sum is what it is without a preview, to the bit, whatever moved before.
+    assert!(sums[1..].iter().all(|sum| *sum == sums[0]));
     println!("first frame after a turn: plain, kept, smooth, all: {shown:?}");
     assert!(shown[1] < 0.8 * shown[0] && shown[2] < 0.8 * shown[0] && shown[3] < 0.7 * shown[0], "{shown:?}");
     // A cut: nothing of the old picture is seen in the new one.
@@ -132,7 +130,7 @@ fn poses_keep_what_was_known_and_other_lights_do_not() {
     let shown = off(&stage.shown_image().expect("a picture"), &reference);
     let sum = off(&stage.image().expect("a picture"), &reference);
     println!("after a pose: shown {shown}, the frame alone {sum}");
-    // Measured a third.
+    // Measured .38.
     assert!(shown < 0.8 * sum, "{shown} {sum}");
     let mut dark = scene();
     dark.shapes[2].emission = Some(Value::Number(0.0));

@@ -197,7 +197,7 @@ impl Graphics {
     }
 
     pub fn set_stage(&mut self, stage: Stage) {
-        if let Some(film) = stage.film(None) {
+        if let Some(film) = stage.shown() {
             match &mut self.realtime {
                 Some(shown) => shown.set_film(&self.gpu.device, &mut self.renderer, film),
                 None => self.realtime = Some(Shown::new(&self.gpu.device, &mut self.renderer, film)),
@@ -210,7 +210,7 @@ impl Graphics {
     pub fn frame(&mut self, camera: &Camera, settings: DisplaySettings) -> Result<u32, StageError> {
         let (Some(stage), Some(shown)) = (&mut self.stage, &mut self.realtime) else { return Ok(0) };
         stage.resize([camera.film.width, camera.film.height])?;
-        if let Some(film) = stage.film(None)
+        if let Some(film) = stage.shown()
             && film.size() != shown.size()
         {
             shown.set_film(&self.gpu.device, &mut self.renderer, film);

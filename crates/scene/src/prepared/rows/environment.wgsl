@@ -86,23 +86,23 @@ fn environment_per_solid_angle(e: u32, sin_theta: f32) -> f32 {
     return f32(word_at(e + 18u) * word_at(e + 19u)) / (2.0 * PI * PI * sin_theta);
 }
 
+// Where a direction of the environment's frame lies, in cells.
+fn environment_place(e: u32, local: vec3<f32>) -> vec2<f32> {
+    let size = vec2<f32>(f32(word_at(e + 18u)), f32(word_at(e + 19u)));
+    let x = atan2(local.x, -local.z) / TAU - 0.5 / size.x;
+    return vec2<f32>(fract(x), exact_acos(local.y) * FRAC_1_PI) * size;
+}
+
 // Radiance along the world direction.
 fn environment_radiance(e: u32, direction: vec3<f32>) -> vec3<f32> {
-    let local = normalize(environment_matrix(e, direction));
-    let size = vec2<u32>(word_at(e + 18u), word_at(e + 19u));
-    let x = atan2(local.x, -local.z) / TAU - 0.5 / f32(size.x);
-    let y = acos(clamp(local.y, -1.0, 1.0)) * FRAC_1_PI;
-    return environment_radiance_at(e, vec2<f32>(fract(x) * f32(size.x), y * f32(size.y)));
+    return environment_radiance_at(e, environment_place(e, normalize(environment_matrix(e, direction))));
 }
 
 // Radiance along the world direction, and the density of `environment_sample` there for a surface that faces `facing`.
 fn environment_radiance_pdf(e: u32, direction: vec3<f32>, facing: vec3<f32>) -> vec4<f32> {
-    let size = vec2<u32>(word_at(e + 18u), word_at(e + 19u));
     let local = normalize(environment_matrix(e, direction));
-    let x = atan2(local.x, -local.z) / TAU - 0.5 / f32(size.x);
-    let y = acos(clamp(local.y, -1.0, 1.0)) * FRAC_1_PI;
-    let place = vec2<f32>(fract(x) * f32(size.x), y * f32(size.y));
-    let cell = min(vec2<u32>(place), size - 1u);
+    let place = environment_place(e, local);
+    let cell = min(vec2<u32>(place), vec2<u32>(word_at(e + 18u), word_at(e + 19u)) - 1u);
     let sin_theta = sqrt(max(1.0 - local.y * local.y, 0.0));
     var pdf = 0.0;
     if (sin_theta > 0.0) {

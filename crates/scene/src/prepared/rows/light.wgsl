@@ -103,7 +103,7 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     var intensity = vec3_at(e + 4u);
     if (has_emitter(EMITTER_SPOT) && kind == EMITTER_SPOT) {
         let local = normalize(mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u)) * -wi);
-        let angle = acos(clamp(local.z, -1.0, 1.0));
+        let angle = exact_acos(local.z);
         let beam = float_at(e + 16u);
         let cutoff = float_at(e + 17u);
         if (angle >= cutoff) {
@@ -162,21 +162,6 @@ struct SeenRectangle {
     b1: f32,
     k: f32,
     solid_angle: f32,
-}
-
-// Abramowitz and Stegun 1964, 4.4.46: off by 2e-8, where those of drivers are off by some 1e-4.
-fn exact_acos(x: f32) -> f32 {
-    let a = min(abs(x), 1.0);
-    var p = -0.0012624911;
-    p = p * a + 0.0066700901;
-    p = p * a - 0.0170881256;
-    p = p * a + 0.0308918810;
-    p = p * a - 0.0501743046;
-    p = p * a + 0.0889789874;
-    p = p * a - 0.2145988016;
-    p = p * a + 1.5707963050;
-    let r = sqrt(1.0 - a) * p;
-    return select(r, PI - r, x < 0.0);
 }
 
 // Urena, Fajardo and King 2013, "An Area-Preserving Parametrization for Spherical Rectangles".

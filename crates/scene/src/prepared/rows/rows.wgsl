@@ -39,6 +39,21 @@ fn normalize_or(v: vec3<f32>, other: vec3<f32>) -> vec3<f32> {
     return other;
 }
 
+// Abramowitz and Stegun 1964, 4.4.46: off by 2e-8, where those of drivers are off by some 1e-4.
+fn exact_acos(x: f32) -> f32 {
+    let a = min(abs(x), 1.0);
+    var p = -0.0012624911;
+    p = p * a + 0.0066700901;
+    p = p * a - 0.0170881256;
+    p = p * a + 0.0308918810;
+    p = p * a - 0.0501743046;
+    p = p * a + 0.0889789874;
+    p = p * a - 0.2145988016;
+    p = p * a + 1.5707963050;
+    let r = sqrt(1.0 - a) * p;
+    return select(r, PI - r, x < 0.0);
+}
+
 // What the surface is like where it is shaded. Twin of prepared::ShadingPoint.
 struct ShadingPoint {
     frame: Frame,
