@@ -422,10 +422,11 @@ impl Dimensions {
             ));
         }
         let under = crate::roof::Profile::main(self).edge_underside();
-        if under < 2.2 {
+        // Lower than that nobody at the front sees the mirror board.
+        if under < d("pillar_height") - 1.0 {
             return say(format_args!(
-                "the roof would come down to {under:.2} m above the floor, below the pillars' heads at {} m by more than \
-                 its eaves may; lower roof_pitch, roof_curve or eaves, or raise pillar_height",
+                "the roof would come down to {under:.2} m above the floor, more than a metre below the pillars' heads at \
+                 {} m; lower roof_pitch, roof_curve or eaves, or raise pillar_height",
                 d("pillar_height")
             ));
         }
