@@ -388,12 +388,10 @@ impl Dimensions {
         if !(min..=max).contains(&value) {
             return Err(StageError::Range { key, value, doc, min, max, unit });
         }
-        if key == "steps" || key == "bridge_bays" {
-            if value.fract() != 0.0 {
-                return Err(StageError::Contradiction(format!(
-                    "{key} = {value} is a count; give a whole number"
-                )));
-            }
+        if matches!(key, "steps" | "bridge_bays") && value.fract() != 0.0 {
+            return Err(StageError::Contradiction(format!(
+                "{key} = {value} is a count; give a whole number"
+            )));
         }
         self.entries[i] = Entry { value, basis: Basis::Assumed, source: "given by hand" };
         Ok(())

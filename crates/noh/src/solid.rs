@@ -168,10 +168,10 @@ impl Solids {
                 }
             }
             if joined[0] {
-                for j in 0..columns {
-                    let both = normals[0][j] + normals[rows - 1][j];
-                    (normals[0][j], normals[rows - 1][j]) = (both, both);
-                }
+                let both: Vec<Vec3> =
+                    normals[0].iter().zip(&normals[rows - 1]).map(|(a, b)| *a + *b).collect();
+                normals[0].clone_from(&both);
+                normals[rows - 1] = both;
             }
             if joined[1] {
                 for row in &mut normals {

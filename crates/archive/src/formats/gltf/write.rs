@@ -641,6 +641,8 @@ mod tests {
                 // Black and white are the same in every space; other colours are not whole codes any more.
                 wrote.textures[0] = wrote.textures[3].clone();
             }
+            // Files have names of plain letters.
+            wrote.shapes[0].name = "a".into();
             toml::write(&path, &wrote, &labels()).unwrap();
             let read = crate::formats::load_scene(&path, &Options::default()).unwrap();
             assert_eq!(read.working_space, space);
