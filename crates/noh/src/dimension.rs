@@ -388,12 +388,10 @@ impl Dimensions {
         if !(min..=max).contains(&value) {
             return Err(StageError::Range { key, value, doc, min, max, unit });
         }
-        if key == "steps" || key == "bridge_bays" {
-            if value.fract() != 0.0 {
-                return Err(StageError::Contradiction(format!(
-                    "{key} = {value} is a count; give a whole number"
-                )));
-            }
+        if matches!(key, "steps" | "bridge_bays") && value.fract() != 0.0 {
+            return Err(StageError::Contradiction(format!(
+                "{key} = {value} is a count; give a whole number"
+            )));
         }
         self.entries[i] = Entry { value, basis: Basis::Assumed, source: "given by hand" };
         Ok(())
@@ -422,10 +420,11 @@ impl Dimensions {
             ));
         }
         let under = crate::roof::Profile::main(self).edge_underside();
-        if under < 2.2 {
+        // Lower than that nobody at the front sees the mirror board.
+        if under < d("pillar_height") - 1.0 {
             return say(format_args!(
-                "the roof would come down to {under:.2} m above the floor, below the pillars' heads at {} m by more than \
-                 its eaves may; lower roof_pitch, roof_curve or eaves, or raise pillar_height",
+                "the roof would come down to {under:.2} m above the floor, more than a metre below the pillars' heads at \
+                 {} m; lower roof_pitch, roof_curve or eaves, or raise pillar_height",
                 d("pillar_height")
             ));
         }

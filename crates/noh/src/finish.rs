@@ -42,7 +42,7 @@ impl Finish {
     }
 
     /// Its texture. `gravel` is the mean albedo of gravel.
-    pub fn surface(self, gravel: f32) -> Surface {
+    pub(crate) fn surface(self, gravel: f32) -> Surface {
         match self {
             Self::Floor => floor(),
             Self::Timber => timber(),
@@ -137,8 +137,8 @@ fn timber() -> Surface {
 /// Layers of cypress bark, each laid a little higher than the one below: strips a hand wide whose lower edges stand out
 /// by a few millimetres, fibres down the slope, grey where the weather has been.
 fn bark() -> Surface {
-    const ROWS: f32 = 60.0;
-    let (fresh, weathered, deep) = (srgb(0x6b503c), srgb(0x7d7367), srgb(0x2a1f18));
+    const ROWS: f32 = 84.0;
+    let (fresh, weathered, deep) = (srgb(0x5e4736), srgb(0x6f665c), srgb(0x2b211a));
     Surface::bake(N, N, BARK, |p| {
         let (u, v) = (p.x / BARK.x, p.y / BARK.y);
         let ragged = 0.22 * noise(Vec2::new(70.0 * u, 12.0 * v), [70, 12], 61)
@@ -148,7 +148,7 @@ fn bark() -> Surface {
         let f = y - row;
         let wrapped = (row as i32).rem_euclid(ROWS as i32);
         // Pieces in a row, of different widths.
-        let pieces = 11;
+        let pieces = 17;
         let x = u * pieces as f32 + lattice(wrapped, 7, 62);
         let warp = 0.3 * noise(Vec2::new(x, wrapped as f32 + 0.5), [pieces, ROWS as i32], 63);
         let piece = (x + warp).floor() as i32;
@@ -163,7 +163,7 @@ fn bark() -> Surface {
         let mut colour = mix(fresh, weathered, 0.65 * weather + 0.5 * (tone - 0.5));
         // The lower edge catches light, what lies under it is dark.
         let shade = smooth(0.0, 0.30, f);
-        colour = mix(deep, colour, 0.25 + 0.75 * shade)
+        colour = mix(deep, colour, 0.4 + 0.6 * shade)
             * (0.8 + 0.4 * tone)
             * (1.0 + 0.3 * fibre)
             * (0.55 + 0.45 * joint);
@@ -171,7 +171,7 @@ fn bark() -> Surface {
             colour: colour.max(Vec3::splat(0.008)),
             roughness: 0.92,
             metallic: 0.0,
-            height: 0.0032 * f + 0.0009 * fibre + 0.0008 * tone * joint,
+            height: 0.0024 * f + 0.0009 * fibre + 0.0008 * tone,
         }
     })
 }
@@ -199,21 +199,26 @@ fn stones(albedo: f32) -> Surface {
     const CELLS: i32 = 64;
     let mut surface = Surface::bake(N, N, GRAVEL, |p| {
         let q = p / GRAVEL.x * CELLS as f32;
-        // Two layers: what lies on top, and what shows between.
-        let layer = |seed: u32, lift: f32| {
-            let (d, [i, j], gap) = nearest(q, [CELLS; 2], 0.85, seed);
-            let turn = TAU * lattice(i, j, seed + 2);
-            let size = 0.52 + 0.28 * lattice(i, j, seed + 3);
-            let dome = (1.0 - (d / size).powi(2)).max(0.0).sqrt() * smooth(0.0, 0.22, gap);
-            let tilt = 0.18 * Vec2::from_angle(turn).dot(q - q.floor() - 0.5);
-            (
-                dome * (0.75 + 0.25 * size) + tilt * dome + lift * lattice(i, j, seed + 4),
-                lattice(i, j, seed + 5),
-                lattice(i, j, seed + 6),
-            )
-        };
-        let (top, bottom) = (layer(81, 0.45), layer(91, 0.0));
-        let (h, tone, hue) = if top.0 > bottom.0 + 0.1 { top } else { (bottom.0 * 0.6, bottom.1, bottom.2) };
+        // Flattened domes, turned and laid anyhow; what is highest is seen.
+        let cell = q.floor();
+        let (mut h, mut tone, mut hue) = (0.0f32, 0.5, 0.5);
+        for j in -2..=2 {
+            for i in -2..=2 {
+                let (x, y) = (cell.x as i32 + i, cell.y as i32 + j);
+                let at = |k: u32| lattice(x.rem_euclid(CELLS), y.rem_euclid(CELLS), 81 + k);
+                let middle = Vec2::new(x as f32 + 0.15 + 0.7 * at(0), y as f32 + 0.15 + 0.7 * at(1));
+                let d = Vec2::from_angle(TAU * at(2)).rotate(q - middle);
+                let (long, flat) = (0.62 + 0.38 * at(3), 0.72 + 0.28 * at(4));
+                let r2 = (d / Vec2::new(long, long * flat)).length_squared();
+                if r2 < 1.0 {
+                    // Between a dome and a tablet.
+                    let dome = long * (1.0 - r2.powf(1.4)).sqrt() * 0.62 + 0.5 * at(5);
+                    if dome > h {
+                        (h, tone, hue) = (dome, at(6), at(7));
+                    }
+                }
+            }
+        }
         let speck = noise(q * 5.0, [5 * CELLS; 2], 101);
         let mut colour = Vec3::splat(0.62 + 0.3 * tone);
         colour *= mix(Vec3::new(1.0, 0.97, 0.91), Vec3::new(0.95, 0.98, 1.0), hue);
@@ -222,8 +227,8 @@ fn stones(albedo: f32) -> Surface {
         }
         colour *= 1.0 + 0.07 * speck;
         // Less light comes out from between stones.
-        colour *= 0.35 + 0.65 * smooth(0.05, 0.75, h);
-        Texel { colour, roughness: 0.9, metallic: 0.0, height: 0.0052 * h + 0.00015 * speck }
+        colour *= 0.3 + 0.7 * smooth(0.15, 0.75, h);
+        Texel { colour, roughness: 0.9, metallic: 0.0, height: 0.0075 * h + 0.00012 * speck }
     });
     let mean = |s: &Surface| {
         s.texels.iter().map(|t| f64::from(t.colour.element_sum())).sum::<f64>()
@@ -247,7 +252,7 @@ fn earth() -> Surface {
         let (d, [i, j], _) = nearest(q * 70.0, [70; 2], 0.9, 112);
         let pebble = if lattice(i, j, 113) > 0.72 { (1.0 - (d / 0.38).powi(2)).max(0.0).sqrt() } else { 0.0 };
         Texel {
-            colour: mix(damp, dry, 0.5 + 0.9 * cloud + 0.3 * pebble * (lattice(i, j, 114) - 0.3)),
+            colour: mix(damp, dry, 0.5 + 0.45 * cloud + 0.3 * pebble * (lattice(i, j, 114) - 0.3)),
             roughness: 0.95,
             metallic: 0.0,
             height: 0.004 * cloud + 0.004 * pebble,
@@ -274,15 +279,15 @@ fn iron() -> Surface {
 
 /// Split pine, charred where it burns.
 fn log() -> Surface {
-    let (wood, char, ash) = (srgb(0x8a5c34), srgb(0x17130f), srgb(0x8d8880));
+    let (wood, char, ash) = (srgb(0x6a4426), srgb(0x211b16), srgb(0x8d8880));
     Surface::bake(512, 512, Vec2::splat(0.5), |p| {
         let q = p / 0.5;
-        let burnt = smooth(-0.25, 0.12, fbm(q * 3.0, [3; 2], 4, 131));
+        let burnt = smooth(-0.75, -0.2, fbm(q * 3.0, [3; 2], 4, 131));
         // Char cracks into blocks along the grain.
-        let (_, [i, j], gap) = nearest(q * Vec2::new(14.0, 22.0), [14, 22], 0.8, 132);
-        let crack = smooth(0.02, 0.14, gap);
+        let (_, [i, j], gap) = nearest(q * Vec2::new(26.0, 44.0), [26, 44], 0.9, 132);
+        let crack = smooth(0.0, 0.25, gap);
         let fibre = noise(q * Vec2::new(8.0, 150.0), [8, 150], 133);
-        let dust = smooth(0.75, 0.95, lattice(i, j, 134)) * burnt * 0.35;
+        let dust = smooth(0.55, 0.95, lattice(i, j, 134)) * burnt * 0.12;
         let charred = mix(char * (0.5 + 0.5 * crack), ash, dust);
         Texel {
             colour: mix(wood * (1.0 + 0.25 * fibre), charred, burnt),
@@ -366,4 +371,61 @@ fn culm() -> Surface {
             height: 0.001 * node,
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tiles(finish: Finish) -> bool {
+        use Finish::{BambooPainting, Curtain, PineLeft, PineMiddle, PineRight};
+        ![BambooPainting, Curtain, PineLeft, PineMiddle, PineRight].contains(&finish)
+    }
+
+    #[test]
+    fn textures_are_reflectances_no_larger_than_needed_and_tile() {
+        for finish in Finish::ALL {
+            let s = finish.surface(0.55);
+            assert!(s.width <= 1024 && s.height <= 1024 && s.texels.len() == s.width * s.height);
+            for t in &s.texels {
+                assert!(
+                    t.colour.is_finite() && t.colour.min_element() >= 0.0 && t.colour.max_element() <= 1.0,
+                    "{finish:?} {t:?}"
+                );
+                assert!(t.roughness.is_finite() && t.height.is_finite());
+            }
+            // Neighbours over the seam differ as others do.
+            let at = |x: usize, y: usize| s.texels[(y % s.height) * s.width + x % s.width].colour;
+            let step = |x: usize, d: [usize; 2], n: usize| -> f32 {
+                (0..n)
+                    .map(|i| {
+                        if d[0] == 1 {
+                            (at(x, i) - at(x + 1, i)).length()
+                        } else {
+                            (at(i, x) - at(i, x + 1)).length()
+                        }
+                    })
+                    .sum::<f32>()
+                    / n as f32
+            };
+            for (d, n, last) in [([1, 0], s.height, s.width - 1), ([0, 1], s.width, s.height - 1)] {
+                let usual = (1..16).map(|k| step(k * last / 16, d, n)).fold(0.0, f32::max);
+                let seam = step(last, d, n);
+                // Twice the largest of fifteen others; boards of the floor do end there, across.
+                let allowed =
+                    !tiles(finish) || finish == Finish::Floor && d == [0, 1] || seam < 2.0 * usual + 1e-3;
+                assert!(allowed, "{finish:?} {d:?}: {seam} {usual}");
+            }
+        }
+    }
+
+    #[test]
+    fn gravel_throws_back_what_the_table_says() {
+        for albedo in [0.5, 0.55, 0.6] {
+            let s = Finish::Gravel.surface(albedo);
+            let mean =
+                s.texels.iter().map(|t| t.colour.element_sum() / 3.0).sum::<f32>() / s.texels.len() as f32;
+            assert!((mean - albedo).abs() < 0.005, "{mean} {albedo}");
+        }
+    }
 }

@@ -110,11 +110,11 @@ fn pine(out: &mut Parts, number: u32, key: &'static str, place: f32) {
     let radii: Vec<f32> = (0..=18).map(|i| 0.034 * height * (1.06 - i as f32 / 18.0).powf(0.7)).collect();
     wood.tube(&path, &radii, 12, grain(0));
     // Branches in flat pads, shorter to the top, as gardeners clip them.
-    let whorls = 6;
+    let whorls = 7;
     for w in 0..whorls {
-        let t = 0.26 + 0.7 * w as f32 / (whorls - 1) as f32;
+        let t = 0.24 + 0.72 * w as f32 / (whorls - 1) as f32;
         let arms = if w == whorls - 1 { 3 } else { 4 };
-        let reach = height * 0.36 * (1.12 - t);
+        let reach = height * 0.40 * (1.14 - t);
         for a in 0..arms {
             let turn = TAU * (a as f32 + 0.37 * w as f32 + 0.35 * rng.next_f32()) / arms as f32;
             let way = Vec3::new(turn.cos(), 0.0, turn.sin());
@@ -129,10 +129,10 @@ fn pine(out: &mut Parts, number: u32, key: &'static str, place: f32) {
             let radii: Vec<f32> =
                 (0..=7).map(|i| 0.011 * height * (1.1 - t) * (1.05 - 0.12 * i as f32)).collect();
             wood.tube(&path, &radii, 8, grain(1 + 5 * w + a));
-            let tufts = 7 + (18.0 * reach / height) as usize;
+            let tufts = 14 + (52.0 * reach / height) as usize;
             for k in 0..tufts {
-                let u = 0.35 + 0.68 * (k as f32 + rng.next_f32()) / tufts as f32;
-                let aside = (rng.next_f32() - 0.5) * 0.55 * reach * (1.0 - (2.0 * u - 1.2).powi(2)).max(0.2);
+                let u = 0.22 + 0.80 * (k as f32 + rng.next_f32()) / tufts as f32;
+                let aside = (rng.next_f32() - 0.5) * 0.85 * reach * (1.0 - (2.0 * u - 1.2).powi(2)).max(0.25);
                 let seat = limb(u.min(1.0)) + way.cross(Vec3::Y) * aside + Vec3::Y * (0.012 * height);
                 tuft(
                     &mut needles,
@@ -145,6 +145,10 @@ fn pine(out: &mut Parts, number: u32, key: &'static str, place: f32) {
         }
     }
     tuft(&mut needles, trunk(1.0), Vec3::Y, height, &mut rng);
+    // The tips of the needles are as high as the table says.
+    let factor = height / (needles.top() - l.ground);
+    wood.stretch(l.ground, factor);
+    needles.stretch(l.ground, factor);
     let names = [
         ("ichi-no-matsu", "一の松", "ichi-no-matsu", "first pine"),
         ("ni-no-matsu", "二の松", "ni-no-matsu", "second pine"),
@@ -168,13 +172,13 @@ fn pine(out: &mut Parts, number: u32, key: &'static str, place: f32) {
 /// Needles that stand out from the tip of a twig.
 fn tuft(s: &mut Solids, seat: Vec3, up: Vec3, height: f32, rng: &mut Pcg32) {
     let (axes, _) = Axes::between(seat, seat + up, Vec3::Z);
-    for _ in 0..34 {
+    for _ in 0..38 {
         // Even over a cap of 80 degrees.
         let (cos, turn) = (0.17 + 0.83 * rng.next_f32(), TAU * rng.next_f32());
         let sin = (1.0f32 - cos * cos).sqrt();
         let way = (axes.x * (sin * turn.cos()) + axes.y * (sin * turn.sin())) + axes.z * cos;
-        let length = 0.055 * (0.7 + 0.5 * rng.next_f32()) * (0.6 + 0.3 * height);
+        let length = 0.078 * (0.7 + 0.5 * rng.next_f32()) * (0.6 + 0.3 * height);
         let foot = seat + way * 0.004;
-        s.needle(foot, foot + way * length, 0.0021);
+        s.needle(foot, foot + way * length, 0.0027);
     }
 }

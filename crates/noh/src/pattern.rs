@@ -97,24 +97,10 @@ pub struct Surface {
 
 impl Surface {
     /// Of so many texels over so many metres; the function gets the middle of each, in metres.
-    pub fn bake(width: usize, height: usize, size: Vec2, f: impl Fn(Vec2) -> Texel + Sync) -> Self {
-        let mut texels = vec![Texel::default(); width * height];
-        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(16);
-        let rows = height.div_ceil(threads);
-        // Every texel is a function of its place: the same bits for any number of threads.
-        std::thread::scope(|scope| {
-            for (k, part) in texels.chunks_mut(rows * width).enumerate() {
-                let f = &f;
-                scope.spawn(move || {
-                    for (i, texel) in part.iter_mut().enumerate() {
-                        let (x, y) = (i % width, k * rows + i / width);
-                        let p =
-                            (Vec2::new(x as f32, y as f32) + 0.5) / Vec2::new(width as f32, height as f32);
-                        *texel = f(p * size);
-                    }
-                });
-            }
-        });
+    pub fn bake(width: usize, height: usize, size: Vec2, f: impl Fn(Vec2) -> Texel) -> Self {
+        let place = |i: usize| Vec2::new((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        let scale = size / Vec2::new(width as f32, height as f32);
+        let texels = (0..width * height).map(|i| f(place(i) * scale)).collect();
         Self { width, height, size, texels }
     }
 

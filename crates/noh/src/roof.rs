@@ -185,7 +185,7 @@ impl Frame {
         }
         // The pendant: a turnip with a neck.
         let n = 28;
-        let (half, tall) = (0.62 * depth, 1.35 * depth);
+        let (half, tall) = (0.72 * depth, 1.6 * depth);
         let y = self.profile.y(0.0) - 0.55 * depth - self.fall * at;
         let right = self.across * outward;
         let line = |f: &dyn Fn(f32) -> f32| -> Vec<Vec3> {
@@ -638,4 +638,27 @@ fn rear(out: &mut Parts) {
         &["atoza_depth"],
         s,
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PRESETS;
+
+    #[test]
+    fn slopes_fall_as_the_pitch_says_and_grow_flatter_to_the_edge() {
+        for preset in PRESETS {
+            let d = preset.dimensions();
+            let (p, half) = (Profile::main(&d), 0.5 * d.get("width"));
+            let pitch = ((p.y(0.0) - p.y(half)) / half).atan().to_degrees();
+            assert!((pitch - d.get("roof_pitch")).abs() < 1e-3, "{pitch}");
+            let slope = |x: f32| (p.y(x - 0.01) - p.y(x + 0.01)) / 0.02;
+            let edge = d.get("roof_curve") * d.get("roof_pitch").to_radians().tan();
+            assert!(
+                (slope(p.reach) - edge).abs() < 1e-3
+                    && slope(0.1) > slope(1.0)
+                    && slope(1.0) > slope(p.reach)
+            );
+        }
+    }
 }

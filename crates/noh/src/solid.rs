@@ -116,6 +116,16 @@ impl Solids {
         out
     }
 
+    /// The largest y of all points.
+    pub fn top(&self) -> f32 {
+        self.mesh.positions.iter().fold(f32::MIN, |m, p| m.max(p.y))
+    }
+
+    /// Heights over `base` times `factor`.
+    pub fn stretch(&mut self, base: f32, factor: f32) {
+        self.mesh.positions.iter_mut().for_each(|p| p.y = base + (p.y - base) * factor);
+    }
+
     fn triangle(&mut self, p: [Vec3; 3], n: [Vec3; 3], uv: [Vec2; 3]) {
         // A grid may shrink to a point at its end.
         if p[0] == p[1] || p[1] == p[2] || p[2] == p[0] {
@@ -158,10 +168,10 @@ impl Solids {
                 }
             }
             if joined[0] {
-                for j in 0..columns {
-                    let both = normals[0][j] + normals[rows - 1][j];
-                    (normals[0][j], normals[rows - 1][j]) = (both, both);
-                }
+                let both: Vec<Vec3> =
+                    normals[0].iter().zip(&normals[rows - 1]).map(|(a, b)| *a + *b).collect();
+                normals[0].clone_from(&both);
+                normals[rows - 1] = both;
             }
             if joined[1] {
                 for row in &mut normals {
@@ -356,18 +366,23 @@ impl Solids {
         self.shell(&front, &back, false, grain);
     }
 
-    /// A needle: a thin pyramid of three sides.
+    /// A needle: a thin pyramid of three sides, its four corners shared and its shading round.
     pub fn needle(&mut self, foot: Vec3, tip: Vec3, width: f32) {
         let (axes, length) = Axes::between(foot, tip, Vec3::Y);
-        let base = circle(0.5 * width, 3).into_iter().map(|p| axes.point(p, 0.0)).collect::<Vec<_>>();
-        let outward = |i: usize| (base[i] - foot).normalize_or(axes.x);
-        for i in 0..3 {
-            let j = (i + 1) % 3;
-            let n = [outward(i), outward(j), (outward(i) + outward(j)).normalize_or(axes.x)];
-            let uv = [Vec2::ZERO, Vec2::new(0.0, width), Vec2::new(length, 0.5 * width)];
-            self.triangle([base[i], base[j], tip], n, uv);
+        let first = self.mesh.positions.len() as u32;
+        for (i, p) in circle(0.5 * width, 3).into_iter().enumerate() {
+            let corner = axes.point(p, 0.0);
+            self.mesh.positions.push(corner);
+            // A little to the rear, so that it looks to the side of the foot as well.
+            self.mesh.normals.push(((corner - foot).normalize_or(axes.x) - 0.3 * axes.z).normalize());
+            self.mesh.uvs.push(Vec2::new(0.0, 0.02 * i as f32));
         }
-        self.triangle([base[0], base[2], base[1]], [-axes.z; 3], [Vec2::ZERO; 3]);
+        self.mesh.positions.push(tip);
+        self.mesh.normals.push(axes.z);
+        self.mesh.uvs.push(Vec2::new(10.0 * length, 0.02));
+        for t in [[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]] {
+            self.mesh.triangles.push(t.map(|i: u32| i + first));
+        }
     }
 }
 

@@ -234,9 +234,9 @@ fn ties(out: &mut Parts) {
                 .collect()
         };
         // Shoulders that fall in an S to feet which turn out.
-        let upper = line(&|t| height * (1.0 - 0.92 * (t * t * (3.0 - 2.0 * t)).powf(1.3)) - 0.001);
+        let upper = line(&|t| height * (1.0 - 0.9 * (t * t * (3.0 - 2.0 * t)).powf(1.7)) - 0.001);
         let lower =
-            line(&|t| if t < 0.62 { height * 0.62 * (1.0 - (t / 0.62).powi(3)) + 0.002 } else { 0.002 });
+            line(&|t| if t < 0.5 { height * 0.4 * (1.0 - (t / 0.5).powi(2)).sqrt() + 0.002 } else { 0.002 });
         s.board(&upper, &lower, -out * 0.09, wood(170 + i as u32));
     }
     out.add(("kaerumata", "蟇股", "kaerumata", "frog-leg struts"), Finish::Timber, &["pillar_height"], s);

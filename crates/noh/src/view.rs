@@ -2,6 +2,7 @@
 
 use crate::layout::{BEAM, TIE};
 use crate::part::Finish;
+use crate::pattern::Surface;
 use crate::{Fire, Stage};
 use glam::{Mat4, Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -54,13 +55,14 @@ fn blackbody_colour(space: ColourSpace, kelvin: f64) -> Vec3 {
 
 impl Stage {
     /// The stage with its materials, cameras and lights. Shapes are the parts in their order, first; balls of fire come
-    /// after them. Materials are those of [`Stage::finishes`] in that order.
+    /// after them. Each of [`Stage::finishes`] has two materials, in that order: a normal map, which shapes name, and what it
+    /// turns.
     pub fn scene(&self, hour: Hour, fire_light: FireLight) -> Result<Scene, ModelError> {
         let mut scene = Scene { working_space: ColourSpace::default(), ..Scene::default() };
         let mut materials: BTreeMap<Finish, MaterialId> = BTreeMap::new();
-        for finish in self.finishes() {
+        for (finish, surface) in self.surfaces() {
             materials.insert(finish, scene.materials.len());
-            self.material(&mut scene, finish)?;
+            material(&mut scene, finish, &surface)?;
         }
         for part in self.parts() {
             let geometry = Geometry::Mesh(part.mesh.clone());
@@ -94,61 +96,28 @@ impl Stage {
         Finish::ALL.into_iter().filter(|f| self.parts().iter().any(|p| p.finish == *f)).collect()
     }
 
-    /// Pushes what a finish needs; the last material pushed under its normal map is the one to use, and the first of
-    /// them is put at the place that was promised.
-    fn material(&self, scene: &mut Scene, finish: Finish) -> Result<(), ModelError> {
-        let surface = finish.surface(self.layout().get("gravel_albedo"));
-        let to_working = ColourSpace::LinearSrgb.matrix_to(scene.working_space);
-        let mut picture = |image: Image, channel: Option<usize>| {
-            scene.textures.push(Texture::Image {
-                image: Arc::new(image),
-                filter: TextureFilter::Mip,
-                wrap: [Wrap::Repeat; 2],
-                to_uv: glam::Affine2::IDENTITY,
-                channel,
-            });
-            scene.textures.len() - 1
-        };
-        let albedo = picture(surface.albedo(to_working), None);
-        let normal = picture(surface.normals(), None);
-        let gloss = finish.gloss();
-        let mut builder;
-        if let Some(sigma) = gloss.matt {
-            builder = ModelBuilder::new(Kind::OrenNayar);
-            builder.set("reflectance", Value::Texture(albedo))?.set("sigma", Value::Number(sigma))?;
-        } else {
-            let roughness = picture(surface.roughness_metallic(), Some(1));
-            let metallic = match &scene.textures[roughness] {
-                Texture::Image { image, .. } => Texture::Image {
-                    image: image.clone(),
-                    filter: TextureFilter::Mip,
-                    wrap: [Wrap::Repeat; 2],
-                    to_uv: glam::Affine2::IDENTITY,
-                    channel: Some(2),
-                },
-                other => other.clone(),
-            };
-            scene.textures.push(metallic);
-            let metallic = scene.textures.len() - 1;
-            builder = ModelBuilder::new(Kind::MetallicRoughness);
-            builder
-                .set("base_color", Value::Texture(albedo))?
-                .set("roughness", Value::Texture(roughness))?
-                .set("metallic", Value::Texture(metallic))?
-                .set("specular", Value::Number(gloss.specular))?
-                .set("sheen_color", Value::Rgb(to_working * gloss.sheen))?
-                .set("sheen_roughness", Value::Number(gloss.sheen_roughness))?;
-        }
-        // The normal map stands at the place that shapes name; its base follows.
-        let at = scene.materials.len();
-        scene.materials.push(Material::NormalMap {
-            texture: normal,
-            scale: 1.0,
-            turned: TurnedNormals::default(),
-            base: at + 1,
+    /// Their textures. Each is a function of nothing but itself: the same bits for any number of threads.
+    fn surfaces(&self) -> Vec<(Finish, Surface)> {
+        let albedo = self.layout().get("gravel_albedo");
+        let finishes = self.finishes();
+        let queue = std::sync::atomic::AtomicUsize::new(0);
+        let done = std::sync::Mutex::new(BTreeMap::new());
+        std::thread::scope(|scope| {
+            let threads = std::thread::available_parallelism().map_or(1, usize::from).min(finishes.len());
+            for _ in 0..threads {
+                scope.spawn(|| {
+                    while let Some(finish) =
+                        finishes.get(queue.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
+                    {
+                        let surface = finish.surface(albedo);
+                        done.lock()
+                            .unwrap_or_else(std::sync::PoisonError::into_inner)
+                            .insert(*finish, surface);
+                    }
+                });
+            }
         });
-        scene.materials.push(builder.build()?);
-        Ok(())
+        done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner).into_iter().collect()
     }
 
     fn sky(&self, scene: &mut Scene, hour: Hour) {
@@ -204,9 +173,9 @@ impl Stage {
         let bridge = l.bridge(0.55 * l.get("bridge_length"), 0.0, 1.0);
         let beam = l.head() + TIE + BEAM;
         let views = [
-            ("shomen", Vec3::new(0.0, eye, l.hd + 8.5), Vec3::new(-0.4, 1.75, -1.0), 62.0),
-            ("waki-shomen", Vec3::new(-l.hw - 6.2, eye, 1.9), Vec3::new(0.6, 1.6, -0.3), 62.0),
-            ("naka-shomen", Vec3::new(-l.hw - 4.6, eye, l.hd + 5.4), Vec3::new(-0.6, 1.6, -0.8), 62.0),
+            ("shomen", Vec3::new(0.0, eye, l.hd + 10.5), Vec3::new(-1.1, 2.35, -1.0), 58.0),
+            ("waki-shomen", Vec3::new(-l.hw - 7.4, eye, 2.6), Vec3::new(0.4, 1.9, -0.6), 62.0),
+            ("naka-shomen", Vec3::new(-l.hw - 5.6, eye, l.hd + 7.4), Vec3::new(-1.2, 2.1, -1.0), 62.0),
             ("whole", Vec3::new(-2.5, eye + 1.2, l.hd + 17.0), Vec3::new(-4.2, 2.0, -2.0), 55.0),
             ("above", Vec3::new(-12.0, 9.0, l.hd + 12.0), Vec3::new(-3.0, 1.2, -2.5), 50.0),
             ("bridge", l.bridge(0.2 * l.get("bridge_length"), 6.0, 0.4), bridge, 62.0),
@@ -251,4 +220,59 @@ impl Stage {
 fn core(fire: &Fire) -> (Vec3, f32) {
     let radius = 0.42 * fire.diameter;
     (fire.foot + Vec3::Y * (0.9 * radius), radius)
+}
+
+/// Pushes what a finish needs: a normal map, and behind it the material that it turns.
+fn material(scene: &mut Scene, finish: Finish, surface: &Surface) -> Result<(), ModelError> {
+    let to_working = ColourSpace::LinearSrgb.matrix_to(scene.working_space);
+    let mut picture = |image: Image, channel: Option<usize>| {
+        scene.textures.push(Texture::Image {
+            image: Arc::new(image),
+            filter: TextureFilter::Mip,
+            wrap: [Wrap::Repeat; 2],
+            to_uv: glam::Affine2::IDENTITY,
+            channel,
+        });
+        scene.textures.len() - 1
+    };
+    let albedo = picture(surface.albedo(to_working), None);
+    let normal = picture(surface.normals(), None);
+    let gloss = finish.gloss();
+    let mut builder;
+    if let Some(sigma) = gloss.matt {
+        builder = ModelBuilder::new(Kind::OrenNayar);
+        builder.set("reflectance", Value::Texture(albedo))?.set("sigma", Value::Number(sigma))?;
+    } else {
+        let roughness = picture(surface.roughness_metallic(), Some(1));
+        let metallic = match &scene.textures[roughness] {
+            Texture::Image { image, .. } => Texture::Image {
+                image: image.clone(),
+                filter: TextureFilter::Mip,
+                wrap: [Wrap::Repeat; 2],
+                to_uv: glam::Affine2::IDENTITY,
+                channel: Some(2),
+            },
+            other => other.clone(),
+        };
+        scene.textures.push(metallic);
+        let metallic = scene.textures.len() - 1;
+        builder = ModelBuilder::new(Kind::MetallicRoughness);
+        builder
+            .set("base_color", Value::Texture(albedo))?
+            .set("roughness", Value::Texture(roughness))?
+            .set("metallic", Value::Texture(metallic))?
+            .set("specular", Value::Number(gloss.specular))?
+            .set("sheen_color", Value::Rgb(to_working * gloss.sheen))?
+            .set("sheen_roughness", Value::Number(gloss.sheen_roughness))?;
+    }
+    // The normal map stands at the place that shapes name; its base follows.
+    let at = scene.materials.len();
+    scene.materials.push(Material::NormalMap {
+        texture: normal,
+        scale: 1.0,
+        turned: TurnedNormals::default(),
+        base: at + 1,
+    });
+    scene.materials.push(builder.build()?);
+    Ok(())
 }

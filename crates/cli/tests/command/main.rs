@@ -13,6 +13,7 @@ mod hdr;
 mod info;
 mod lecture;
 mod messages;
+mod noh;
 mod normals;
 mod overwrite;
 mod render;
@@ -127,6 +128,7 @@ fn help_teaches() {
         ("capture export", "EXR keeps every number"),
         ("capture relight", "whose centre lies where the camera is"),
         ("capture rti", "hemispherical harmonics"),
+        ("noh stage", "--set side=5.7"),
     ] {
         let help = good(yugen_in(".".as_ref(), &format!("{line} --help")));
         // Lines are broken to the width of the terminal.

@@ -452,3 +452,221 @@ impl Writer<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{Options, toml};
+    use std::path::PathBuf;
+    use yugen_scene::{Film, FovAxis, ModelBuilder, Shape, TurnedNormals, look_along};
+
+    /// A scene of everything that both writers take, in sRGB, its pictures of whole codes.
+    fn scene(space: ColourSpace) -> Scene {
+        let mut scene = Scene { working_space: space, ..Scene::default() };
+        let picture = |f: &dyn Fn(usize) -> f32| {
+            let mut image = Image::rgb(4, 4);
+            image.data.iter_mut().enumerate().for_each(|(i, v)| *v = f(i));
+            Arc::new(image)
+        };
+        let texture = |image: Arc<Image>, channel| Texture::Image {
+            image,
+            filter: TextureFilter::Bilinear,
+            wrap: [Wrap::Mirror; 2],
+            to_uv: Affine2::IDENTITY,
+            channel,
+        };
+        let rough = picture(&|i| (i * 5 % 256) as f32 / 255.0);
+        scene.textures = vec![
+            texture(picture(&|i| if i % 2 == 0 { 1.0 } else { 0.0 }), None),
+            texture(rough.clone(), Some(1)),
+            texture(rough, Some(2)),
+            texture(picture(&|i| if i % 3 == 2 { 1.0 } else { 128.0 / 255.0 }), None),
+        ];
+        let mut metal = ModelBuilder::new(Kind::MetallicRoughness);
+        metal.set("base_color", Value::Texture(0)).unwrap();
+        metal.set("roughness", Value::Texture(1)).unwrap().set("metallic", Value::Texture(2)).unwrap();
+        metal.set("sheen_color", Value::Rgb(Vec3::new(0.25, 0.5, 0.125))).unwrap();
+        metal.set("specular", Value::Number(0.5)).unwrap();
+        let turned = TurnedNormals::default();
+        scene.materials.push(Material::NormalMap { texture: 3, scale: 0.5, turned, base: 1 });
+        scene.materials.push(metal.build().unwrap());
+        scene.materials.push(Material::lambert(Value::Rgb(Vec3::new(0.5, 0.25, 0.125))));
+        let ball = Arc::new(yugen_scene::primitives::ball(8));
+        let place =
+            Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0)) * Mat4::from_scale(Vec3::new(1.0, 2.0, 0.5));
+        scene.shapes.push(Shape::new("柱 \"a\"", Geometry::Mesh(ball.clone()), place, 0));
+        scene.shapes.push(Shape::new("b", Geometry::Mesh(ball), Mat4::IDENTITY, 2));
+        let mut lamp = Shape::new("lamp", Geometry::Sphere, Mat4::from_scale(Vec3::splat(0.5)), 2);
+        lamp.emission = Some(Value::Rgb(Vec3::new(8.0, 4.0, 2.0)));
+        scene.shapes.push(lamp);
+        scene.add_light(
+            "fire",
+            Light::Point { position: Vec3::new(0.0, 5.0, 0.0), intensity: Vec3::new(4.0, 2.0, 1.0) },
+        );
+        let direction = Vec3::new(0.6, -0.8, 0.0);
+        scene.add_light("moon", Light::Directional { direction, irradiance: Vec3::splat(0.5) });
+        scene.cameras.push(Camera {
+            name: "seat".into(),
+            to_world: look_along(Vec3::new(0.0, 1.0, 9.0), Vec3::new(0.1, -0.1, -1.0), Vec3::Y),
+            projection: Projection::Perspective {
+                fov_x: 1.0,
+                fov_axis: FovAxis::X,
+                aperture_radius: 0.0,
+                focus_distance: 5.0,
+                principal_point: glam::Vec2::ZERO,
+            },
+            near_far: [0.1, 100.0],
+            film: Film { width: 320, height: 160, ..Film::default() },
+            samples_per_pixel: 16,
+        });
+        scene
+    }
+
+    fn labels() -> Labels {
+        let pair = |k: &str, v: &str| (k.to_string(), v.to_string());
+        Labels {
+            materials: vec!["gold".into()],
+            shapes: vec![vec![pair("ja", "シテ柱"), pair("en", "a \"pillar\"\nof two lines")]],
+            about: vec![pair("notes", "two\nlines")],
+        }
+    }
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("yugen-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    /// What both formats have in common is read back.
+    fn same(read: &Scene, wrote: &Scene) {
+        for (a, b) in read.shapes.iter().zip(&wrote.shapes) {
+            assert_eq!(a.name, b.name);
+            let far = (a.to_world - b.to_world).to_cols_array().map(f32::abs);
+            assert!(far.iter().all(|v| *v < 1e-6), "{}", a.name);
+            if let (Geometry::Mesh(a), Geometry::Mesh(b)) = (&a.geometry, &b.geometry) {
+                assert_eq!((&a.positions, &a.uvs, &a.triangles), (&b.positions, &b.uvs, &b.triangles));
+            }
+        }
+        assert_eq!(read.shapes.len(), wrote.shapes.len());
+        let to = wrote.working_space.matrix_to(read.working_space);
+        for (i, (a, b)) in read.lights.iter().zip(&wrote.lights).enumerate() {
+            assert_eq!(read.light_name(i), wrote.light_name(i));
+            match (a, b) {
+                (Light::Point { position: p, intensity: a }, Light::Point { position: q, intensity: b }) => {
+                    assert!(p.distance(*q) < 1e-5 && a.distance(to * *b) < 1e-4);
+                }
+                (
+                    Light::Directional { direction: p, irradiance: a },
+                    Light::Directional { direction: q, irradiance: b },
+                ) => {
+                    assert!(p.distance(*q) < 1e-5 && a.distance(to * *b) < 1e-5);
+                }
+                _ => panic!("{a:?} {b:?}"),
+            }
+        }
+        let (a, b) = (&read.cameras[0], &wrote.cameras[0]);
+        let far = (a.to_world - b.to_world).to_cols_array().map(f32::abs);
+        assert!(a.name == b.name && far.iter().all(|v| *v < 1e-5), "{far:?}");
+        let (Projection::Perspective { fov_x: p, .. }, Projection::Perspective { fov_x: q, .. }) =
+            (&a.projection, &b.projection)
+        else {
+            panic!("perspective")
+        };
+        assert!((p - q).abs() < 1e-5 && a.film.width * b.film.height == b.film.width * a.film.height);
+        let lamp = &read.shapes[2];
+        let Some(Value::Rgb(c)) = &lamp.emission else { panic!("a lamp that shines") };
+        assert!(c.distance(to * Vec3::new(8.0, 4.0, 2.0)) < 1e-3, "{c}");
+        // The first shape: a normal map over the model with its pictures.
+        let Material::NormalMap { scale, base, texture, .. } = read.materials[material(read, 0)] else {
+            panic!("a normal map")
+        };
+        assert_eq!(scale, 0.5);
+        let pixels = |t: usize, scene: &Scene| match &scene.textures[t] {
+            Texture::Image { image, wrap, .. } => {
+                assert_eq!(*wrap, [Wrap::Mirror; 2]);
+                image.data.clone()
+            }
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(pixels(texture, read), pixels(3, wrote));
+        let Material::Model { kind, params, .. } = &read.materials[base] else { panic!("a model") };
+        assert_eq!(*kind, Kind::MetallicRoughness);
+        let value =
+            |name: &str| kind.params().iter().zip(params).find(|(p, _)| p.name == name).unwrap().1.clone();
+        for (name, channel) in [("roughness", 1), ("metallic", 2)] {
+            let Value::Texture(t) = value(name) else { panic!("{name}") };
+            assert_eq!(pixels(t, read), pixels(1, wrote));
+            assert!(matches!(read.textures[t], Texture::Image { channel: Some(c), .. } if c == channel));
+        }
+        let Value::Rgb(sheen) = value("sheen_color") else { panic!("sheen") };
+        assert!(
+            sheen.distance(to * Vec3::new(0.25, 0.5, 0.125)) < 1e-5
+                && value("specular") == Value::Number(0.5)
+        );
+    }
+
+    /// Without the rule of one side that closed meshes come back with.
+    fn material(scene: &Scene, shape: usize) -> MaterialId {
+        match scene.materials[scene.shapes[shape].material] {
+            Material::OneSided { base } => base,
+            _ => scene.shapes[shape].material,
+        }
+    }
+
+    #[test]
+    fn a_scene_written_as_glb_is_read_back() {
+        let wrote = scene(ColourSpace::LinearSrgb);
+        let folder = folder("glb-write");
+        let path = folder.join("a.glb");
+        write(&path, &wrote, &labels()).unwrap();
+        let read = crate::formats::load_scene(&path, &Options::default()).unwrap();
+        same(&read, &wrote);
+        // Names and remarks are in the file.
+        let bytes = std::fs::read(&path).unwrap();
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let root: Json = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+        assert_eq!(root["nodes"][0]["extras"]["ja"], "シテ柱");
+        assert_eq!(root["asset"]["extras"]["notes"], "two\nlines");
+        assert_eq!(root["materials"][0]["name"], "gold");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_scene_written_as_toml_is_read_back() {
+        let folder = folder("toml-write");
+        for space in ColourSpace::ALL {
+            let path = folder.join(format!("{}.toml", space.name()));
+            let mut wrote = scene(space);
+            if space != ColourSpace::LinearSrgb {
+                // Black and white are the same in every space; other colours are not whole codes any more.
+                wrote.textures[0] = wrote.textures[3].clone();
+            }
+            // Files have names of plain letters.
+            wrote.shapes[0].name = "a".into();
+            toml::write(&path, &wrote, &labels()).unwrap();
+            let read = crate::formats::load_scene(&path, &Options::default()).unwrap();
+            assert_eq!(read.working_space, space);
+            same(&read, &wrote);
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn what_a_format_has_no_form_for_is_named() {
+        let folder = folder("write-errors");
+        let mut wrote = scene(ColourSpace::LinearSrgb);
+        wrote.shapes[1].geometry = Geometry::Disc;
+        for said in [
+            write(&folder.join("a.glb"), &wrote, &labels()).unwrap_err().to_string(),
+            toml::write(&folder.join("a.toml"), &wrote, &labels()).unwrap_err().to_string(),
+        ] {
+            assert!(said.contains("the shape 'b' is neither a mesh nor a sphere"), "{said}");
+        }
+        assert!(!folder.join("a.glb").exists() && !folder.join("a.toml").exists());
+        let mut wrote = scene(ColourSpace::LinearSrgb);
+        wrote.materials[1] = Material::Null;
+        let said = write(&folder.join("a.glb"), &wrote, &labels()).unwrap_err().to_string();
+        assert!(said.contains("the material 'gold'"), "{said}");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

@@ -23,7 +23,8 @@ pub fn folder(path: &Path) -> PathBuf {
 
 /// Writes `scene` to `path`. Cameras, point and directional lights, constant and pictured environments, meshes and
 /// spheres, models with numbers, colours and pictures, normal maps, two-sided and one-sided materials are written;
-/// anything else is an error that names it. The scene file is written last: where it is, all of its files are.
+/// anything else is an error that names it. A mesh is called after its file, whose name is that of the shape in plain
+/// letters. The scene file is written last: where it is, all of its files are.
 pub fn write(path: &Path, scene: &Scene, labels: &Labels) -> Result<(), Error> {
     let folder = folder(path);
     let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
