@@ -54,9 +54,9 @@ pub struct StageVerb {
     #[arg(long, value_parser = ["night", "dusk"], default_value = "night", value_name = "HOUR")]
     hour: String,
 
-    /// How fires shine: as balls that are seen, as points (what glTF has), or not at all, for flames put there
-    /// afterwards [default: balls in .toml, points in .glb].
-    #[arg(long, value_parser = ["balls", "points", "out"], value_name = "HOW")]
+    /// How fires shine: as flames that flicker, as balls, as points (what glTF has), or not at all, for lights put there
+    /// afterwards [default: flames in .toml, points in .glb, which has no flames].
+    #[arg(long, value_parser = ["flames", "balls", "points", "out"], value_name = "HOW")]
     fires: Option<String>,
 
     /// The presets, and every dimension with its value, range and source.
@@ -110,10 +110,14 @@ impl StageVerb {
         check_outputs([output.as_path()])?;
         let stage = Stage::new(preset, dimensions)?;
         let light = match (self.fires.as_deref(), glb) {
-            (Some("balls"), _) | (None, false) => FireLight::Balls,
+            (Some("flames"), _) | (None, false) => FireLight::Flames,
+            (Some("balls"), _) => FireLight::Balls,
             (Some("out"), _) => FireLight::Out,
             _ => FireLight::Points,
         };
+        if glb && light == FireLight::Flames {
+            bail!("glTF has no flames; write the stage as .toml, or give --fires points");
+        }
         let hour = if self.hour == "dusk" { Hour::Dusk } else { Hour::Night };
         let scene = {
             let _span = tracing::info_span!("make_textures").entered();
@@ -260,7 +264,7 @@ fn page() -> String {
          `yugen noh stage --preset NAME -o stage.toml` builds a Noh stage as a scene, `-o stage.glb` as a glTF file whose nodes \
          carry the names of parts (`extras`: `ja`, `romaji`, `en`, `basis`, `dimensions`). `--set KEY=VALUE` changes a \
          dimension within its range; numbers that cannot be together are refused with the reason. `--hour dusk` puts the last \
-         light of the day in the sky, `--fires out` leaves the baskets for flames of your own, `--list` and `--json` print what \
+         light of the day in the sky, `--fires` says whether they are flames, balls, points or out, `--list` and `--json` print what \
          this page has. This page is written by `yugen noh stage --markdown` from the table that the generator itself reads; a \
          test keeps it true.\n\n\
          The origin is the middle of the main floor's surface; +y is up, +z points to the front seats, -x to the left of who \

@@ -27,7 +27,7 @@ pub use fire_stand::Fire;
 pub use layout::Layout;
 pub use part::{Finish, Part};
 pub use preset::{PRESETS, Preset, RoofCover, RoofForm};
-pub use view::{FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour};
+pub use view::{FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour, SceneError};
 
 /// A stage, built.
 #[derive(Clone, Debug)]

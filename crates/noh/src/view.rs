@@ -8,6 +8,7 @@ use glam::{Mat4, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
+use yugen_motion::fire::FireError;
 use yugen_optics::spectrum::{blackbody, emission_rgb};
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::{Kind, ModelError};
@@ -26,16 +27,29 @@ pub enum Hour {
     Dusk,
 }
 
-/// How fires shine until flames stand in their place.
+/// How fires shine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FireLight {
-    /// Balls that can be seen, as wide as the flame's core.
+    /// As flames, with logs that glow and sparks.
     #[default]
+    Flames,
+    /// Balls that can be seen, as wide as the flame's core: for renderers without volumes.
     Balls,
     /// Points, which every glTF viewer knows.
     Points,
     /// Not at all: whoever puts flames there.
     Out,
+}
+
+/// Why there is no scene of a stage.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum SceneError {
+    /// A material.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A fire.
+    #[error(transparent)]
+    Fire(#[from] FireError),
 }
 
 /// Of a wood fire's soot, kelvin: 1700 to 1900 are usual; assumed.
@@ -54,10 +68,10 @@ fn blackbody_colour(space: ColourSpace, kelvin: f64) -> Vec3 {
 }
 
 impl Stage {
-    /// The stage with its materials, cameras and lights. Shapes are the parts in their order, first; balls of fire come
+    /// The stage with its materials, cameras and lights. Shapes are the parts in their order, first; those of fires come
     /// after them. Each of [`Stage::finishes`] has two materials, in that order: a normal map, which shapes name, and what it
     /// turns.
-    pub fn scene(&self, hour: Hour, fire_light: FireLight) -> Result<Scene, ModelError> {
+    pub fn scene(&self, hour: Hour, fire_light: FireLight) -> Result<Scene, SceneError> {
         let mut scene = Scene { working_space: ColourSpace::default(), ..Scene::default() };
         let mut materials: BTreeMap<Finish, MaterialId> = BTreeMap::new();
         for (finish, surface) in self.surfaces() {
@@ -75,6 +89,11 @@ impl Stage {
             let (at, radius) = core(fire);
             match fire_light {
                 FireLight::Out => {}
+                FireLight::Flames => {
+                    let (foot, diameter, seed) = (fire.foot, fire.diameter, i as u32 + 1);
+                    let flames = yugen_motion::fire::Fire { foot, diameter, seed, ..Default::default() };
+                    scene.add_fire(&name, &flames, None, 0.0)?;
+                }
                 FireLight::Points => {
                     scene.add_light(&name, Light::Point { position: at, intensity: colour * FIRE_CANDELA });
                 }

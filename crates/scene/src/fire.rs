@@ -39,6 +39,21 @@ impl SceneFire {
     pub fn fire(&self) -> &Fire {
         self.burning.fire()
     }
+
+    /// Edge of a cell, m.
+    pub fn cell(&self) -> f32 {
+        self.cell
+    }
+
+    /// Index of its light.
+    pub fn light(&self) -> usize {
+        self.light
+    }
+
+    /// Indices of its shapes: logs and sparks.
+    pub fn shapes(&self) -> [usize; 2] {
+        self.shapes
+    }
 }
 
 impl Scene {

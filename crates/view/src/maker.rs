@@ -2,12 +2,7 @@
 
 use crate::edit::Edits;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-<<<<<<< HEAD
-use yugen_realtime::{Options, Stage};
-=======
 use yugen_realtime::{Options, Preview, Stage, StageError};
-use yugen_scene::Scene;
->>>>>>> rt
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Material, Scene};
 

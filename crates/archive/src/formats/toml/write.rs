@@ -9,6 +9,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use yugen_motion::fire::Fire;
 use yugen_optics::Image;
 use yugen_reflectance::ParamType;
 use yugen_scene::{
@@ -21,7 +22,7 @@ pub fn folder(path: &Path) -> PathBuf {
     path.with_extension("")
 }
 
-/// Writes `scene` to `path`. Cameras, point and directional lights, constant and pictured environments, meshes and
+/// Writes `scene` to `path`. Cameras, fires, point and directional lights, constant and pictured environments, meshes and
 /// spheres, models with numbers, colours and pictures, normal maps, two-sided and one-sided materials are written;
 /// anything else is an error that names it. A mesh is called after its file, whose name is that of the shape in plain
 /// letters. The scene file is written last: where it is, all of its files are.
@@ -84,12 +85,15 @@ impl Writer<'_> {
         for camera in &self.scene.cameras {
             self.camera(camera, &mut out)?;
         }
-        let used: BTreeSet<MaterialId> = self.scene.shapes.iter().map(|s| s.material).collect();
+        // Fires bring shapes of their own.
+        let of_fires: BTreeSet<usize> = self.scene.fires.iter().flat_map(|f| f.shapes()).collect();
+        let own = || self.scene.shapes.iter().enumerate().filter(|(i, _)| !of_fires.contains(i));
+        let used: BTreeSet<MaterialId> = own().map(|(_, s)| s.material).collect();
         for id in used {
             self.material(id, &mut out)?;
         }
         let scene = self.scene;
-        for (i, shape) in scene.shapes.iter().enumerate() {
+        for (i, shape) in scene.shapes.iter().enumerate().filter(|(i, _)| !of_fires.contains(i)) {
             let _ = writeln!(out, "\n[[shape]]\nname = {}", quoted(&shape.name));
             for (key, value) in self.labels.shapes.get(i).into_iter().flatten() {
                 let _ = writeln!(out, "# {key}: {}", value.replace(['\n', '\r'], " "));
@@ -155,6 +159,21 @@ impl Writer<'_> {
                     image::write(&self.folder.join(&file), image, &options)?;
                     let file = quoted(&format!("{}/{file}", self.name));
                     let _ = writeln!(out, "type = \"environment\"\nimage = {file}\nscale = {scale}");
+                }
+                Light::Volume { .. } if scene.fires.iter().any(|f| f.light() == i) => {
+                    for fire in scene.fires.iter().filter(|f| f.light() == i) {
+                        let Fire { foot, up, diameter, power, candela, wind, seed, flicker } = *fire.fire();
+                        let _ = writeln!(
+                            out,
+                            "type = \"fire\"\nat = {}\nup = {}\ndiameter = {diameter}\npower = {power}\n\
+                             candela = {candela}\nwind = {}\nseed = {seed}\nflicker = {}\ncell = {}",
+                            triple(foot),
+                            triple(up),
+                            triple(wind),
+                            quoted(flicker.name()),
+                            fire.cell()
+                        );
+                    }
                 }
                 _ => return Err(self.cannot(format!("light {i} is of a kind that is not written"))),
             }
