@@ -435,13 +435,6 @@ impl Dimensions {
                 d("jiutai_width")
             ));
         }
-        if 3.0 * d("pillar_chamfer") > d("pillar") {
-            return say(format_args!(
-                "pillar_chamfer = {} m leaves too little of a pillar of {} m; at most a third of it",
-                d("pillar_chamfer"),
-                d("pillar")
-            ));
-        }
         let bay = d("bridge_length") / d("bridge_bays");
         if bay < 1.0 {
             return say(format_args!(

@@ -9,8 +9,9 @@ use crate::timber::WOOD;
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Texels along an edge of most textures.
-const N: usize = 1024;
+/// Texels along an edge of most textures. Renderers keep 16 bytes a texel: with these sizes all textures of a stage, with
+/// their pyramids, stay below the 128 MiB that every WebGPU device binds at once.
+const N: usize = 512;
 
 /// What a finish needs beyond its texture.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +29,15 @@ pub struct Gloss {
 const PLAIN: Gloss = Gloss { sheen: Vec3::ZERO, sheen_roughness: 0.5, specular: 1.0, matt: None };
 
 impl Finish {
+    /// How many times coarser than colours its normals are, where nothing fine stands out.
+    pub(crate) fn relief(self) -> usize {
+        match self {
+            Self::PineLeft | Self::PineMiddle | Self::PineRight | Self::BambooPainting => 4,
+            Self::Curtain | Self::Plaster | Self::Needles => 2,
+            _ => 1,
+        }
+    }
+
     /// Its gloss.
     pub fn gloss(self) -> Gloss {
         match self {
@@ -81,7 +91,7 @@ fn ring(phase: f32) -> f32 {
 /// shows arches in the middle and lines at the edges.
 fn floor() -> Surface {
     let (early, late) = (srgb(0xd9b27c), srgb(0xa8743f));
-    Surface::bake(N, N, WOOD, |p| {
+    Surface::bake(N, 2 * N, WOOD, |p| {
         let row = (2.0 * p.y / WOOD.y).floor();
         let seed = 11 + 17 * row as u32;
         let t = p.x / WOOD.x;
@@ -116,7 +126,7 @@ fn floor() -> Surface {
 /// Quarter-sawn hinoki, planed and aged: straight rings.
 fn timber() -> Surface {
     let (early, late) = (srgb(0xb88a58), srgb(0x8a5e36));
-    Surface::bake(N, N, WOOD, |p| {
+    Surface::bake(N / 2, N, WOOD, |p| {
         let (t, v) = (p.x / WOOD.x, p.y / WOOD.y);
         let sway = 0.7 * fbm(Vec2::new(3.0 * t, 5.0 * v), [3, 5], 3, 41);
         // A whole number of rings, so that the texture tiles.
@@ -178,7 +188,7 @@ fn bark() -> Surface {
 
 fn copper() -> Surface {
     let (brown, green) = (srgb(0x4a3a30), srgb(0x55786a));
-    Surface::bake(512, 512, Vec2::splat(1.2), |p| {
+    Surface::bake(N / 2, N / 2, Vec2::splat(1.2), |p| {
         let (u, v) = (p.x / 1.2, p.y / 1.2);
         let cloud = fbm(Vec2::new(5.0 * u, 5.0 * v), [5, 5], 5, 71);
         let streak = noise(Vec2::new(48.0 * u, 3.0 * v), [48, 3], 72);
@@ -246,7 +256,7 @@ fn stones(albedo: f32) -> Surface {
 
 fn earth() -> Surface {
     let (dry, damp) = (srgb(0x7b6a55), srgb(0x4f4335));
-    Surface::bake(512, 512, Vec2::splat(1.6), |p| {
+    Surface::bake(N / 2, N / 2, Vec2::splat(1.6), |p| {
         let q = p / 1.6;
         let cloud = fbm(q * 5.0, [5; 2], 6, 111);
         let (d, [i, j], _) = nearest(q * 70.0, [70; 2], 0.9, 112);
@@ -263,7 +273,7 @@ fn earth() -> Surface {
 /// Forged iron: scale, hammer marks, rust in patches.
 fn iron() -> Surface {
     let (scale, rust) = (srgb(0x4a4644), srgb(0x5c3a26));
-    Surface::bake(512, 512, Vec2::splat(0.4), |p| {
+    Surface::bake(N / 2, N / 2, Vec2::splat(0.4), |p| {
         let q = p / 0.4;
         let patch = smooth(0.02, 0.35, fbm(q * 6.0, [6; 2], 5, 121));
         let (d, _, gap) = nearest(q * 16.0, [16; 2], 0.9, 122);
@@ -280,7 +290,7 @@ fn iron() -> Surface {
 /// Split pine, charred where it burns.
 fn log() -> Surface {
     let (wood, char, ash) = (srgb(0x6a4426), srgb(0x211b16), srgb(0x8d8880));
-    Surface::bake(512, 512, Vec2::splat(0.5), |p| {
+    Surface::bake(N / 2, N / 2, Vec2::splat(0.5), |p| {
         let q = p / 0.5;
         let burnt = smooth(-0.75, -0.2, fbm(q * 3.0, [3; 2], 4, 131));
         // Char cracks into blocks along the grain.
@@ -299,7 +309,7 @@ fn log() -> Surface {
 }
 
 fn plaster() -> Surface {
-    Surface::bake(256, 256, Vec2::splat(1.0), |p| {
+    Surface::bake(N / 4, N / 4, Vec2::splat(1.0), |p| {
         let cloud = fbm(p * 6.0, [6; 2], 5, 141);
         let colour = Vec3::new(0.74, 0.71, 0.65) * (1.0 + 0.06 * cloud);
         Texel { colour, roughness: 0.9, metallic: 0.0, height: 0.0008 * cloud }
@@ -310,7 +320,7 @@ fn plaster() -> Surface {
 fn curtain() -> Surface {
     let colours = [0x4b2a63, 0xe9e2d0, 0xa82820, 0xd0992a, 0x1f5a3e].map(srgb);
     let size = Vec2::new(2.0, 2.73);
-    Surface::bake(N, N, size, |p| {
+    Surface::bake(N / 2, N, size, |p| {
         let band = 5.0 * p.x / size.x;
         let i = (band as usize).min(4);
         // A seam between two widths.
@@ -343,7 +353,7 @@ fn needles() -> Surface {
 /// Plates of pine bark.
 fn scales() -> Surface {
     let (plate, crack) = (srgb(0x7a5a45), srgb(0x2b1d15));
-    Surface::bake(512, 512, Vec2::splat(0.35), |p| {
+    Surface::bake(N / 2, N / 2, Vec2::splat(0.35), |p| {
         let q = p / 0.35;
         let warp = Vec2::new(noise(q * 9.0, [9; 2], 171), noise(q * 9.0, [9; 2], 172)) * 0.05;
         let (_, [i, j], gap) = nearest((q + warp) * Vec2::new(7.0, 14.0), [7, 14], 0.9, 173);

@@ -6,8 +6,9 @@ use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use yugen_optics::random::Pcg32;
 
-/// Texels of a panel.
-const N: usize = 1024;
+/// Texels of a panel: 3.3 mm each.
+const ACROSS: usize = 512;
+const DOWN: usize = 1024;
 /// Width of the whole mirror board in units of the painting, three panels; its height is one panel's times this.
 const WIDE: f32 = 5.2;
 const HIGH: f32 = 3.4;
@@ -24,7 +25,7 @@ impl Canvas {
     /// Bare planks, laid lengthwise.
     fn planks(left: f32, size: Vec2, seed: u32) -> Self {
         let (early, late) = (srgb(0xc89a5e), srgb(0x9a6a38));
-        let wood = Surface::bake(N, N, size, |p| {
+        let wood = Surface::bake(ACROSS, DOWN, size, |p| {
             let x = p.x + left;
             let plank = (p.y / 0.425).floor();
             let f = p.y / 0.425 - plank;
@@ -55,16 +56,16 @@ impl Canvas {
     /// Paints over every texel of a box whose coverage is not zero. `f` gets a place in metres; it gives colour and
     /// coverage.
     fn paint(&mut self, low: Vec2, high: Vec2, f: &dyn Fn(Vec2) -> Option<(Vec3, f32)>) {
-        let scale = Vec2::splat(N as f32) / self.size;
+        let scale = Vec2::new(ACROSS as f32, DOWN as f32) / self.size;
         let origin = Vec2::new(self.left, 0.0);
         let (a, b) = ((low - origin) * scale, (high - origin) * scale);
-        let (x0, x1) = (a.x.max(0.0) as usize, b.x.ceil().clamp(0.0, N as f32) as usize);
-        let (y0, y1) = (a.y.max(0.0) as usize, b.y.ceil().clamp(0.0, N as f32) as usize);
+        let (x0, x1) = (a.x.max(0.0) as usize, b.x.ceil().clamp(0.0, ACROSS as f32) as usize);
+        let (y0, y1) = (a.y.max(0.0) as usize, b.y.ceil().clamp(0.0, DOWN as f32) as usize);
         for y in y0..y1 {
             for x in x0..x1 {
                 let p = origin + (Vec2::new(x as f32, y as f32) + 0.5) / scale;
                 if let Some((colour, cover)) = f(p) {
-                    let texel = &mut self.texels[y * N + x];
+                    let texel = &mut self.texels[y * ACROSS + x];
                     let c = cover.clamp(0.0, 1.0);
                     texel.colour += (colour - texel.colour) * c;
                     // Pigment in glue is matt, and stands out a little.
@@ -76,7 +77,7 @@ impl Canvas {
     }
 
     fn surface(self) -> Surface {
-        Surface { width: N, height: N, size: self.size, texels: self.texels }
+        Surface { width: ACROSS, height: DOWN, size: self.size, texels: self.texels }
     }
 }
 

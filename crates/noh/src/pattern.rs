@@ -104,6 +104,24 @@ impl Surface {
         Self { width, height, size, texels }
     }
 
+    /// With the mean of `k` by `k` texels for one; `k` divides both sides.
+    pub fn reduced(&self, k: usize) -> Self {
+        let (width, height) = (self.width / k, self.height / k);
+        let mean = |i: usize| {
+            let (x, y) = (i % width * k, i / width * k);
+            let mut sum = Texel::default();
+            let part = 1.0 / (k * k) as f32;
+            for t in (0..k * k).map(|j| &self.texels[(y + j / k) * self.width + x + j % k]) {
+                sum.colour += t.colour * part;
+                sum.roughness += t.roughness * part;
+                sum.metallic += t.metallic * part;
+                sum.height += t.height * part;
+            }
+            sum
+        };
+        Self { width, height, size: self.size, texels: (0..width * height).map(mean).collect() }
+    }
+
     /// Colours in a space, `to` being the way there from linear sRGB.
     pub fn albedo(&self, to: Mat3) -> Image {
         self.image(|t, _| (to * t.colour).clamp(Vec3::ZERO, Vec3::ONE))

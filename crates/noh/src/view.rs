@@ -255,14 +255,14 @@ fn material(scene: &mut Scene, finish: Finish, surface: &Surface) -> Result<(), 
         scene.textures.len() - 1
     };
     let albedo = picture(surface.albedo(to_working), None);
-    let normal = picture(surface.normals(), None);
+    let normal = picture(surface.reduced(finish.relief()).normals(), None);
     let gloss = finish.gloss();
     let mut builder;
     if let Some(sigma) = gloss.matt {
         builder = ModelBuilder::new(Kind::OrenNayar);
         builder.set("reflectance", Value::Texture(albedo))?.set("sigma", Value::Number(sigma))?;
     } else {
-        let roughness = picture(surface.roughness_metallic(), Some(1));
+        let roughness = picture(surface.reduced(4).roughness_metallic(), Some(1));
         let metallic = match &scene.textures[roughness] {
             Texture::Image { image, .. } => Texture::Image {
                 image: image.clone(),

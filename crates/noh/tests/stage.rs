@@ -180,16 +180,14 @@ fn what_cannot_be_is_refused_with_the_reason() {
         (&[("curtain_height", 3.2)], "does not hang under beams"),
         (&[("roof_pitch", 45.0), ("roof_curve", 1.0), ("eaves", 1.8)], "the roof would come down to"),
         (&[("jiutai_width", 1.1), ("eaves", 0.9)], "do not cover a chorus seat"),
-        (&[("pillar", 0.18), ("pillar_chamfer", 0.05)], "too little of a pillar"),
-        (&[("pillar_chamfer", 0.05)], ""),
         (&[("bridge_length", 5.5), ("bridge_bays", 11.0)], "lets a robe pass"),
         (&[("bridge_bays", 2.5)], "a whole number"),
         (&[("steps", 2.0), ("floor_height", 1.0)], "can be climbed"),
         (&[("pine_san", 1.8)], "must not grow"),
     ] {
         match tried(changes) {
-            Ok(()) => assert!(words.is_empty(), "{changes:?} was taken"),
-            Err(said) => assert!(!words.is_empty() && said.contains(words), "{changes:?}: {said}"),
+            Ok(()) => panic!("{changes:?} was taken"),
+            Err(said) => assert!(said.contains(words), "{changes:?}: {said}"),
         }
     }
     let said = Stage::preset("nationel").unwrap_err().to_string();
@@ -224,6 +222,16 @@ fn the_scene_has_seats_and_fires_of_the_stated_strength() {
         assert!((candela / FIRE_CANDELA - 1.0).abs() < 1e-4, "{candela}");
     }
     assert_eq!(scene.materials.len(), 2 * stage.finishes().len());
+    // All textures with their pyramids, 16 bytes a texel, fit into what every WebGPU device binds at once.
+    let bytes: usize = scene
+        .textures
+        .iter()
+        .map(|t| match t {
+            yugen_scene::Texture::Image { image, .. } => image.width * image.height * 16 * 4 / 3,
+            other => panic!("{other:?}"),
+        })
+        .sum();
+    assert!(bytes < 124 << 20, "{} MiB", bytes >> 20);
     // The same bits every time.
     let again = Stage::preset("honganji").unwrap();
     for (a, b) in stage.parts().iter().zip(again.parts()) {
