@@ -32,9 +32,8 @@ impl Noh {
 
 /// Builds a Noh stage from a table of dimensions, every one of them marked measured or assumed.
 ///
-/// `yugen noh stage --preset national -o stage.toml`, then `yugen render stage.toml --camera shomen --exposure -4 -o
-/// shomen.png`: numbers are photometric (a fire has 2000 candela), so pictures want an exposure of their own: about -4 by
-/// night, -5 at dusk. `--set side=5.7` changes a dimension within its range.
+/// `yugen noh stage --preset national -o stage.toml`, then `yugen render stage.toml --camera shomen --exposure -5 --curve agx
+/// -o shomen.png`: numbers are photometric (a fire has 2000 candela), so pictures want an exposure of their own: about -5. `--set side=5.7` changes a dimension within its range.
 #[derive(Args)]
 pub struct StageVerb {
     /// Which stage; `--list` has them all.
@@ -269,7 +268,7 @@ fn page() -> String {
          test keeps it true.\n\n\
          The origin is the middle of the main floor's surface; +y is up, +z points to the front seats, -x to the left of who \
          sits there; metres. Light is photometric, a candela being 1 W/sr: a fire has {FIRE_CANDELA} cd at {FIRE_KELVIN} K, so \
-         render with `--exposure -4` or so. Cameras: the seats `shomen` (front), `waki-shomen` (side), `naka-shomen` (between), \
+         render with `--exposure -5 --curve agx` or so. Cameras: the seats `shomen` (front), `waki-shomen` (side), `naka-shomen` (between), \
          and near views; `yugen info stage.toml` lists them.\n\n\
          Every part is a closed surface. What the table marks as assumed was found in no dimensioned source; a part is measured \
          where all the dimensions that shape it are.\n\n## Presets\n\n\

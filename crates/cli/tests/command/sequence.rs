@@ -164,3 +164,48 @@ fn a_figure_moves_where_a_scene_has_placed_it() {
     assert!((right - left - 4.0 / 7.28).abs() < 0.02, "{left} {right}");
     assert!((0.5 * (left + right) - 0.5).abs() < 0.01);
 }
+
+/// A fire burns on from frame to frame, alike by both renderers, and on in a film of no given length.
+#[test]
+fn fires_burn_through_a_sequence() {
+    let folder = scratch("sequence/fire");
+    std::fs::write(
+        folder.join("a.toml"),
+        "[camera]\nfrom = [0, 1.2, 3]\nto = [0, 0.6, 0]\n[[shape]]\ntype = \"rectangle\"\nsize = [6, 6]\nfacing = [0, 1, 0]\n\
+         [[light]]\ntype = \"fire\"\ncell = 0.05\n",
+    )
+    .unwrap();
+    let line = "render a.toml --frames 1-2 --fps 4 --size 40x40 --spp 16 --exposure -9";
+    good(yugen_in(&folder, &format!("{line} -o a%d.exr").replace(" --exposure -9", "")));
+    let [first, second] =
+        ["a1.exr", "a2.exr"].map(|name| read(&folder.join(name)).select(&["R", "G", "B"]).unwrap());
+    let light =
+        |image: &Image| image.data.iter().map(|v| f64::from(*v)).sum::<f64>() / image.data.len() as f64;
+    let apart = |a: &Image, b: &Image| {
+        let difference = a.data.iter().zip(&b.data).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>();
+        difference / a.data.len() as f64 / light(a)
+    };
+    assert!(
+        light(&first) > 50.0 && apart(&first, &second) > 0.05,
+        "{} {}",
+        light(&first),
+        apart(&first, &second)
+    );
+    good(yugen_in(&folder, &format!("{line} -o film.apng")));
+    assert!(folder.join("film.apng").is_file());
+    let done = yugen_in(&folder, &format!("{line} --by realtime -o r%d.exr").replace(" --exposure -9", ""));
+    if !done.success {
+        assert!(
+            done.err.contains("no GPU") && !std::env::var("REQUIRE_GPU").is_ok_and(|v| v == "1"),
+            "{}",
+            done.err
+        );
+        return;
+    }
+    for (name, reference) in [("r1.exr", &first), ("r2.exr", &second)] {
+        let seen = read(&folder.join(name)).select(&["R", "G", "B"]).unwrap();
+        let (off, more) = (apart(reference, &seen), light(&seen) / light(reference) - 1.0);
+        println!("{name}: {off:.4} apart, light {more:+.4}");
+        assert!(off < 0.2 && more.abs() < 0.04, "{name}: {off}, {more}");
+    }
+}
