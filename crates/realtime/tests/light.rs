@@ -592,3 +592,42 @@ fn the_same_frames_are_the_same_bits() {
     let [a, b] = [0, 1].map(|_| picture(&gpu, &scene, 24, 2, 5));
     assert_eq!(a.data, b.data);
 }
+
+/// A fire that burns on needs no other stage, and shows what a new one would.
+#[test]
+fn a_fire_burns_on_in_the_same_stage() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = Scene {
+        materials: vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))])],
+        shapes: vec![Shape::new("wall", Geometry::Rectangle, Mat4::from_scale(Vec3::splat(3.0)), 0)],
+        ..Scene::default()
+    };
+    let fire = yugen_motion::fire::Fire { foot: Vec3::new(0.0, -0.5, 1.0), ..Default::default() };
+    scene.add_fire("fire", &fire, Some(0.05), 0.0).expect("it burns");
+    let options = Options {
+        size: [24; 2],
+        filter: Filter::Box,
+        aovs: Vec::new(),
+        trace_camera: false,
+        threads: 2,
+        bounces: Some(1),
+        hide_emitters: false,
+        seed: 0,
+    };
+    let stage = |rows: &Rows| Stage::new(&gpu.device, &gpu.queue, rows, &options).expect("a stage");
+    let mut rows = Rows::new(&scene).expect("rows");
+    let mut first = stage(&rows);
+    first.frame(&camera(24)).expect("a frame");
+    let before = first.image().expect("a picture");
+    for seconds in [0.4, 3.0, 7.7] {
+        scene.pose(None, seconds).expect("it burns on");
+        rows.pose(&scene).expect("a pose");
+        assert!(first.pose(&rows).expect("rows"), "at {seconds} s it needs another stage");
+        let mut anew = stage(&Rows::new(&scene).expect("rows"));
+        for stage in [&mut first, &mut anew] {
+            stage.frame(&camera(24)).expect("a frame");
+        }
+        let [posed, anew] = [&first, &anew].map(|s| s.image().expect("a picture"));
+        assert!(posed.data == anew.data && posed.data != before.data, "{seconds}");
+    }
+}

@@ -84,6 +84,16 @@ pub struct Options {
     pub denoise: bool,
 }
 
+/// Counts a worker that has ended when it is dropped, by a panic as well: whoever waits for it does not wait for ever.
+struct Ended<'a>(&'a (Mutex<usize>, Condvar));
+
+impl Drop for Ended<'_> {
+    fn drop(&mut self) {
+        *lock(&self.0.0) += 1;
+        self.0.1.notify_all();
+    }
+}
+
 /// How far a render is.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
@@ -241,6 +251,7 @@ impl Job {
         std::thread::scope(|scope| {
             for _ in 0..self.threads {
                 scope.spawn(|| {
+                    let _ended = Ended(&finished);
                     while !stop.load(Ordering::Relaxed) && !self.out_of_time(clock) {
                         let Some(Reverse((_, i))) = lock(&queue).pop() else { break };
                         let mut tile = lock(&self.tiles[i]);
@@ -251,8 +262,6 @@ impl Job {
                             lock(&queue).push(again);
                         }
                     }
-                    *lock(&finished.0) += 1;
-                    finished.1.notify_all();
                 });
             }
             let mut looking = Duration::ZERO;

@@ -652,6 +652,11 @@ impl App {
     /// Goes on with the script as far as it can be.
     fn follow_script(&mut self, event_loop: &ActiveEventLoop) {
         while let Some(command) = self.script.next() {
+            let no_picture = self.graphics.as_ref().is_none_or(|g| g.stage.is_none());
+            if no_picture && matches!(command, Command::Pause(_)) {
+                // Nothing plays before there is a picture.
+                self.script.wait_from_now();
+            }
             let ready = match &command {
                 Command::Pause(seconds) => self.script.waited().as_secs_f32() >= *seconds,
                 Command::Wait(_)

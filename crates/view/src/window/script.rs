@@ -42,6 +42,11 @@ impl Script {
         self.begun = Instant::now();
     }
 
+    /// Counts the time of the next step from now.
+    pub fn wait_from_now(&mut self) {
+        self.begun = Instant::now();
+    }
+
     /// Since the step before.
     pub fn waited(&self) -> Duration {
         self.begun.elapsed()
