@@ -685,10 +685,7 @@ impl App {
                 return;
             }
             self.script.done();
-            let waits = matches!(
-                command,
-                Command::Wait(_) | Command::Save(_) | Command::Window(_) | Command::Pick(_) | Command::Report
-            );
+            let waits = matches!(command, Command::Wait(_) | Command::Save(_) | Command::Pick(_));
             if self.state.playing() && waits {
                 let failure = self.script.failed("what plays never comes to rest: `play off` first".into());
                 return self.fail(event_loop, failure);

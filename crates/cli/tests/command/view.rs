@@ -298,7 +298,7 @@ fn an_animation_is_stepped_and_played() {
         seconds .75; wait 8; save later.exr; window strip.png
         clip jump; step .5; wait 8; save jump.exr
         clip slide; seconds 0; wait 8; save first.exr
-        play; pause 1.2; play off; wait 8; report; save played.exr; quit";
+        play; pause 1.2; window playing.png; play off; wait 8; report; save played.exr; quit";
     std::fs::write(folder.join("all.txt"), script).expect("it can be written");
     let run =
         |script: &str| run(&mut display.view(&folder, &["a.gltf", "--script", script, "--size", "320x200"]));

@@ -97,6 +97,10 @@ impl<'a> Reader<'a> {
             Type::File => {
                 let file = keys.need("file", "a mesh (.obj, .ply, .serialized) or a scene (.glb, .gltf)")?;
                 self.file(&file, &mut keys, to_world, material, out)?;
+                // Of several each has its own name.
+                if let (true, [only]) = (name != word, &mut out[first..]) {
+                    only.name.clone_from(&name);
+                }
                 (Geometry::Sphere, Mat4::IDENTITY)
             }
         };

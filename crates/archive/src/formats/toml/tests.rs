@@ -269,6 +269,20 @@ fn files_textures_and_transforms() {
 }
 
 #[test]
+fn a_mesh_of_a_file_goes_by_the_name_it_is_given() {
+    let folder = std::env::temp_dir().join(format!("yugen-toml-name-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("t.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let name = |keys: &str| {
+        let text = format!("[[shape]]\ntype = \"file\"\nfile = \"t.obj\"\n{keys}\n");
+        let scene = super::read(text.as_bytes(), &folder.join("s.toml"), &Options::default()).unwrap();
+        scene.shapes[0].name.clone()
+    };
+    assert_eq!((&*name("name = \"pillar\""), &*name("")), ("pillar", "t"));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
 fn a_fire_burns_where_and_when_it_is_said_to() {
     let read = |keys: &str| {
         let text = format!("[[shape]]\ntype = \"sphere\"\n[[light]]\ntype = \"fire\"\ncell = 0.1\n{keys}\n");

@@ -135,10 +135,11 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 rows.lights_by_area |= !by_angle;
                 rows.numbers.extend(cumulative);
             }
-            LightSource::Slab { points, block, intensity, .. } => {
+            LightSource::Slab { points, block, intensity, near, .. } => {
                 words.extend([rows.numbers.len() as u32, points.len() as u32, 0]);
                 floats(&mut words, &intensity.to_array());
                 floats(&mut words, &block.to_cols_array());
+                floats(&mut words, &[*near]);
                 rows.numbers.extend(points.iter().flat_map(|p| p.to_array()));
                 power.push(4.0 * PI * luminance.dot(*intensity));
             }

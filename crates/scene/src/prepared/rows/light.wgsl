@@ -97,9 +97,12 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         origin = vec3<f32>(numbers[at], numbers[at + 1u], numbers[at + 2u]) + block * place;
     }
     let to = origin - position;
-    let d2 = dot(to, to);
+    var d2 = dot(to, to);
     let distance = sqrt(d2);
     let wi = to / distance;
+    if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
+        d2 += float_at(e + 16u);
+    }
     var intensity = vec3_at(e + 4u);
     if (has_emitter(EMITTER_SPOT) && kind == EMITTER_SPOT) {
         let local = normalize(mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u)) * -wi);
