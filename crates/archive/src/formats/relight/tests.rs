@@ -54,7 +54,7 @@ fn tiles_of_every_layout_come_back() {
     // Three levels, the last tiles cut off.
     let r = smooth(Basis::Ptm, Colouring::Lrgb, 530, 260);
     for layout in Layout::ALL {
-        let folder = scratch(layout.name());
+        let folder = scratch(&format!("every_{}", layout.name()));
         write(&folder, &mut (&r).into(), layout).unwrap();
         let back = terms(&folder).unwrap();
         // As for pictures that are whole.
