@@ -263,7 +263,7 @@ const STILL: f64 = 5.0;
 const INSTANTS: u32 = 32;
 
 impl Fire {
-    /// Checks the fire and measures its light over a hundred instants: soot is scaled so that the mean intensity is
+    /// Checks the fire and measures its light over 32 instants: soot is scaled so that the mean intensity is
     /// [`Fire::candela`] times [`Fire::power`]. Colours will be in `space`. Takes about .2 s.
     ///
     /// # Errors
