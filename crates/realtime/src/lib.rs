@@ -37,8 +37,9 @@
 //!
 //! Spheres, discs and cylinders are meshes (off by 3e-4 of the radius). The rasteriser rounds vertices to 1/256 of a
 //! pixel, which decides single pixels at outlines; [`Options::trace_camera`] does not. Meshes that their matrix flattens
-//! are seen, but rays do not meet them. Volumes light surfaces by points in them, softened within a hand's breadth, as if what absorbs
-//! were even about them, do not dim the light of others, and are seen by the eye and in mirrors only. A crop's outermost pixels are filtered with what lies beyond it.
+//! are seen, but rays do not meet them. A crop's outermost pixels are filtered with what lies beyond it. Volumes light
+//! surfaces by points in them, softened within a hand's breadth; they do not dim the light of others, and are seen by the
+//! eye and in mirrors only.
 
 pub mod aov;
 mod device;

@@ -1,7 +1,7 @@
 //! A flame as a few lights: Gaussian blobs of the light that leaves it.
 
 use super::Grid;
-use glam::{DMat3, DVec3, UVec3};
+use glam::{DMat3, DVec3, UVec3, Vec3};
 use std::f64::consts::TAU;
 
 /// A part of a flame as a light: its flux, and where it comes from.
@@ -22,6 +22,31 @@ pub struct Slab {
     pub power: DVec3,
     /// Middles of cells, m. One that is bright is there several times.
     pub points: Vec<DVec3>,
+    /// To which sides it shines: as the whole flame does.
+    pub directivity: Directivity,
+}
+
+/// Intensity by direction over its mean, in spherical harmonics up to the second degree. What absorbs its own light shines
+/// where it is broad: a flame more to the sides than up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Directivity {
+    /// First degree.
+    pub linear: DVec3,
+    /// Second degree: symmetric, without trace.
+    pub quadratic: DMat3,
+}
+
+impl Default for Directivity {
+    fn default() -> Self {
+        Self { linear: DVec3::ZERO, quadratic: DMat3::ZERO }
+    }
+}
+
+impl Directivity {
+    /// Towards a unit direction, away from the flame.
+    pub fn towards(&self, direction: DVec3) -> f64 {
+        (1.0 + self.linear.dot(direction) + direction.dot(self.quadratic * direction)).max(0.0)
+    }
 }
 
 /// Light of some cells: moments about the origin.
@@ -59,13 +84,19 @@ fn outer(v: DVec3) -> DMat3 {
 
 impl Grid {
     /// What part of each cell's light leaves the grid: the mean over the directions of [`Grid::power`], in which
-    /// neighbours hand on what comes through.
-    fn escape(&self) -> Vec<f32> {
+    /// neighbours hand on what comes through. And how much of all light leaves to each side.
+    fn escape(&self) -> (Vec<f32>, Directivity) {
         let size = self.size.to_array().map(|v| v as i32);
         let mut escape = vec![0.0; self.data.len()];
         let (mut behind, mut through) = (escape.clone(), escape.clone());
         let index = |x: i32, y: i32, z: i32| ((z * size[1] + y) * size[0] + x) as usize;
-        for (step, _, weight) in self.directions() {
+        let weights = self.space.luminance_weights();
+        let light: Vec<f32> =
+            self.data.iter().map(|[r, g, b, _]| weights.dot(Vec3::new(*r, *g, *b)).max(0.0)).collect();
+        let mut mean = 0.0;
+        let mut directivity = Directivity::default();
+        for (step, direction, weight) in self.directions() {
+            let mut sum = 0.0f64;
             let length = (self.cell() * step.as_vec3()).length();
             for (t, v) in through.iter_mut().zip(&self.data) {
                 *t = if v[3] > 0.0 { (-v[3] * length).exp() } else { 1.0 };
@@ -88,12 +119,23 @@ impl Grid {
                         };
                         let depth = self.data[o][3] * length;
                         let own = if depth > 1e-3 { (1.0 - through[o]) / depth } else { 1.0 - 0.5 * depth };
-                        escape[o] += behind[o] * own * weight as f32;
+                        let part = behind[o] * own;
+                        escape[o] += part * weight as f32;
+                        sum += f64::from(light[o] * part);
                     }
                 }
             }
+            let share = weight * sum;
+            mean += share;
+            directivity.linear += 3.0 * share * direction;
+            directivity.quadratic +=
+                7.5 * share * (outer(direction) - DMat3::from_diagonal(DVec3::splat(1.0 / 3.0)));
         }
-        escape
+        if mean > 0.0 {
+            directivity.linear /= mean;
+            directivity.quadratic *= 1.0 / mean;
+        }
+        (escape, directivity)
     }
 
     /// The flux that leaves the grid, by the light of each cell: what the blobs add up to. [`Grid::power`] is the same by rays.
@@ -101,7 +143,7 @@ impl Grid {
         let sum: DVec3 = self
             .data
             .iter()
-            .zip(self.escape())
+            .zip(self.escape().0)
             .map(|(v, escape)| DVec3::new(v[0].into(), v[1].into(), v[2].into()) * f64::from(escape))
             .sum();
         sum * self.flux()
@@ -118,7 +160,7 @@ impl Grid {
     /// and maximisation jumps. Power, mean and second moments of the whole are kept.
     pub fn blobs(&self, count: usize, axis: DVec3) -> Vec<Blob> {
         let count = count.max(1);
-        let parts = self.parts(2);
+        let parts = self.parts(2).0;
         let all: f64 = parts.iter().map(|p| p.weight).sum();
         let mut order: Vec<(f64, usize)> =
             parts.iter().enumerate().map(|(i, p)| (axis.dot(p.first) / p.weight, i)).collect();
@@ -150,12 +192,12 @@ impl Grid {
     /// draw a point for a sample of light. Where nothing shines slabs have no points.
     pub fn slabs(&self, count: usize, points: usize, axis: DVec3) -> Vec<Slab> {
         let count = count.max(1);
-        let parts = self.parts(1);
+        let (parts, directivity) = self.parts(1);
         let all: f64 = parts.iter().map(|p| p.weight).sum();
         let mut order: Vec<(f64, usize)> =
             parts.iter().enumerate().map(|(i, p)| (axis.dot(p.first) / p.weight, i)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut slabs = vec![Slab::default(); count];
+        let mut slabs = vec![Slab { directivity, ..Slab::default() }; count];
         let mut below = 0.0;
         for (_, i) in order {
             let part = &parts[i];
@@ -182,9 +224,9 @@ impl Grid {
         slabs
     }
 
-    /// Moments of the light of blocks of so many cells along each axis: those that shine.
-    fn parts(&self, block: u32) -> Vec<Moments> {
-        let escape = self.escape();
+    /// Moments of the light of blocks of so many cells along each axis: those that shine; and to which sides all of it does.
+    fn parts(&self, block: u32) -> (Vec<Moments>, Directivity) {
+        let (escape, directivity) = self.escape();
         let [nx, ny, _] = self.size.to_array().map(|v| v as usize);
         let weights = self.space.luminance_weights().as_dvec3();
         let flux = self.flux();
@@ -217,6 +259,6 @@ impl Grid {
                 }
             }
         }
-        parts
+        (parts, directivity)
     }
 }

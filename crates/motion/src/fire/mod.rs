@@ -16,7 +16,7 @@ mod pulse;
 mod soot;
 mod sparks;
 
-pub use blobs::{Blob, Slab};
+pub use blobs::{Blob, Directivity, Slab};
 pub use flame::{FIRE_WGSL, Flame, Medium};
 use glam::Vec3;
 pub use grid::{Along, Grid};

@@ -4,7 +4,7 @@ use super::Textures;
 use crate::{Geometry, Light, Scene, Texture, TextureId, Value};
 use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
 use std::sync::Arc;
-use yugen_motion::fire::Grid;
+use yugen_motion::fire::{Directivity, Grid};
 use yugen_optics::{Image, distribution};
 
 /// A light that reaches a point from one direction only.
@@ -107,6 +107,8 @@ pub enum LightSource<'a> {
         block: Mat3,
         /// In the mean over all directions.
         intensity: Vec3,
+        /// To which sides it shines, over that: first and second degree of spherical harmonics, directions of the world.
+        directivity: (Vec3, Mat3),
         /// Added to the square of the distance of a point. Next to a point of it there are as many others that are
         /// further away; a sample that stands for all of them must not be as bright as if it alone were there.
         near: f32,
@@ -223,11 +225,14 @@ impl<'a> LightSources<'a> {
                 let variance =
                     places.iter().map(|p| p.distance_squared(middle)).sum::<f32>() / points.max(1) as f32;
                 let intensity = slab.power * (f64::from(scale) / (4.0 * std::f64::consts::PI));
+                let turn = Mat3::from_mat4(crate::rigid(to_world));
+                let Directivity { linear, quadratic } = slab.directivity;
                 self.sources.push(LightSource::Slab {
                     light,
                     points: places,
                     block,
                     intensity: intensity.as_vec3(),
+                    directivity: (turn * linear.as_vec3(), turn * quadratic.as_mat3() * turn.transpose()),
                     near: 0.25 * variance,
                 });
             }

@@ -135,11 +135,16 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 rows.lights_by_area |= !by_angle;
                 rows.numbers.extend(cumulative);
             }
-            LightSource::Slab { points, block, intensity, near, .. } => {
+            LightSource::Slab {
+                points, block, intensity, directivity: (linear, quadratic), near, ..
+            } => {
                 words.extend([rows.numbers.len() as u32, points.len() as u32, 0]);
                 floats(&mut words, &intensity.to_array());
                 floats(&mut words, &block.to_cols_array());
                 floats(&mut words, &[*near]);
+                floats(&mut words, &linear.to_array());
+                let [x, y, z] = [quadratic.x_axis, quadratic.y_axis, quadratic.z_axis];
+                floats(&mut words, &[x.x, y.y, z.z, 2.0 * x.y, 2.0 * x.z, 2.0 * y.z]);
                 rows.numbers.extend(points.iter().flat_map(|p| p.to_array()));
                 power.push(4.0 * PI * luminance.dot(*intensity));
             }

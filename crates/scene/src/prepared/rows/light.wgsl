@@ -104,6 +104,11 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         d2 += float_at(e + 16u);
     }
     var intensity = vec3_at(e + 4u);
+    if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
+        let mixed = vec3<f32>(wi.x * wi.y, wi.x * wi.z, wi.y * wi.z);
+        let second = dot(vec3_at(e + 20u), wi * wi) + dot(vec3_at(e + 23u), mixed);
+        intensity *= max(1.0 - dot(vec3_at(e + 17u), wi) + second, 0.0);
+    }
     if (has_emitter(EMITTER_SPOT) && kind == EMITTER_SPOT) {
         let local = normalize(mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u)) * -wi);
         let angle = exact_acos(local.z);
