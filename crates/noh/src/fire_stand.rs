@@ -7,9 +7,9 @@ use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 use yugen_optics::random::Pcg32;
 
-/// A fire in its basket.
+/// Where flames stand in a basket (kagaribi).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fire {
+pub struct FireStand {
     /// The middle of the fuel's surface, where flames stand.
     pub foot: Vec3,
     /// Of the basket at its rim, metres.
@@ -17,7 +17,7 @@ pub struct Fire {
 }
 
 /// Where the four stand: before both front corners, beyond the waki's side, beside the bridge's root.
-pub fn fires(l: &Layout) -> [Fire; 4] {
+pub fn fires(l: &Layout) -> [FireStand; 4] {
     let out = l.get("fire_distance");
     let right = l.hw + 0.16 + l.get("jiutai_width");
     // Clear of the bridge's eaves by two metres.
@@ -29,7 +29,7 @@ pub fn fires(l: &Layout) -> [Fire; 4] {
         beside,
     ];
     let y = l.ground + l.get("fire_rim") - 0.04;
-    feet.map(|p| Fire { foot: p.with_y(y), diameter: l.get("fire_basket") })
+    feet.map(|p| FireStand { foot: p.with_y(y), diameter: l.get("fire_basket") })
 }
 
 /// Stands with their fuel.
@@ -56,7 +56,7 @@ pub fn parts(out: &mut Parts) {
     }
 }
 
-fn stand(s: &mut Solids, l: &Layout, fire: &Fire, n: u32) {
+fn stand(s: &mut Solids, l: &Layout, fire: &FireStand, n: u32) {
     let rim = 0.5 * fire.diameter;
     let (base, deep) = (0.62 * rim, 1.42 * rim);
     let top = fire.foot + Vec3::Y * 0.04;
@@ -109,7 +109,7 @@ fn stand(s: &mut Solids, l: &Layout, fire: &Fire, n: u32) {
     s.ring(Vec3::new(fire.foot.x, waist, fire.foot.z), 0.15 * fire.diameter, 0.006, 32, iron(36));
 }
 
-fn logs(s: &mut Solids, fire: &Fire, n: u32) {
+fn logs(s: &mut Solids, fire: &FireStand, n: u32) {
     let mut rng = Pcg32::new(u64::from(n), 93);
     let r = 0.5 * fire.diameter;
     for layer in 0..6 {

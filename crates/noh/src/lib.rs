@@ -23,7 +23,7 @@ mod view;
 
 pub use dimension::{Basis, DIMENSIONS, Dimension, Dimensions, Entry, MeasuredAt, StageError};
 pub use finish::Gloss;
-pub use fire_stand::Fire;
+pub use fire_stand::FireStand;
 pub use layout::Layout;
 pub use part::{Finish, Part};
 pub use preset::{PRESETS, Preset, RoofCover, RoofForm};
@@ -68,7 +68,7 @@ impl Stage {
     }
 
     /// Its fires.
-    pub fn fires(&self) -> [Fire; 4] {
+    pub fn fires(&self) -> [FireStand; 4] {
         fire_stand::fires(&self.layout)
     }
 }

@@ -3,7 +3,7 @@
 use crate::layout::{BEAM, TIE};
 use crate::part::Finish;
 use crate::pattern::Surface;
-use crate::{Fire, Stage};
+use crate::{FireStand, Stage};
 use glam::{Mat4, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f32::consts::{PI, TAU};
@@ -236,7 +236,7 @@ impl Stage {
 
 /// Middle and radius of the brightest part of a flame over a fuel bed: about 0.18 m² seen from the side for a basket
 /// of 0.45 m, whose luminance then is that of a candle's flame, 1e4 cd/m².
-fn core(fire: &Fire) -> (Vec3, f32) {
+fn core(fire: &FireStand) -> (Vec3, f32) {
     let radius = 0.42 * fire.diameter;
     (fire.foot + Vec3::Y * (0.9 * radius), radius)
 }
