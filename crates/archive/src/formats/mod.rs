@@ -23,6 +23,7 @@ pub mod merl;
 pub mod mesh;
 pub mod mitsuba;
 pub mod mixed;
+pub mod motion;
 pub mod mtl;
 pub mod neural_brdf;
 mod numbers;
@@ -101,6 +102,13 @@ pub fn features() -> Vec<(&'static str, Vec<Feature>)> {
         ),
         ("Zemax and ASAP BSDF: keywords", instrument::zemax::FEATURES.to_vec()),
         ("ASTM E1392 and E2387: columns", instrument::astm::FEATURES.to_vec()),
+        ("BVH: keywords", motion::bvh::FEATURES.to_vec()),
+        ("C3D: groups of parameters", motion::c3d::FEATURES.to_vec()),
+        ("TRC: fields of the header", motion::trc::FEATURES.to_vec()),
+        ("Acclaim ASF and AMC: sections and degrees of freedom", motion::acclaim::FEATURES.to_vec()),
+        ("OptiTrack Motive CSV: types of columns", motion::motive::FEATURES.to_vec()),
+        ("Vicon CSV: sections", motion::vicon::FEATURES.to_vec()),
+        ("Qualisys TSV: lines of the header", motion::qualisys::FEATURES.to_vec()),
         ("ALTA: parametrisations of directions and values", instrument::alta::FEATURES.to_vec()),
     ]
 }
