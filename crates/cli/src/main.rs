@@ -54,7 +54,8 @@ Common cases:
   yugen capture calibrate STACK                       where the lamps stood, from a chrome ball
   yugen capture fit STACK -o cloth.btf                what each texel of the cloth reflects
   yugen capture relight cloth.btf --light 1,1,1 -o lit.png
-  yugen motion info take.c3d                          markers, bodies and joints of a motion capture
+  yugen motion info take.c3d                          what a motion capture holds
+  yugen motion preview dance.bvh -o dance.mp4         a film of it, as sticks
   yugen noh stage --preset national -o stage.toml     a Noh stage between fires";
 
 #[derive(Subcommand)]

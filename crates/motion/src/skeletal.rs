@@ -1,6 +1,9 @@
 //! A skeleton that a file moves frame by frame.
 
-use crate::{Clip, Curve, CurveError, Interpolation, Joint, Placement, Pose, Property, Skeleton, reaxis};
+use crate::{
+    Clip, Curve, CurveError, Interpolation, Joint, Placement, Pose, Property, RigidPose, Skeleton,
+    SkeletonError, Take, Track, Tracks, reaxis,
+};
 use glam::{Mat3, Mat4, Quat, Vec3};
 
 /// A skeleton and its movement at an even rate. The clip begins at 0 s.
@@ -20,6 +23,38 @@ impl SkeletalMotion {
     /// Where everything is in a frame.
     pub fn pose(&self, frame: usize) -> Pose {
         self.clip.pose(&self.skeleton, seconds(frame, self.rate))
+    }
+
+    /// Where each joint is in the world in a frame, without scale.
+    ///
+    /// # Errors
+    /// Where a joint is at no place.
+    pub fn poses(&self, frame: usize) -> Result<Vec<RigidPose>, SkeletonError> {
+        let joints = self.skeleton.to_skeleton(&self.pose(frame))?;
+        let rigid = |m: &Mat4| {
+            let (_, rotation, position) = m.to_scale_rotation_translation();
+            // A joint that is scaled to nothing has no direction.
+            let rotation = if rotation.is_finite() { rotation.normalize() } else { Quat::IDENTITY };
+            RigidPose { position, rotation }
+        };
+        Ok(joints.iter().map(rigid).collect())
+    }
+
+    /// Its joints as rigid bodies; one frame where it does not move.
+    ///
+    /// # Errors
+    /// Where a joint is at no place.
+    pub fn take(&self) -> Result<Take, SkeletonError> {
+        let mut tracks: Vec<Track<RigidPose>> =
+            self.skeleton.joints().iter().map(|j| Track::new(j.name.clone())).collect();
+        let frames = self.frames.max(1);
+        for frame in 0..frames {
+            for (track, pose) in tracks.iter_mut().zip(self.poses(frame)?) {
+                track.samples.push(Some(pose));
+            }
+        }
+        let rate = if self.frames > 0 { self.rate } else { 1.0 };
+        Ok(Take { bodies: Tracks { rate, start: 0.0, frames, tracks }, ..Take::default() })
     }
 
     /// Brings it to other axes and another unit, as [`crate::Take::transform`] does.
@@ -68,9 +103,9 @@ impl SkeletalMotion {
     }
 }
 
-/// When a frame is.
+/// When a frame is; the first where there is no rate.
 pub fn seconds(frame: usize, rate: f64) -> f32 {
-    (frame as f64 / rate) as f32
+    if rate > 0.0 { (frame as f64 / rate) as f32 } else { 0.0 }
 }
 
 /// A clip of values that every frame has: of each joint what moves, its numbers frame after frame.

@@ -80,6 +80,17 @@ impl<T> Tracks<T> {
         self.tracks.iter().find(|t| t.name == name)
     }
 
+    /// The same tracks of something else.
+    pub fn map<U>(&self, change: impl Fn(&T) -> U) -> Tracks<U> {
+        let track = |t: &Track<T>| Track {
+            name: t.name.clone(),
+            samples: t.samples.iter().map(|s| s.as_ref().map(&change)).collect(),
+            residuals: t.residuals.clone(),
+        };
+        let Self { rate, start, frames, ref tracks } = *self;
+        Tracks { rate, start, frames, tracks: tracks.iter().map(track).collect() }
+    }
+
     /// Seconds from the first frame to the last.
     pub fn seconds(&self) -> f64 {
         if self.frames > 0 { (self.frames - 1) as f64 / self.rate } else { 0.0 }

@@ -1,18 +1,26 @@
 //! `yugen motion`: what was captured of a performer.
 
+mod convert;
+mod dance;
 mod info;
+mod preview;
+mod solve;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::{Args, Subcommand};
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::lp::Axes;
 use yugen_archive::formats::motion::{Angles, Loaded, Options, load, unit, up};
 
-/// Reads motion capture: what is in a file.
+/// Reads, converts, shows and solves motion capture, and dances: BVH, C3D, TRC, Acclaim, glTF, tables of OptiTrack, Vicon and Qualisys.
 // What a verb is for stands at its arguments.
 #[derive(Subcommand)]
 pub enum Motion {
     Info(info::Info),
+    Convert(convert::Convert),
+    Preview(preview::Preview),
+    Solve(solve::Solve),
+    Dance(dance::Dance),
 }
 
 impl Motion {
@@ -20,6 +28,10 @@ impl Motion {
     pub fn run(self) -> Result<()> {
         match self {
             Self::Info(v) => v.run(),
+            Self::Convert(v) => v.run(),
+            Self::Preview(v) => v.run(),
+            Self::Solve(v) => v.run(),
+            Self::Dance(v) => v.run(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 use yugen_archive::formats::support::{Feature, Support};
-use yugen_archive::formats::{FORMATS, MESH_FORMATS, features, image, measured};
+use yugen_archive::formats::{FORMATS, MESH_FORMATS, features, image, measured, motion};
 
 fn extensions(all: &[&str]) -> String {
     all.iter().map(|e| format!("`.{e}`")).collect::<Vec<_>>().join(", ")
@@ -45,6 +45,14 @@ fn page() -> String {
         let written = if written { "yes" } else { "no" };
         writeln!(out, "| {name} | {} | `{model}` | {written} |", extensions(files)).unwrap();
     }
+    out.push_str("\n## Motion\n\nFor `yugen motion`, and shown as sticks by `yugen render` and `yugen view`. Tables are told apart by how they begin.\n\n| format | files |\n| --- | --- |\n");
+    for f in motion::FORMATS {
+        writeln!(out, "| {} | {} |", f.name, extensions(f.extensions)).unwrap();
+    }
+    out.push_str("\n| written | file |\n| --- | --- |\n");
+    for w in motion::WRITTEN {
+        writeln!(out, "| {} | {} |", w.name, extensions(&[w.extension])).unwrap();
+    }
     for (title, table) in features() {
         assert!(!table.is_empty(), "{title}");
         write!(out, "\n## {title}\n\n| | read | what is left out, or why |\n| --- | --- | --- |\n").unwrap();
@@ -72,6 +80,14 @@ fn the_page_of_formats_is_up_to_date() {
 /// A name said twice would be looked up as the first, and a gap left unexplained helps nobody.
 #[test]
 fn tables_name_each_feature_once_and_give_reasons() {
+    out.push_str("\n## Motion\n\nFor `yugen motion`, and shown as sticks by `yugen render` and `yugen view`. Tables are told apart by how they begin.\n\n| format | files |\n| --- | --- |\n");
+    for f in motion::FORMATS {
+        writeln!(out, "| {} | {} |", f.name, extensions(f.extensions)).unwrap();
+    }
+    out.push_str("\n| written | file |\n| --- | --- |\n");
+    for w in motion::WRITTEN {
+        writeln!(out, "| {} | {} |", w.name, extensions(&[w.extension])).unwrap();
+    }
     for (title, table) in features() {
         for (i, f) in table.iter().enumerate() {
             assert!(table[..i].iter().all(|g| g.name != f.name), "{title}: {} twice", f.name);

@@ -8,9 +8,12 @@ use super::{Basis, Conventions, Motion, Options, rate, up};
 use crate::formats::numbers::{Scanner, text};
 use crate::formats::support::Feature;
 use crate::{Error, Place};
-use glam::{DQuat, DVec3, Quat, Vec3};
+use glam::{DQuat, DVec3, EulerRot, Quat, Vec3};
+use std::fmt::Write;
 use std::path::Path;
-use yugen_motion::{Joint, Placement, Property, SkeletalMotion, Skeleton, Transform, continuous, sampled};
+use yugen_motion::{
+    Joint, Placement, Property, SkeletalMotion, Skeleton, SkeletonError, Transform, continuous, sampled,
+};
 
 /// What a joint's channels may be called: which of its numbers, and whether of position.
 const CHANNELS: [(&str, usize, bool); 6] = [
@@ -280,10 +283,150 @@ fn whole_rate(digits: &str, time: f64) -> f64 {
     if whole > 0.0 && (1.0 / whole - time).abs() <= rounding { whole } else { 1.0 / time }
 }
 
+/// To the metre: most programs take a BVH for centimetres.
+const PER_METRE: f64 = 100.0;
+
+/// Order of the turns of a joint, which most programs write.
+const ORDER: [usize; 3] = [5, 3, 4];
+
+/// The text of a file of this motion, which is in metres with +y up: in centimetres. Joints that are scaled stand where
+/// they are seen; one that changes its distance from its parent gets channels of position. A joint that carries nothing
+/// and never turns is an end site. Several roots are carried by one more at the origin; what does not move is one frame.
+///
+/// # Errors
+/// Where a joint is at no place.
+pub fn write(moved: &SkeletalMotion, path: &Path) -> Result<String, Error> {
+    let invalid = |e: SkeletonError| Error::invalid(Place::file(path), e.to_string());
+    let joints = moved.skeleton.joints();
+    let roots = joints.iter().filter(|j| j.parent.is_none()).count();
+    let frames = moved.frames.max(1);
+    // Of each joint in its parent, frame after frame.
+    let mut local: Vec<Vec<(DVec3, DQuat)>> = vec![Vec::with_capacity(frames); joints.len()];
+    for frame in 0..frames {
+        let poses = moved.poses(frame).map_err(invalid)?;
+        for (i, joint) in joints.iter().enumerate() {
+            let (at, turn) = (poses[i].position.as_dvec3(), poses[i].rotation.as_dquat());
+            local[i].push(match joint.parent.map(|p| &poses[p]) {
+                None => (at, turn),
+                Some(p) => {
+                    let back = p.rotation.as_dquat().normalize().inverse();
+                    (back * (at - p.position.as_dvec3()), (back * turn).normalize())
+                }
+            });
+        }
+    }
+    let mut children = vec![Vec::new(); joints.len()];
+    for (i, joint) in joints.iter().enumerate() {
+        joint.parent.into_iter().for_each(|p| children[p].push(i));
+    }
+    // A step of the numbers that are read, many times over.
+    let size = local.iter().flatten().map(|l| l.0.abs().max_element()).fold(0.0, f64::max);
+    let strays: Vec<bool> =
+        local.iter().map(|l| l.iter().any(|(at, _)| at.distance(l[0].0) > 1e-5 * size)).collect();
+    // A hundred-thousandth of a radian is what single precision leaves of nothing.
+    let turned = |q: &DQuat| q.xyz().length() > 5e-6;
+    let still = |i: usize| children[i].is_empty() && !strays[i] && !local[i].iter().any(|l| turned(&l.1));
+    let is_end = |i: usize| joints[i].parent.is_some_and(|p| children[p].len() == 1) && still(i);
+
+    let mut text = String::from("HIERARCHY\n");
+    // Joints in the order of the file, and whether their places are among the numbers.
+    let mut written: Vec<(usize, bool)> = Vec::new();
+    let deeper = usize::from(roots > 1);
+    if deeper == 1 {
+        text.push_str("ROOT world\n{\n  OFFSET 0 0 0\n  CHANNELS 3 Zrotation Xrotation Yrotation\n");
+    }
+    enum Step {
+        Open(usize, usize),
+        Close(usize),
+    }
+    let top = joints.iter().enumerate().rev().filter(|(_, j)| j.parent.is_none());
+    let mut steps: Vec<Step> = top.map(|(i, _)| Step::Open(i, deeper)).collect();
+    while let Some(step) = steps.pop() {
+        let (i, depth) = match step {
+            Step::Open(i, depth) => (i, depth),
+            Step::Close(depth) => {
+                let _ = writeln!(text, "{:1$}}}", "", 2 * depth);
+                continue;
+            }
+        };
+        let indent = 2 * depth;
+        let at = local[i][0].0 * PER_METRE;
+        if is_end(i) {
+            let _ = writeln!(
+                text,
+                "{:indent$}End Site\n{:indent$}{{\n{:indent$}  OFFSET {at}\n{:indent$}}}",
+                "",
+                "",
+                "",
+                "",
+                at = three(at)
+            );
+            continue;
+        }
+        // A line break would end the name.
+        let name: String =
+            joints[i].name.chars().map(|c| if c.is_control() || c == '{' { '_' } else { c }).collect();
+        let (kind, root) = match joints[i].parent {
+            None if deeper == 0 => ("ROOT", true),
+            parent => ("JOINT", parent.is_none()),
+        };
+        let moves = root || strays[i];
+        let positions = if moves { "6 Xposition Yposition Zposition" } else { "3" };
+        let _ = writeln!(
+            text,
+            "{:indent$}{kind} {name}\n{:indent$}{{\n{:indent$}  OFFSET {}\n{:indent$}  CHANNELS {positions} {}",
+            "",
+            "",
+            "",
+            three(at),
+            "",
+            ORDER.map(|c| CHANNELS[c].0).join(" ")
+        );
+        written.push((i, moves));
+        steps.push(Step::Close(depth));
+        if children[i].is_empty() {
+            let _ = writeln!(
+                text,
+                "{:indent$}  End Site\n{:indent$}  {{\n{:indent$}    OFFSET 0 0 0\n{:indent$}  }}",
+                "", "", "", ""
+            );
+        }
+        steps.extend(children[i].iter().rev().map(|&c| Step::Open(c, depth + 1)));
+    }
+    if deeper == 1 {
+        text.push_str("}\n");
+    }
+    let rate = if moved.frames > 0 { moved.rate } else { 1.0 };
+    let _ = writeln!(text, "MOTION\nFrames: {frames}\nFrame Time: {:.10}", 1.0 / rate);
+    // Angles go on from those of the frame before, though they pass half a turn.
+    let mut last = vec![DVec3::ZERO; joints.len()];
+    for frame in 0..frames {
+        let mut row: Vec<String> = vec!["0".into(); 3 * deeper];
+        for &(i, moves) in &written {
+            let (at, turn) = local[i][frame];
+            if moves {
+                row.push(three(at * PER_METRE));
+            }
+            let (z, x, y) = turn.normalize().to_euler(EulerRot::ZXY);
+            let angles = DVec3::new(z, x, y) * (180.0 / std::f64::consts::PI);
+            let angles = angles - ((angles - last[i]) / 360.0).round() * 360.0;
+            last[i] = angles;
+            row.push(three(angles));
+        }
+        text.push_str(&row.join(" "));
+        text.push('\n');
+    }
+    Ok(text)
+}
+
+/// With six decimals: a micrometre's hundredth, and an arc that is as small.
+fn three(v: DVec3) -> String {
+    v.to_array().map(|v| format!("{v:.6}")).join(" ")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::EulerRot;
 
     const SMALL: &str = "HIERARCHY\nROOT hips {\n OFFSET 0 98 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n \
         JOINT left knee\n {\n  OFFSET 1 -40 0\n  CHANNELS 3 Yrotation Xrotation Zrotation\n  End Site\n  {\n   OFFSET 0 -40 5\n  }\n }\n}\n\

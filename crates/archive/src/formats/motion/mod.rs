@@ -7,6 +7,7 @@
 pub mod acclaim;
 pub mod bvh;
 pub mod c3d;
+pub mod gltf;
 pub mod motive;
 pub mod qualisys;
 mod sheet;
@@ -17,8 +18,10 @@ pub mod vicon;
 use super::{lp::Axes, read_file};
 use crate::{Error, Place};
 use glam::{Mat3, Vec3};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use yugen_motion::{SkeletalMotion, Take};
+use yugen_scene::Scene;
 
 /// What a file of motion holds.
 #[derive(Clone, Debug)]
@@ -138,6 +141,7 @@ pub const FORMATS: &[Format] = &[
     Format { name: "Biovision BVH", extensions: &["bvh"], recognises: |_| true, read: bvh::read },
     Format { name: "C3D", extensions: &["c3d"], recognises: |_| true, read: c3d::read },
     Format { name: "TRC", extensions: &["trc"], recognises: |_| true, read: trc::read },
+    Format { name: "glTF 2.0", extensions: &["glb", "gltf"], recognises: |_| true, read: gltf::read },
     Format { name: "Acclaim AMC", extensions: &["amc"], recognises: |_| true, read: acclaim::read },
     Format { name: "Acclaim ASF", extensions: &["asf"], recognises: |_| true, read: acclaim::read_still },
     Format {
@@ -328,6 +332,89 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Loaded, Erro
         Motion::Skeletal(moved) => moved.transform(matrix, unit.0 as f32).map_err(infinite)?,
     }
     Ok(Loaded { motion, format: format.name, unit, axes, doubts })
+}
+
+/// Motion as a scene of sticks, balls and axes ([`Scene::of_skeleton`], [`Scene::of_take`]).
+///
+/// # Errors
+/// Where nothing of it is seen.
+pub fn scene(motion: &Motion, path: &Path) -> Result<Scene, Error> {
+    let scene = match motion {
+        Motion::Captured(take) => Scene::of_take(take),
+        Motion::Skeletal(moved) => Scene::of_skeleton(moved),
+    };
+    scene.map_err(|e| Error::invalid(Place::file(path), e.to_string()))
+}
+
+/// What motion is written as.
+pub struct Written {
+    /// For people.
+    pub name: &'static str,
+    /// Lower case, without the dot.
+    pub extension: &'static str,
+    /// The bytes of a file; the path is for messages.
+    pub write: fn(&Motion, &Path) -> Result<Vec<u8>, Error>,
+}
+
+/// Every format that motion is written in.
+pub const WRITTEN: &[Written] = &[
+    Written {
+        name: "Biovision BVH, in centimetres",
+        extension: "bvh",
+        write: |motion, path| Ok(bvh::write(joints(motion, path)?, path)?.into_bytes()),
+    },
+    Written {
+        name: "glTF 2.0, with a skin of sticks",
+        extension: "glb",
+        write: |motion, path| gltf::write(joints(motion, path)?, path),
+    },
+    Written {
+        name: "Yugen CSV; joints as rigid bodies",
+        extension: "csv",
+        write: |motion, path| Ok(table::write(&*take(motion, path)?).into_bytes()),
+    },
+    Written {
+        name: "C3D; joints as points and as rigid bodies",
+        extension: "c3d",
+        write: |motion, path| match motion {
+            Motion::Captured(take) => c3d::write(take, path),
+            Motion::Skeletal(_) => {
+                let mut take = take(motion, path)?.into_owned();
+                take.markers = take.bodies.map(|b| b.position);
+                c3d::write(&take, path)
+            }
+        },
+    },
+];
+
+/// How motion is written to a file of this name.
+pub fn written(path: &Path) -> Result<&'static Written, Error> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    WRITTEN.iter().find(|w| w.extension == extension).ok_or_else(|| {
+        let known = WRITTEN.iter().map(|w| w.extension);
+        Error::unknown(Place::file(path), "extension for motion that is written", &extension, known)
+    })
+}
+
+fn joints<'a>(motion: &'a Motion, path: &Path) -> Result<&'a SkeletalMotion, Error> {
+    match motion {
+        Motion::Skeletal(moved) => Ok(moved),
+        Motion::Captured(_) => {
+            let problem = "this format holds joints that carry one another, but markers and rigid bodies have none; write \
+                           a .csv or .c3d";
+            Err(Error::invalid(Place::file(path), problem))
+        }
+    }
+}
+
+fn take<'a>(motion: &'a Motion, path: &Path) -> Result<Cow<'a, Take>, Error> {
+    match motion {
+        Motion::Captured(take) => Ok(Cow::Borrowed(take)),
+        Motion::Skeletal(moved) => {
+            let take = moved.take().map_err(|e| Error::invalid(Place::file(path), e.to_string()))?;
+            Ok(Cow::Owned(take))
+        }
+    }
 }
 
 /// The matrix that takes the file's axes to ours.

@@ -13,8 +13,9 @@ use super::{Basis, Conventions, Motion, Options, rate, up};
 use crate::formats::csv::Table;
 use crate::formats::numbers::text;
 use crate::{Error, Place};
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use std::collections::HashMap;
+use std::fmt::Write;
 use std::path::Path;
 use yugen_motion::{RigidPose, Take, Track, Tracks};
 
@@ -145,10 +146,43 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<(Motion, Con
     Ok((Motion::Captured(take), Conventions { unit: Some(1.0), axes: up('y').map(|a| (a, Basis::Stated)) }))
 }
 
+/// The text of a file of this take, which is in metres with +y up.
+pub fn write(take: &Take) -> String {
+    let mut text = String::from("# metres, y up, right-handed; an empty place was not seen\n");
+    let _ = writeln!(text, "{}", COLUMNS.join(","));
+    rows(&mut text, "marker", &take.markers, |p| (*p, None));
+    rows(&mut text, "body", &take.bodies, |b| (b.position, Some(b.rotation)));
+    text
+}
+
+fn rows<T>(text: &mut String, kind: &str, tracks: &Tracks<T>, parts: fn(&T) -> (Vec3, Option<Quat>)) {
+    for frame in 0..tracks.frames {
+        let seconds = tracks.start + frame as f64 / tracks.rate;
+        for track in &tracks.tracks {
+            let mut row = vec![seconds.to_string(), kind.to_string(), quoted(&track.name)];
+            let sample = track.samples.get(frame).and_then(Option::as_ref).map(parts);
+            let (place, turn) = (sample.map(|s| s.0), sample.and_then(|s| s.1));
+            row.extend(place.map_or([const { String::new() }; 3], |p| p.to_array().map(|v| v.to_string())));
+            row.extend(turn.map_or([const { String::new() }; 4], |q| q.to_array().map(|v| v.to_string())));
+            let residual = track.residuals.get(frame).filter(|r| **r != 0.0);
+            row.push(residual.map_or(String::new(), f32::to_string));
+            let _ = writeln!(text, "{}", row.join(","));
+        }
+    }
+}
+
+/// As a cell; a line break would end the row.
+fn quoted(name: &str) -> String {
+    let name: String = name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    match name.contains([',', '"', '#']) || name.trim() != name {
+        true => format!("\"{}\"", name.replace('"', "\"\"")),
+        false => name,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Quat;
 
     const SMALL: &str = "# metres\nseconds,kind,name,x,y,z,qx,qy,qz,qw,residual\n0,marker,toe,1,2,3,,,,,0.5\n\
         0,body,head,4,5,6,0.6,0,0,0.8,\n0.5,marker,toe,,,,,,,,\n0.25,body,head,,,,,,,,\n0.5,body,head,1,1,1,0,0,0,1,\n";
