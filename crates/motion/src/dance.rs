@@ -470,7 +470,7 @@ pub fn dance(units: &[Unit], rate: f64) -> Result<SkeletalMotion, String> {
     units.iter().for_each(|u| plan.add(u));
     let frames = (f64::from(plan.now) * rate).floor() as usize + 1;
     let mut root = Vec::with_capacity(3 * frames);
-    let mut turns: Vec<Vec<Quat>> = vec![Vec::with_capacity(frames); 19];
+    let mut turns: Vec<Vec<Quat>> = vec![Vec::new(); 19];
     for frame in 0..frames {
         let t = seconds(frame, rate);
         let feet = [LEFT, RIGHT].map(|side| plan.foot_at(side, t));

@@ -150,7 +150,7 @@ fn absolute_orientation(pairs: &[(DVec3, DVec3)]) -> Option<(DVec3, DQuat)> {
     order.sort_by(|a, b| values[*b].total_cmp(&values[*a]));
     // Points in a line may turn about it: then two rotations are equally good.
     let [first, second] = [values[order[0]], values[order[1]]];
-    if !(first - second > 1e-6 * first.abs()) {
+    if first - second <= 1e-6 * first.abs() || !first.is_finite() {
         return None;
     }
     let [w, x, y, z] = std::array::from_fn(|i| vectors[i][order[0]]);
@@ -175,9 +175,9 @@ fn eigen(mut a: [[f64; 4]; 4]) -> ([f64; 4], [[f64; 4]; 4]) {
                 for row in &mut a {
                     (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
                 }
-                for k in 0..4 {
-                    (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
-                }
+                let (one, two) = (a[p], a[q]);
+                a[p] = std::array::from_fn(|k| c * one[k] - s * two[k]);
+                a[q] = std::array::from_fn(|k| s * one[k] + c * two[k]);
                 for row in &mut v {
                     (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
                 }

@@ -13,7 +13,7 @@ pub(super) fn solve_spd(a: &mut [f64], mut b: Vec<f64>) -> Option<Vec<f64>> {
             row[j] = (row[j] - dot) / other[j];
         }
         let left = row[i] - row[..i].iter().map(|x| x * x).sum::<f64>();
-        if !(left > 0.0) {
+        if left <= 0.0 || left.is_nan() {
             return None;
         }
         row[i] = left.sqrt();

@@ -185,14 +185,17 @@ pub fn solve(bodies: &Tracks<RigidPose>, options: &SolveOptions) -> Result<Solve
     // Every frame.
     let mut solved: Vec<State> = Vec::with_capacity(frames);
     let mut off = vec![[0.0f64; 2]; order.len()];
+    let measured_in = |frame: usize| -> Vec<Measured> {
+        let each = poses.iter().zip(&turns_at_rest).enumerate();
+        each.map(|(i, (poses, at_rest))| Measured {
+            position: poses[frame].position.as_dvec3(),
+            rotation: (poses[frame].rotation.as_dquat() * at_rest.inverse()).normalize(),
+            weight: if seen(i, frame) { 1.0 } else { FILLED },
+        })
+        .collect()
+    };
     for frame in 0..frames {
-        let measured: Vec<Measured> = (0..order.len())
-            .map(|i| Measured {
-                position: poses[i][frame].position.as_dvec3(),
-                rotation: (poses[i][frame].rotation.as_dquat() * turns_at_rest[i].inverse()).normalize(),
-                weight: if seen(i, frame) { 1.0 } else { FILLED },
-            })
-            .collect();
+        let measured = measured_in(frame);
         let start =
             State { root: measured[0].position, turns: measured.iter().map(|m| m.rotation).collect() };
         let state = fit::fit(&segments, &measured, start);
