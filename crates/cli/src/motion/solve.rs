@@ -9,8 +9,8 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::motion::{Motion, written};
 use yugen_archive::{atomic_write, check_outputs, check_writable, read_bounded};
-use yugen_motion::solve::{SolveOptions, Solved, VICON, bodies, solve};
-use yugen_motion::{RigidPose, Tracks};
+use yugen_motion::Tracks;
+use yugen_motion::solve::{SMPL, SolveError, SolveOptions, Solved, VICON, bodies, solve, solve_points};
 use yugen_optics::Vec3;
 
 /// Makes a skeleton of rigid bodies: joints where bodies turn about each other, bones that keep their lengths, gaps filled,
@@ -19,7 +19,8 @@ use yugen_optics::Vec3;
 /// `yugen motion solve bodies.csv -o dance.bvh`. The bodies are those of a performer: pelvis, waist, chest, neck, head, and left
 /// and right clavicle, upper arm, forearm, hand, thigh, shank and foot, as many of them as there are, and a fan; or those
 /// of --tree. The pose of the first half second, or of --rest, becomes that of the skeleton at rest. A take without bodies
-/// that has labelled markers of Vicon's set (LFWT, C7, LKNE, …) gets bodies of them first.
+/// that has labelled markers of Vicon's set (LFWT, C7, LKNE, …) gets bodies of them first; markers that are the joints of
+/// SMPL (Pelvis, Left_hip, …), or those of --tree, are taken for joints.
 #[derive(Args)]
 pub struct Solve {
     /// The take: .csv, .tsv or .c3d with rigid bodies or labelled markers; or what moves a skeleton, whose joints are taken
@@ -76,15 +77,17 @@ impl Solve {
         }
         let loaded = self.reading.load(&self.file, false)?;
         check_outputs([&self.output])?;
-        let bodies = match &loaded.motion {
-            Motion::Captured(take) if take.bodies.tracks.is_empty() => markers(&take.markers, &self.file)?,
-            Motion::Captured(take) => take.bodies.clone(),
-            Motion::Skeletal(moved) => moved.take().with_context(|| self.file.display().to_string())?.bodies,
-        };
+        let name = || self.file.display().to_string();
         let solved = {
             let _span = tracing::info_span!("solve").entered();
-            solve(&bodies, &options).with_context(|| self.file.display().to_string())?
+            match &loaded.motion {
+                Motion::Skeletal(moved) => solve(&moved.take().with_context(name)?.bodies, &options),
+                Motion::Captured(take) if !take.bodies.tracks.is_empty() => solve(&take.bodies, &options),
+                Motion::Captured(take) => self.solve_markers(&take.markers, options)?,
+            }
+            .with_context(name)?
         };
+        let (frames, rate) = (solved.motion.frames, solved.motion.rate);
         let fits = report(&solved);
         let motion = Motion::Skeletal(solved.motion);
         atomic_write(&self.output, &(format.write)(&motion, &self.output)?)?;
@@ -92,8 +95,8 @@ impl Solve {
             json::print(json!({
                 "output": self.output.display().to_string(),
                 "format": format.name,
-                "frames": bodies.frames,
-                "rate": bodies.rate,
+                "frames": frames,
+                "rate": rate,
                 "bodies": fits,
             }));
         } else {
@@ -113,23 +116,10 @@ impl Solve {
                     number("rotation_off_degrees"),
                 );
             }
-            println!("{}: {} frames ({})", self.output.display(), bodies.frames, format.name);
+            println!("{}: {} frames ({})", self.output.display(), frames, format.name);
         }
         Ok(())
     }
-}
-
-/// Bodies of labelled markers, of the set that Vicon's systems use.
-fn markers(markers: &Tracks<Vec3>, file: &Path) -> Result<Tracks<RigidPose>> {
-    let found = bodies(markers, &VICON);
-    if found.tracks.len() < 2 {
-        bail!(
-            "{}: there are no rigid bodies, and no markers of the names that Vicon's systems use (LFWT, C7, LKNE, …) to make \
-             them of",
-            file.display()
-        );
-    }
-    Ok(found)
 }
 
 fn report(solved: &Solved) -> Vec<serde_json::Value> {
@@ -144,6 +134,32 @@ fn report(solved: &Solved) -> Vec<serde_json::Value> {
         })
     });
     fits.collect()
+}
+
+impl Solve {
+    /// Markers that are the joints of a tree; else those on the segments of a performer.
+    fn solve_markers(
+        &self,
+        markers: &Tracks<Vec3>,
+        mut options: SolveOptions,
+    ) -> Result<Result<Solved, SolveError>> {
+        let joints = markers.tracks.iter().all(|t| SMPL.iter().any(|(name, _)| *name == t.name));
+        if joints && self.tree.is_none() {
+            options.tree = SMPL.map(|(a, b)| (a.to_string(), b.to_string())).to_vec();
+        }
+        if joints || self.tree.is_some() {
+            return Ok(solve_points(markers, &options));
+        }
+        let found = bodies(markers, &VICON);
+        if found.tracks.len() < 2 {
+            bail!(
+                "{}: there are no rigid bodies in this take, and its markers have not the names that Vicon's systems use (LFWT, \
+                 C7, LKNE, …) nor those of SMPL's joints; if they are joints, say by --tree which carries which",
+                self.file.display()
+            );
+        }
+        Ok(solve(&found, &options))
+    }
 }
 
 /// Lines of a body and its carrier.

@@ -123,7 +123,7 @@ fn hips(markers: &Tracks<Vec3>) -> Vec<Track<Vec3>> {
 
 /// Position and rotation that take the first of each pair nearest to the second; `None` of fewer than three, and of those
 /// in a line.
-fn absolute_orientation(pairs: &[(DVec3, DVec3)]) -> Option<(DVec3, DQuat)> {
+pub(super) fn absolute_orientation(pairs: &[(DVec3, DVec3)]) -> Option<(DVec3, DQuat)> {
     if pairs.len() < 3 {
         return None;
     }

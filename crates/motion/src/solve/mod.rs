@@ -3,7 +3,7 @@
 //! ([`gaps`]), and all is smoothed without delay ([`LowPass`]).
 //!
 //! The pose in which the performer is measured first, a range of frames, is that of the skeleton at rest: there nothing is
-//! turned. Labelled markers become bodies first ([`bodies`]).
+//! turned. Labelled markers become bodies first ([`bodies`]), unless they are the joints themselves ([`solve_points`]).
 
 mod centre;
 mod clusters;
@@ -11,10 +11,12 @@ mod filter;
 mod fit;
 mod gaps;
 mod linear;
+mod points;
 mod tree;
 
 pub use clusters::{Cluster, VICON, bodies};
 pub use filter::LowPass;
+pub use points::{SMPL, solve_points};
 pub use tree::{HELD, PERFORMER};
 
 use crate::{
@@ -134,7 +136,8 @@ pub fn solve(bodies: &Tracks<RigidPose>, options: &SolveOptions) -> Result<Solve
     if frames == 0 || bodies.tracks.is_empty() {
         return Err(SolveError::Empty);
     }
-    let (order, parents) = order(bodies, options)?;
+    let names: Vec<&str> = bodies.tracks.iter().map(|t| t.name.as_str()).collect();
+    let (order, parents) = ordered(&names, options)?;
     let name = |i: usize| bodies.tracks[order[i]].name.clone();
 
     // All frames of all bodies.
@@ -230,10 +233,9 @@ pub fn solve(bodies: &Tracks<RigidPose>, options: &SolveOptions) -> Result<Solve
 /// Indices of the tracks, carriers first, and of each the place of its carrier.
 type Order = (Vec<usize>, Vec<Option<usize>>);
 
-fn order(bodies: &Tracks<RigidPose>, options: &SolveOptions) -> Result<Order, SolveError> {
-    let names: Vec<&str> = bodies.tracks.iter().map(|t| t.name.as_str()).collect();
+fn ordered(names: &[&str], options: &SolveOptions) -> Result<Order, SolveError> {
     let known: Vec<(&str, &str)> = options.tree.iter().map(|(a, b)| (a.as_str(), b.as_str())).collect();
-    let parents = tree::parents(&names, &known).map_err(|names| SolveError::Unknown { names })?;
+    let parents = tree::parents(names, &known).map_err(|names| SolveError::Unknown { names })?;
     let roots: Vec<String> =
         names.iter().zip(&parents).filter(|(_, p)| p.is_none()).map(|(n, _)| (*n).to_string()).collect();
     if roots.len() > 1 {

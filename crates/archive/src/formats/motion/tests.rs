@@ -1,5 +1,6 @@
 use super::*;
 use glam::DVec3;
+use yugen_motion::Placement;
 
 /// The folder of real takes; `None` where there is none, which CI does not accept.
 fn data() -> Option<PathBuf> {
@@ -482,4 +483,28 @@ fn a_real_capture_is_solved_as_its_makers_did() {
     // 61 mm: their knees and elbows are in the middle of the limb, ours on the axis about which it bends, nearest to
     // markers that are all on its outside (a knee's is 60 and 76 mm from theirs, as the test above has it).
     assert!(rms < 0.08, "{rms}");
+}
+
+#[test]
+fn joints_that_are_markers_become_a_skeleton() {
+    use yugen_motion::solve::{SMPL, SolveOptions, solve_points};
+    let Some(data) = data() else { return };
+    let take = captured(&data.join("joruri/clip_001Re.trc"), &Options::default());
+    let tree = SMPL.map(|(a, b)| (a.to_string(), b.to_string())).to_vec();
+    // Unfiltered: what is left is what bones of one length do.
+    let options = SolveOptions { tree, cutoff: 1e3, ..SolveOptions::default() };
+    let solved = solve_points(&take.markers, &options).unwrap();
+    let theirs = in_centimetres(&data.join("joruri/clip_001Re.bvh"));
+    let worst = solved.fits.iter().map(|f| f.position_off).fold(0.0, f64::max);
+    println!("29 joints are met within {:.4} mm", 1000.0 * worst);
+    let mut bones = 0.0f64;
+    for fit in &solved.fits {
+        let joint =
+            theirs.skeleton.joints().iter().find(|j| j.name.replace(" end", "_End") == fit.name).unwrap();
+        let Placement::Parts(parts) = joint.rest else { panic!() };
+        let root = joint.parent.is_none();
+        bones = bones.max(if root { 0.0 } else { (f64::from(parts.translation.length()) - fit.bone).abs() });
+    }
+    println!("bones differ from those of the BVH by {:.4} mm", 1000.0 * bones);
+    assert!(worst < 1e-3 && bones < 1e-4, "{worst} {bones}");
 }
