@@ -12,11 +12,11 @@ use yugen_motion::{
     SkeletonError, Take, Tracks, Transform, seconds,
 };
 
-/// Radius of a stick, of a joint and of a marker, to the height of what moves: a finger, a wrist, a large marker of a
-/// person.
-const STICK: f32 = 0.006;
-const JOINT: f32 = 0.011;
-const MARKER: f32 = 0.006;
+/// Radius of a stick, of a joint and of a marker, to the height of what moves: a finger and a wrist of a person, and a ball
+/// that is still seen where the whole of a stage is.
+const STICK: f32 = 0.008;
+const JOINT: f32 = 0.014;
+const MARKER: f32 = 0.012;
 /// Length of the axes of a body, likewise: a hand.
 const AXIS: f32 = 0.06;
 /// What is not seen is so small; nothing at all would be no place.

@@ -49,9 +49,9 @@ fn page() -> String {
     for f in motion::FORMATS {
         writeln!(out, "| {} | {} |", f.name, extensions(f.extensions)).unwrap();
     }
-    out.push_str("\n| written | file |\n| --- | --- |\n");
+    out.push_str("\n| written | file | how |\n| --- | --- | --- |\n");
     for w in motion::WRITTEN {
-        writeln!(out, "| {} | {} |", w.name, extensions(&[w.extension])).unwrap();
+        writeln!(out, "| {} | {} | {} |", w.name, extensions(&[w.extension]), w.doc).unwrap();
     }
     for (title, table) in features() {
         assert!(!table.is_empty(), "{title}");
@@ -80,14 +80,6 @@ fn the_page_of_formats_is_up_to_date() {
 /// A name said twice would be looked up as the first, and a gap left unexplained helps nobody.
 #[test]
 fn tables_name_each_feature_once_and_give_reasons() {
-    out.push_str("\n## Motion\n\nFor `yugen motion`, and shown as sticks by `yugen render` and `yugen view`. Tables are told apart by how they begin.\n\n| format | files |\n| --- | --- |\n");
-    for f in motion::FORMATS {
-        writeln!(out, "| {} | {} |", f.name, extensions(f.extensions)).unwrap();
-    }
-    out.push_str("\n| written | file |\n| --- | --- |\n");
-    for w in motion::WRITTEN {
-        writeln!(out, "| {} | {} |", w.name, extensions(&[w.extension])).unwrap();
-    }
     for (title, table) in features() {
         for (i, f) in table.iter().enumerate() {
             assert!(table[..i].iter().all(|g| g.name != f.name), "{title}: {} twice", f.name);

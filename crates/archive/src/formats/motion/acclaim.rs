@@ -159,7 +159,7 @@ impl Acclaim {
             match (section.as_str(), word) {
                 ("units", "length") => {
                     let length = at.number(words.next(), "the unit of length")?;
-                    if !(length > 0.0) {
+                    if length <= 0.0 {
                         return Err(at.invalid(format!("{length} is no unit of length")));
                     }
                     unit = ((length - 0.45).abs() < 1e-9).then_some(0.0254 / length);

@@ -400,10 +400,11 @@ pub fn write(moved: &SkeletalMotion, path: &Path) -> Result<String, Error> {
     let _ = writeln!(text, "MOTION\nFrames: {frames}\nFrame Time: {:.10}", 1.0 / rate);
     // Angles go on from those of the frame before, though they pass half a turn.
     let mut last = vec![DVec3::ZERO; joints.len()];
+    let at = |i: usize, frame: usize| local[i][frame];
     for frame in 0..frames {
         let mut row: Vec<String> = vec!["0".into(); 3 * deeper];
         for &(i, moves) in &written {
-            let (at, turn) = local[i][frame];
+            let (at, turn) = at(i, frame);
             if moves {
                 row.push(three(at * PER_METRE));
             }

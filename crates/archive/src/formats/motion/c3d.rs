@@ -189,7 +189,7 @@ impl<'a> Group<'a> {
     fn count(&self, name: &str) -> Option<usize> {
         let n = self.number(name)?;
         let n = if (-32768.0..0.0).contains(&n) { n + 65536.0 } else { n };
-        (n >= 0.0 && n < 1e9 && n.fract() == 0.0).then_some(n as usize)
+        ((0.0..1e9).contains(&n) && n.fract() == 0.0).then_some(n as usize)
     }
 
     /// Two words, the low one first.
@@ -548,7 +548,8 @@ pub fn write(take: &Take, path: &Path) -> Result<Vec<u8>, Error> {
     };
     let ratio = if bodies.tracks.is_empty() { 1.0 } else { (bodies.rate / rate).round() };
     let even = ratio >= 1.0 && (ratio * rate - bodies.rate).abs() < 1e-6 * bodies.rate;
-    if !bodies.tracks.is_empty() && !(even && bodies.frames == frames * ratio as usize) {
+    let even = even && bodies.frames == frames * ratio as usize;
+    if !bodies.tracks.is_empty() && !even {
         return Err(cannot(format!(
             "C3D has so many frames of bodies for each of markers, but here are {} at {} a second, and {frames} at {rate}",
             bodies.frames, bodies.rate

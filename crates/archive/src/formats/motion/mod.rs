@@ -124,6 +124,9 @@ pub struct Options {
     pub guess: bool,
 }
 
+/// Reads the bytes of a file: what moves, in its unit and axes, and what it says of these.
+pub type Reader = fn(&[u8], &Path, &Options) -> Result<(Motion, Conventions), Error>;
+
 /// A format that motion comes in.
 pub struct Format {
     /// For people.
@@ -133,7 +136,7 @@ pub struct Format {
     /// Whether bytes are of it, among the formats of its extension.
     pub recognises: fn(&[u8]) -> bool,
     /// Reads it; the path names it in messages and says where its files lie.
-    pub read: fn(&[u8], &Path, &Options) -> Result<(Motion, Conventions), Error>,
+    pub read: Reader,
 }
 
 /// Every format that motion comes in.
@@ -350,6 +353,8 @@ pub fn scene(motion: &Motion, path: &Path) -> Result<Scene, Error> {
 pub struct Written {
     /// For people.
     pub name: &'static str,
+    /// What becomes of it.
+    pub doc: &'static str,
     /// Lower case, without the dot.
     pub extension: &'static str,
     /// The bytes of a file; the path is for messages.
@@ -359,22 +364,26 @@ pub struct Written {
 /// Every format that motion is written in.
 pub const WRITTEN: &[Written] = &[
     Written {
-        name: "Biovision BVH, in centimetres",
+        name: "Biovision BVH",
+        doc: "in centimetres",
         extension: "bvh",
         write: |motion, path| Ok(bvh::write(joints(motion, path)?, path)?.into_bytes()),
     },
     Written {
-        name: "glTF 2.0, with a skin of sticks",
+        name: "glTF 2.0",
+        doc: "with a skin of sticks",
         extension: "glb",
         write: |motion, path| gltf::write(joints(motion, path)?, path),
     },
     Written {
-        name: "Yugen CSV; joints as rigid bodies",
+        name: "Yugen CSV",
+        doc: "in metres; joints become rigid bodies",
         extension: "csv",
         write: |motion, path| Ok(table::write(&*take(motion, path)?).into_bytes()),
     },
     Written {
-        name: "C3D; joints as points and as rigid bodies",
+        name: "C3D",
+        doc: "in millimetres; joints become points and rigid bodies",
         extension: "c3d",
         write: |motion, path| match motion {
             Motion::Captured(take) => c3d::write(take, path),

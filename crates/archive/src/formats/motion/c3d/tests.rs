@@ -1,5 +1,8 @@
 use super::*;
 
+/// Group, name, type, sizes, numbers or text.
+type Said = (&'static str, &'static str, i8, Vec<u8>, Vec<f64>, &'static str);
+
 /// What a file of the tests has.
 struct Fake {
     processor: Processor,
@@ -9,8 +12,8 @@ struct Fake {
     points: Vec<Vec<[f32; 4]>>,
     /// Words of analog data behind the points of a frame.
     analog: usize,
-    /// Group, name, type, sizes, numbers or text.
-    parameters: Vec<(&'static str, &'static str, i8, Vec<u8>, Vec<f64>, &'static str)>,
+    /// In the order of their groups.
+    parameters: Vec<Said>,
     /// Frames of bodies: 17 numbers each.
     bodies: Vec<Vec<[f32; 17]>>,
 }
@@ -255,8 +258,8 @@ fn what_is_wrong_is_said() {
 
 #[test]
 fn what_is_written_is_read_again() {
-    let mut take = Take::default();
-    take.markers = Tracks { rate: 60.0, start: 0.5, frames: 3, tracks: Vec::new() };
+    let markers = Tracks { rate: 60.0, start: 0.5, frames: 3, tracks: Vec::new() };
+    let mut take = Take { markers, ..Take::default() };
     for i in 0..300 {
         let samples =
             (0..3).map(|f| (f != i % 4).then(|| Vec3::new(i as f32 / 7.0, f as f32, -0.3))).collect();
