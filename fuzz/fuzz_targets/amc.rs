@@ -3,7 +3,8 @@
 use libfuzzer_sys::fuzz_target;
 use yugen_archive::formats::motion::{Options, acclaim::Acclaim};
 
-const SKELETON: &[u8] = b":units\nlength 0.45\n:root\norder TX TY TZ RX RY RZ\n:bonedata\nbegin\nname thigh\ndirection 0 -1 0\n\
+const SKELETON: &[u8] =
+    b":units\nlength 0.45\n:root\norder TX TY TZ RX RY RZ\n:bonedata\nbegin\nname thigh\ndirection 0 -1 0\n\
     length 7\naxis 0 0 20 XYZ\ndof rx rz\nend\nbegin\nname shin\ndirection 0 -1 0\nlength 7\ndof rx\nend\n\
     :hierarchy\nbegin\nroot thigh\nthigh shin\nend\n";
 
