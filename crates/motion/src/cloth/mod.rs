@@ -7,6 +7,7 @@
 //!
 //! Metres, seconds, kilograms. The weft runs along u of the flat cloth and the warp along v.
 
+mod body;
 mod fabric;
 mod lattice;
 mod measure;
@@ -17,6 +18,7 @@ mod springs;
 mod sweep;
 mod team;
 
+pub use body::{Field, Solid, Stance};
 pub use fabric::{Fabric, PRESETS, Preset, QUANTITIES, Quantity};
 use glam::{Vec2, Vec3};
 pub use measure::{Energy, Stretch};
@@ -64,12 +66,14 @@ pub struct Step<'a> {
     pub wind: Vec3,
     /// Where the attached vertices are at its end, m, in the order in which they were given.
     pub targets: &'a [Vec3],
+    /// Where bodies are at its end, in the order in which they were given.
+    pub stances: &'a [Stance],
 }
 
 impl Default for Step<'_> {
     /// On Earth, in still air.
     fn default() -> Self {
-        Self { gravity: Vec3::new(0.0, -9.80665, 0.0), wind: Vec3::ZERO, targets: &[] }
+        Self { gravity: Vec3::new(0.0, -9.80665, 0.0), wind: Vec3::ZERO, targets: &[], stances: &[] }
     }
 }
 
@@ -126,6 +130,24 @@ pub enum ClothError {
         index: usize,
         /// What stands there.
         value: String,
+    },
+    /// A field of too many cells.
+    #[error(
+        "a body cannot be made a field in cells of {cell} m: more than none and at most {most} cells are possible"
+    )]
+    Cells {
+        /// The edge asked for.
+        cell: f32,
+        /// Of cells.
+        most: usize,
+    },
+    /// More bodies than can be told apart.
+    #[error("a cloth meets at most {most} bodies; there are {have}")]
+    Bodies {
+        /// How many there are.
+        have: usize,
+        /// And may be.
+        most: usize,
     },
     /// A triangle without area in the flat cloth.
     #[error("triangle {index} of a cloth has no area {place}; merge its corners or leave it out")]

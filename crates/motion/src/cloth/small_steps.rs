@@ -6,6 +6,7 @@
 //! force: it is soft enough to be stable, and a force is right at rest, where a constraint that is solved once
 //! would be softer the finer the mesh. And everything is laid out so that threads and lanes have work ([`super::order`]).
 
+use super::body::{Placed, Solid, Stance};
 use super::lattice::{BLOCK, Lattices};
 use super::order::Order;
 use super::sweep::{Hinges, Link, Springs};
@@ -46,6 +47,8 @@ const CALM: u32 = 4;
 /// Square of the highest frequency of bending times that of a substep, at the most. Explicit forces alone are stable below 4;
 /// together with springs that are solved by a single pass a hanging sheet trembled at 3, and not at 2.
 const STABLE: f32 = 1.6;
+/// How much farther than it flies a vertex may get in a step, m: a metre a second at sixty steps, six times over.
+const REACH: f32 = 0.1;
 /// Substeps beyond which bending is softened rather than more of them done.
 const MOST: u32 = 64;
 /// Density of air, kg/m³, at 15 °C.
@@ -79,6 +82,12 @@ pub struct SmallSteps {
     attached_of: Vec<Vec<u32>>,
     positions: Vec<Vec3>,
     softened: f32,
+    bodies: Vec<Solid>,
+    stances: Vec<Stance>,
+    /// Of each body, where it is as a step begins and after each substep.
+    placed: Vec<Placed>,
+    /// Of places, which bodies are near.
+    near: Vec<u64>,
 }
 
 /// What one thread works on alone.
@@ -165,7 +174,25 @@ impl SmallSteps {
             attached,
             attached_of,
             softened,
+            bodies: Vec::new(),
+            stances: Vec::new(),
+            placed: Vec::new(),
+            near: vec![0; n],
         })
+    }
+
+    /// Bodies that the cloth does not go through, each where it is now.
+    ///
+    /// # Errors
+    /// A body that is none, or more than 64.
+    pub fn with_bodies(mut self, bodies: Vec<(Solid, Stance)>) -> Result<Self, ClothError> {
+        if bodies.len() > u64::BITS as usize {
+            return Err(ClothError::Bodies { have: bodies.len(), most: u64::BITS as usize });
+        }
+        bodies.iter().try_for_each(|b| b.0.check())?;
+        (self.bodies, self.stances) = bodies.into_iter().unzip();
+        self.placed = vec![Placed::default(); self.bodies.len() * (self.settings.substeps as usize + 1)];
+        Ok(self)
     }
 
     /// The cloth.
@@ -215,6 +242,25 @@ impl SmallSteps {
             *to = step.targets.get(i).map_or(*from, |t| t.extend(0.0));
         }
         let n = self.settings.substeps;
+        // Bounds of what bodies sweep over.
+        let mut sweeps = [(Vec3::ZERO, 0.0f32); u64::BITS as usize];
+        for (b, (body, stance)) in self.bodies.iter().zip(&mut self.stances).enumerate() {
+            let to = step.stances.get(b).copied().unwrap_or(*stance);
+            for s in 0..=n {
+                self.placed[b * (n as usize + 1) + s as usize] =
+                    Placed::between(stance, &to, s as f32 / n as f32);
+            }
+            let (middle, radius) = body.bounds();
+            let ends = [&*stance, &to].map(|s| s.rotation * middle + s.origin);
+            // A turn takes its middle around, at most half as far as a straight line is long.
+            sweeps[b] = (0.5 * (ends[0] + ends[1]), radius + ends[0].distance(ends[1]));
+            *stance = to;
+        }
+        let (bodies, placed) = (&self.bodies, &self.placed);
+        let sweeps = &sweeps[..bodies.len()];
+        let [friction, gap] = [self.cloth.friction[0], 0.5 * self.cloth.thickness];
+        let seconds = self.settings.seconds;
+        let near = Parts::new(&mut self.near);
         let calm_seconds = self.settings.calm_seconds();
         let h = self.settings.seconds / n as f32;
         let (x, u, v) = (Parts::new(&mut self.x), Parts::new(&mut self.u), Parts::new(&mut self.v));
@@ -232,13 +278,45 @@ impl SmallSteps {
         // SAFETY of all parts below: a task takes its own range of each slice, ranges of one phase do not overlap, and a
         // phase ends before the next begins. The lattices read all places in a phase of their own.
         #[allow(unsafe_code)]
-        let finish = |k: usize| unsafe {
+        let look = |k: usize| unsafe {
+            let range = &strips[k].range;
+            for ((near, x), v) in near.part(range).iter_mut().zip(x.read(range)).zip(v.read(range)) {
+                *near = 0;
+                // As far as it flies, and as far as a pull may take it.
+                let reach = v.length() * seconds + REACH;
+                for (b, (middle, radius)) in sweeps.iter().enumerate() {
+                    let met = x.truncate().distance_squared(*middle) < (radius + reach) * (radius + reach);
+                    *near |= u64::from(met) << b;
+                }
+            }
+        };
+        #[allow(unsafe_code)]
+        let finish = |k: usize, s: u32| unsafe {
             let range = &strips[k].range;
             let (x, u, v, lost) = (x.part(range), u.part(range), v.part(range), lost.part(range));
             if has_lattices {
                 let lattice = &lattices.read(&(0..1))[0];
                 for (u, place) in u.iter_mut().zip(range.clone()) {
                     *u += lattice.moves(place);
+                }
+            }
+            if !bodies.is_empty() {
+                let of = near.read(range).iter().zip(&inverse[range.clone()]);
+                for ((x, u), (near, _)) in
+                    x.iter_mut().zip(u.iter_mut()).zip(of).filter(|(_, (near, w))| **near != 0 && **w > 0.0)
+                {
+                    let mut left = *near;
+                    while left != 0 {
+                        let b = left.trailing_zeros() as usize;
+                        left &= left - 1;
+                        let first = b * (n as usize + 1) + s as usize;
+                        let stances = [&placed[first], &placed[first + 1]];
+                        let stopped = bodies[b].stop(stances, x.truncate(), u.truncate(), gap, friction, h);
+                        if let Some([to, shift]) = stopped {
+                            *u = to.extend(0.0);
+                            *x += shift.extend(0.0);
+                        }
+                    }
                 }
             }
             for (((x, u), v), lost) in x.iter_mut().zip(u).zip(v).zip(lost) {
@@ -293,8 +371,9 @@ impl SmallSteps {
             for s in 0..n {
                 if s % CALM == 0 {
                     team.each(strips.len(), |k| {
-                        if s > 0 {
-                            finish(k);
+                        match s {
+                            0 => look(k),
+                            s => finish(k, s - 1),
                         }
                         drag(k);
                         calm(&strips[k]);
@@ -303,7 +382,7 @@ impl SmallSteps {
                     team.each(strips.len(), |k| begin(k, s));
                 } else {
                     team.each(strips.len(), |k| {
-                        finish(k);
+                        finish(k, s - 1);
                         begin(k, s);
                     });
                 }
@@ -323,7 +402,7 @@ impl SmallSteps {
                     lattices.part(&(0..1))[0].solve(centres.read(&(0..nodes)), x, u);
                 });
             }
-            team.each(strips.len(), finish);
+            team.each(strips.len(), |k| finish(k, n - 1));
         });
         for (x, v) in self.x.iter().zip(&self.order.vertex) {
             self.positions[*v as usize] = x.truncate();
