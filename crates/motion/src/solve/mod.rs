@@ -1,6 +1,6 @@
-//! From rigid bodies to a skeleton: joints are where bodies that carry one another turn about ([`centre`]), bones keep their
-//! lengths, and every frame is fitted as a whole ([`fit`]). What was not seen is filled in the frame of what carries it
-//! ([`gaps`]), and all is smoothed without delay ([`LowPass`]).
+//! From rigid bodies to a skeleton: joints are where bodies that carry one another turn about (`centre`), bones keep their
+//! lengths, and every frame is fitted as a whole (`fit`). What was not seen is filled in the frame of what carries it
+//! (`gaps`), and all is smoothed without delay ([`LowPass`]).
 //!
 //! The pose in which the performer is measured first, a range of frames, is that of the skeleton at rest: there nothing is
 //! turned. Labelled markers become bodies first ([`bodies`]), unless they are the joints themselves ([`solve_points`]).
