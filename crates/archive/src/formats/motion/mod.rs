@@ -271,8 +271,7 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Loaded, Erro
     if let Some(rate) = options.rate.filter(|r| !(*r > 0.0 && r.is_finite())) {
         return Err(Error::invalid(Place::file(path), format!("{rate} is no rate; give frames a second")));
     }
-    let (motion, said) = (format.read)(bytes, path, options)?;
-    let mut motion = motion;
+    let (mut motion, said) = (format.read)(bytes, path, options)?;
     let size = motion.size();
     let axes = match (options.axes, said.axes) {
         (Some(axes), _) => (axes, Basis::Given),
@@ -329,6 +328,15 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Loaded, Erro
             axes.1.name()
         ));
     }
+    tracing::info!(
+        "{}: {}; lengths in {} ({}), axes {} ({})",
+        path.display(),
+        format.name,
+        unit_name(unit.0),
+        unit.1.name(),
+        axes.0,
+        axes.1.name()
+    );
     let infinite = |e: yugen_motion::CurveError| Error::invalid(Place::file(path), e.to_string());
     match &mut motion {
         Motion::Captured(take) => take.transform(matrix, unit.0 as f32),

@@ -2,15 +2,16 @@
 //! (`DATA_INCLUDED 3D`) or rigid bodies (`6D`: position, three angles, residual, matrix).
 //!
 //! Lengths are millimetres; z is up unless the volume was set up otherwise. What was not seen is all zero or has empty
-//! cells. Rotations are taken from the matrix, whose nine numbers stand column after column: the angles mean what a
-//! setting of the program says, which the file does not hold.
+//! cells. Rotations are taken from the matrix: the angles mean what a setting of the program says, which the file does not
+//! hold. Its nine numbers stand column after column, unless the angles, as the program comes (turns about x, y and z of the
+//! body), say that they stand row after row.
 
 use super::sheet::{Frames, Sheet, first_line, timed, tracks, vector};
-use super::{Basis, Conventions, Motion, Options, rate, up};
+use super::{Angles, Basis, Conventions, Motion, Options, rate, up};
 use crate::formats::numbers::text;
 use crate::formats::support::{Feature, find};
 use crate::{Error, Place};
-use glam::{DMat3, DQuat};
+use glam::{DMat3, DQuat, EulerRot};
 use std::path::Path;
 use yugen_motion::{RigidPose, Take};
 
@@ -39,6 +40,9 @@ pub fn recognises(bytes: &[u8]) -> bool {
     let head = first_line(&bytes);
     head.starts_with(b"NO_OF_FRAMES\t") || head.starts_with(b"FILE_VERSION\t")
 }
+
+/// Half a degree, as one less the cosine of its half: angles are written with three decimals.
+const ALIKE: f32 = 1e-5;
 
 /// Numbers of a body: position, angles, residual, matrix.
 const BODY: usize = 16;
@@ -126,6 +130,8 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<(Motion, Con
     }
     let mut counted = Frames::default();
     let mut start = 0.0;
+    // How many angles say that numbers stand in columns, and in rows.
+    let mut say = [0usize; 2];
     loop {
         if lead > 0 {
             counted.follow(&sheet)?;
@@ -148,6 +154,16 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<(Motion, Con
         for (i, track) in take.bodies.tracks.iter_mut().enumerate() {
             let numbers = sheet.numbers::<BODY>(lead + each * i, &track.name)?;
             let numbers = numbers.filter(|n| n[7..] != [0.0; 9]);
+            if let Some(n) = numbers {
+                let angles =
+                    Angles::Euler(EulerRot::XYZ).rotation(vector([n[3], n[4], n[5]]).map(f32::to_radians));
+                let near = |q: glam::Quat| q.dot(angles).abs() > 1.0 - ALIKE;
+                let said = rotation(&n[7..]).map_or([false; 2], |q| [near(q), near(q.inverse())]);
+                // What is hardly turned says nothing.
+                if said[0] != said[1] {
+                    say[usize::from(said[1])] += 1;
+                }
+            }
             let pose = match numbers {
                 None => None,
                 Some(n) => Some(RigidPose {
@@ -165,6 +181,10 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<(Motion, Con
         }
     }
     counted.check(&sheet, announced)?;
+    if say[1] > say[0] {
+        let poses = take.bodies.tracks.iter_mut().flat_map(|t| t.samples.iter_mut().flatten());
+        poses.for_each(|p| p.rotation = p.rotation.inverse());
+    }
     timed(&mut take.markers, counted.count, rate, start);
     timed(&mut take.bodies, counted.count, rate, start);
     Ok((Motion::Captured(take), Conventions { unit: Some(0.001), axes: up('z').map(|a| (a, Basis::Usual)) }))
@@ -208,6 +228,11 @@ mod tests {
         assert!(head.rotation.abs_diff_eq(Quat::from_rotation_z(std::f32::consts::FRAC_PI_2), 1e-6));
         assert_eq!(take.bodies.tracks[0].residuals, [0.25, 0.5]);
         assert_eq!(take.bodies.find("fan").unwrap().gaps(), [[0, 1]]);
+        // The same in rows: the angle of 90 degrees tells.
+        let rows = BODIES.replace("0\t1\t0\t-1\t0\t0\t0\t0\t1", "0\t-1\t0\t1\t0\t0\t0\t0\t1");
+        assert!(rows != BODIES);
+        let again = told(&rows).unwrap().bodies.find("head").unwrap().samples[0].unwrap();
+        assert!(again.rotation.abs_diff_eq(head.rotation, 1e-6), "{again:?}");
         let take = told(MARKERS).unwrap();
         assert_eq!(take.markers.find("toe").unwrap().samples, [Some(Vec3::new(1.5, 2.0, 3.0)), None]);
         assert_eq!(take.markers.find("heel").unwrap().samples[1], Some(Vec3::new(7.0, 8.0, 9.0)));
