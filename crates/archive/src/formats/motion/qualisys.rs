@@ -232,7 +232,7 @@ mod tests {
         let rows = BODIES.replace("0\t1\t0\t-1\t0\t0\t0\t0\t1", "0\t-1\t0\t1\t0\t0\t0\t0\t1");
         assert!(rows != BODIES);
         let again = told(&rows).unwrap().bodies.find("head").unwrap().samples[0].unwrap();
-        assert!(again.rotation.abs_diff_eq(head.rotation, 1e-6), "{again:?}");
+        assert!(again.rotation.dot(head.rotation).abs() > 1.0 - 1e-6, "{again:?}");
         let take = told(MARKERS).unwrap();
         assert_eq!(take.markers.find("toe").unwrap().samples, [Some(Vec3::new(1.5, 2.0, 3.0)), None]);
         assert_eq!(take.markers.find("heel").unwrap().samples[1], Some(Vec3::new(7.0, 8.0, 9.0)));
