@@ -12,6 +12,7 @@ mod film;
 mod info;
 mod json;
 mod log;
+mod motion;
 mod noh;
 mod numbered;
 mod progress;
@@ -53,6 +54,8 @@ Common cases:
   yugen capture calibrate STACK                       where the lamps stood, from a chrome ball
   yugen capture fit STACK -o cloth.btf                what each texel of the cloth reflects
   yugen capture relight cloth.btf --light 1,1,1 -o lit.png
+  yugen motion info take.c3d                          what a motion capture holds
+  yugen motion preview dance.bvh -o dance.mp4         a film of it, as sticks
   yugen noh stage --preset national -o stage.toml     a Noh stage between fires";
 
 #[derive(Subcommand)]
@@ -65,6 +68,8 @@ enum Verb {
     Brdf(brdf::Brdf),
     #[command(subcommand)]
     Capture(capture::Capture),
+    #[command(subcommand)]
+    Motion(motion::Motion),
     #[command(subcommand)]
     Noh(noh::Noh),
 }
@@ -118,6 +123,7 @@ fn main() -> ExitCode {
         Verb::Info(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
         Verb::Capture(verb) => verb.run(),
+        Verb::Motion(verb) => verb.run(),
         Verb::Noh(verb) => verb.run(),
     };
     match outcome.and_then(|()| Ok(output::flush()?)) {

@@ -13,6 +13,7 @@ mod hdr;
 mod info;
 mod lecture;
 mod messages;
+mod motion;
 mod noh;
 mod normals;
 mod overwrite;
