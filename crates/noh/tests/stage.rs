@@ -344,7 +344,7 @@ fn the_cloth_of_a_robe_lies_straight_on_its_grain() {
 }
 
 /// Where a ray first meets a part of the stage.
-fn first<'a>(stage: &'a Stage, from: Vec3, way: Vec3) -> Option<(f32, &'a Part)> {
+fn first(stage: &Stage, from: Vec3, way: Vec3) -> Option<(f32, &Part)> {
     let mut best: Option<(f32, &Part)> = None;
     for part in stage.parts() {
         for t in &part.mesh.triangles {
