@@ -10,6 +10,7 @@ mod capture;
 mod figure;
 mod film;
 mod info;
+mod ink;
 mod json;
 mod log;
 mod noh;
@@ -67,6 +68,7 @@ enum Verb {
     Capture(capture::Capture),
     #[command(subcommand)]
     Noh(noh::Noh),
+    Ink(ink::Ink),
 }
 
 /// A reader that has seen enough, as `head` has, ends the program quietly, as it ends others.
@@ -119,6 +121,7 @@ fn main() -> ExitCode {
         Verb::Brdf(verb) => verb.run(),
         Verb::Capture(verb) => verb.run(),
         Verb::Noh(verb) => verb.run(),
+        Verb::Ink(verb) => verb.run(),
     };
     match outcome.and_then(|()| Ok(output::flush()?)) {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,221 @@
+//! From a scene to its painting.
+
+use crate::canvas::{Canvas, Layer, Materials};
+use crate::contour::{Surface, to_world};
+use crate::control::Controls;
+use crate::paper::{PAPERS, Paper};
+use crate::pigment::{PIGMENTS, Pigment};
+use crate::projection::Projection;
+use crate::resolve::Resolve;
+use crate::select::select;
+use crate::stamp::{self, Stamp};
+use crate::stroke::{Hand, Stroke};
+use crate::topology::{Creases, Topology};
+use crate::visibility::{Cleaning, DepthMap, SampledLine, sample};
+use crate::InkError;
+use glam::{DVec3, Vec2};
+use std::collections::HashMap;
+use wgpu::{Device, Queue};
+use yugen_optics::Image;
+use yugen_realtime::{Options, Stage};
+use yugen_scene::prepared::{DrawRow, MeshRow, Rows};
+use yugen_scene::{Aov, Camera, Filter, Scene};
+
+/// How a scene is painted.
+#[derive(Clone, Debug)]
+pub struct Style {
+    /// What is steered.
+    pub controls: Controls,
+    /// On what.
+    pub paper: &'static Paper,
+    /// The pigment of each layer, in the order of [`Layer::ALL`].
+    pub pigments: [&'static Pigment; 5],
+    /// What is a crease.
+    pub creases: Creases,
+    /// Same seed, same painting.
+    pub seed: u32,
+}
+
+impl Default for Style {
+    fn default() -> Self {
+        Self {
+            controls: Controls::default(),
+            paper: &PAPERS[0],
+            pigments: [&PIGMENTS[0]; 5],
+            creases: Creases::default(),
+            seed: 0,
+        }
+    }
+}
+
+/// A scene on a device, ready to be painted.
+pub struct Painter {
+    rows: Rows,
+    topologies: HashMap<(u32, bool), Topology>,
+    stage: Stage,
+    canvas: Canvas,
+    style: Style,
+    size: [u32; 2],
+}
+
+/// A painting.
+#[derive(Clone, Debug)]
+pub struct Painting {
+    /// The strokes of contours, in the order in which they are painted.
+    pub strokes: Vec<Stroke>,
+    /// Stamps of each layer, in the order of [`Layer::ALL`].
+    pub stamps: [usize; 5],
+}
+
+impl Painter {
+    /// For pictures of `camera`'s size of `scene` in any of its poses. `threads` prepare it.
+    pub fn new(
+        device: &Device,
+        queue: &Queue,
+        scene: &Scene,
+        camera: &Camera,
+        style: Style,
+        threads: usize,
+    ) -> Result<Self, InkError> {
+        let size = Projection::new(camera)?.size();
+        let rows = Rows::new(scene)?;
+        let options = Options {
+            size,
+            // One sample in the middle of each pixel: lines are compared with what is there.
+            filter: Filter::Box,
+            aovs: vec![Aov::Depth, Aov::Id],
+            trace_camera: false,
+            threads,
+            bounces: None,
+            hide_emitters: false,
+            seed: style.seed,
+        };
+        let stage = Stage::new(device, queue, &rows, &options)?;
+        let hand = hand(&style, size, [1.0, 1.0]);
+        let materials = Materials {
+            paper: style.paper,
+            pigments: style.pigments,
+            full: hand.radius(1.0),
+            roughness: style.controls.roughness,
+            unit: hand.unit,
+            seed: style.seed,
+        };
+        let canvas = Canvas::new(device, queue, size, &materials, &Resolve::default())?;
+        let mut painter = Self { rows, topologies: HashMap::new(), stage, canvas, style, size };
+        painter.find_topologies();
+        Ok(painter)
+    }
+
+    /// The canvas, which holds what was painted last.
+    pub fn canvas(&self) -> &Canvas {
+        &self.canvas
+    }
+
+    fn find_topologies(&mut self) {
+        let _span = tracing::info_span!("find_edges").entered();
+        for draw in &self.rows.draws {
+            let MeshRow { first_vertex, vertices, first_triangle, triangles } = self.rows.meshes[draw.mesh as usize];
+            let range = |first: u32, count: u32| first as usize..(first + count) as usize;
+            let use_normals = draw.flags & DrawRow::HAS_NORMALS != 0;
+            self.topologies.entry((draw.mesh, use_normals)).or_insert_with(|| {
+                Topology::new(
+                    &self.rows.vertices[range(first_vertex, vertices)],
+                    &self.rows.triangles[range(first_triangle, triangles)],
+                    first_vertex,
+                    &self.style.creases,
+                    use_normals,
+                )
+            });
+        }
+    }
+
+    /// Paints what `camera` sees of the scene.
+    pub fn paint(&mut self, camera: &Camera) -> Result<Painting, InkError> {
+        let projection = Projection::new(camera)?;
+        let map = {
+            let _span = tracing::info_span!("see").entered();
+            self.stage.frame(camera)?;
+            let image = self.stage.image()?;
+            DepthMap::new(&image, &projection).ok_or_else(|| InkError::Refused("no depth was made".into()))?
+        };
+        let lines = {
+            let _span = tracing::info_span!("find_lines").entered();
+            self.lines(&projection, &map)
+        };
+        let hand = hand(&self.style, self.size, depths(&map));
+        let mut strokes: Vec<Stroke> = lines.iter().flat_map(|line| hand.strokes(line)).collect();
+        // From the back to the front, as a painter who lets near things overlap far ones.
+        let depth = |s: &Stroke| s.points.iter().map(|p| p.depth).sum::<f32>() / s.points.len().max(1) as f32;
+        strokes.sort_by(|a, b| depth(b).total_cmp(&depth(a)).then(a.id.cmp(&b.id)));
+        let mut layers: [Vec<Stamp>; 5] = Default::default();
+        for stroke in &strokes {
+            stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Contour as usize]);
+        }
+        let _span = tracing::info_span!("paint", stamps = layers[Layer::Contour as usize].len()).entered();
+        self.canvas.paint(&layers);
+        Ok(Painting { strokes, stamps: [0, 1, 2, 3, 4].map(|i| layers[i].len()) })
+    }
+
+    /// The lines that are drawn.
+    fn lines(&self, projection: &Projection, map: &DepthMap) -> Vec<SampledLine> {
+        let c = &self.style.controls;
+        let unit = unit(self.size);
+        let mut lines = Vec::new();
+        for (i, draw) in (0u32..).zip(&self.rows.draws) {
+            let Some(topology) = self.topologies.get(&(draw.mesh, draw.flags & DrawRow::HAS_NORMALS != 0)) else {
+                continue;
+            };
+            let MeshRow { first_vertex, vertices, .. } = self.rows.meshes[draw.mesh as usize];
+            let vertices = &self.rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
+            let move_to_world = to_world(draw);
+            let place = |v: u32| {
+                move_to_world(DVec3::from_array(vertices[v as usize].position.map(f64::from)))
+            };
+            let surface = Surface::new(topology, vertices, draw, &place);
+            for line in surface.lines(projection, i) {
+                lines.extend(sample(&line, draw.shape, projection, map));
+            }
+        }
+        let cleaning = Cleaning::default();
+        let cleaning = Cleaning {
+            vote: cleaning.vote * unit.max(0.7),
+            bridge: cleaning.bridge * unit.max(0.7),
+            crumb: cleaning.crumb * unit.max(0.7),
+        };
+        lines.iter_mut().for_each(|l| l.clean(&cleaning));
+        lines.retain(|l| l.samples.iter().any(|s| s.visible));
+        select(&mut lines, c.detail, unit);
+        lines
+    }
+
+    /// The picture: R, G, B, linear sRGB.
+    pub fn picture(&self) -> Result<Image, InkError> {
+        self.canvas.picture()
+    }
+}
+
+/// Pixels that stand for one in a picture of 1080 lines.
+pub fn unit(size: [u32; 2]) -> f32 {
+    size[1] as f32 / 1080.0
+}
+
+fn hand(style: &Style, size: [u32; 2], depths: [f32; 2]) -> Hand {
+    Hand {
+        controls: style.controls,
+        unit: unit(size),
+        depths,
+        // Light from the upper left, as where a right-handed painter has his lamp.
+        shade: Vec2::new(0.55, 0.835),
+        seed: style.seed,
+    }
+}
+
+/// Depth before which one part in fifty of what is seen lies, and behind which another does.
+fn depths(map: &DepthMap) -> [f32; 2] {
+    let mut all: Vec<f32> = map.depth.iter().copied().filter(|d| d.is_finite()).step_by(7).collect();
+    if all.is_empty() {
+        return [1.0, 1.0];
+    }
+    all.sort_by(f32::total_cmp);
+    [all[all.len() / 50], all[all.len() - 1 - all.len() / 50]]
+}
