@@ -4,11 +4,11 @@ use crate::{argument, json, render};
 use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
-use yugen_archive::check_outputs;
 use yugen_archive::formats::mesh::Up;
 use yugen_archive::formats::{self, image};
+use yugen_archive::{atomic_write, check_outputs, check_writable};
 use yugen_ink::painter::{Painter, Style};
 use yugen_optics::ColourSpace;
 use yugen_realtime::Gpu;
@@ -21,9 +21,10 @@ pub struct Ink {
     /// The scene file, or a mesh (.obj, .ply, .serialized).
     scene: PathBuf,
 
-    /// The picture.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    /// Where to; may be repeated. A picture: .png and .jpg, or .exr with a layer of its own for each kind of stroke (ran, cun,
+    /// ca, gou, dian). Or .svg: the strokes as outlines and centrelines with width, pressure and identity.
+    #[arg(short, long = "output", value_name = "FILE", required = true)]
+    outputs: Vec<PathBuf>,
 
     /// Gives a control a value; may be repeated.
     #[arg(long = "set", value_name = "CONTROL=VALUE", value_parser = assignment)]
@@ -66,10 +67,23 @@ fn assignment(text: &str) -> Result<(String, f32), String> {
     pair.ok_or_else(|| "expected CONTROL=VALUE with a number, as in dryness=0.7".into())
 }
 
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+fn is_svg(path: &Path) -> bool {
+    extension(path) == "svg"
+}
+
 impl Ink {
     /// Does it.
     pub fn run(self) -> Result<()> {
-        image::can_write(&self.output)?;
+        for output in &self.outputs {
+            match is_svg(output) {
+                true => check_writable(output)?,
+                false => image::can_write(output)?,
+            }
+        }
         let mut style = Style { seed: self.seed, ..Style::default() };
         for (name, value) in &self.set {
             style.controls.set(name, *value)?;
@@ -79,7 +93,7 @@ impl Ink {
             ..self.reading.options()
         };
         let mut scene = formats::load_scene(&self.scene, &options)?;
-        check_outputs([&self.output])?;
+        check_outputs(&self.outputs)?;
         if let Some(size) = self.size {
             scene.settle_framing(size);
         }
@@ -94,15 +108,29 @@ impl Ink {
             Painter::new(&gpu.device, &gpu.queue, &scene, &camera, style, argument::threads(None))?;
         let prepared = started.elapsed();
         let painting = painter.paint(&camera)?;
-        let picture = painter.picture()?;
+        let layers = self.outputs.iter().any(|o| extension(o) == "exr");
+        let picture = painter.image(layers)?;
         let painted = started.elapsed() - prepared;
-        image::write(&self.output, &picture, &image::WriteOptions::from(ColourSpace::LinearSrgb))?;
+        for output in &self.outputs {
+            if is_svg(output) {
+                let name = |shape: u32| {
+                    scene.shapes.get(shape as usize - 1).map_or(String::new(), |s| s.name.clone())
+                };
+                atomic_write(output, painter.svg(&painting, &name, None).as_bytes())?;
+                continue;
+            }
+            let whole = if extension(output) == "exr" { None } else { picture.select(&["R", "G", "B"]) };
+            let options = image::WriteOptions::from(ColourSpace::LinearSrgb);
+            image::write(output, whole.as_ref().unwrap_or(&picture), &options)?;
+        }
+        let names = || self.outputs.iter().map(|o| o.display().to_string()).collect::<Vec<_>>();
         if self.json {
             json::print(json!({
-                "output": self.output.display().to_string(),
+                "outputs": names(),
                 "width": picture.width,
                 "height": picture.height,
                 "strokes": painting.strokes.len(),
+                "wrinkles": painting.wrinkles.len(),
                 "stamps": painting.stamps,
                 "prepare_seconds": prepared.as_secs_f64(),
                 "paint_seconds": painted.as_secs_f64(),
@@ -110,7 +138,7 @@ impl Ink {
         } else {
             println!(
                 "{}: {}x{}, {} strokes in {:.2} s",
-                self.output.display(),
+                names().join(", "),
                 picture.width,
                 picture.height,
                 painting.strokes.len(),

@@ -48,6 +48,7 @@ Common cases:
   yugen render scene.xml -o picture.exr               a scene to a picture
   yugen render fox.glb -o walk.mp4 --animation Walk   its animation to a film
   yugen view scene.xml                                the same in a window, to turn and to change
+  yugen ink scene.glb -o painting.png                 the same by brush, on paper
   yugen info FILE                                     what a scene, stack, picture, table or weave holds
   yugen brdf fit material.binary                      which model meets a measurement best
   yugen capture hdr PHOTOGRAPHS -o STACK              brackets to linear pictures, one a light

@@ -7,14 +7,15 @@
 use crate::InkError;
 use crate::footprint::{EXTENT, Footprint, TEXELS, TRAIL, TRAIL_WAVES, VARIANTS, bristle_trail};
 use crate::paper::{Paper, Sheet};
-use crate::pigment::{BANDS, Pigment, band_to_rgb};
+use crate::pigment::{BANDS, Pigment, band_to_rgb, over};
 use crate::resolve::Resolve;
 use crate::stamp::Stamp;
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 use wgpu::util::{BufferInitDescriptor, DeviceExt, TextureDataOrder};
 use wgpu::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, Device, Extent3d, Queue, ShaderStages, TextureFormat,
-    TextureSampleType, TextureUsages, TextureViewDimension,
+    BlendComponent, BlendFactor, BlendOperation, BlendState, Device, Extent3d, Queue, ShaderStages,
+    TextureFormat, TextureSampleType, TextureUsages, TextureViewDimension,
 };
 use yugen_optics::Image;
 
@@ -90,13 +91,14 @@ pub struct Canvas {
     device: Device,
     queue: Queue,
     size: [u32; 2],
+    paper: &'static Paper,
+    pigments: [&'static Pigment; 5],
     splat: wgpu::RenderPipeline,
     splat_group: wgpu::BindGroup,
     resolve: wgpu::RenderPipeline,
     resolve_group: wgpu::BindGroup,
     composite: wgpu::RenderPipeline,
     composite_group: wgpu::BindGroup,
-    composite_row: wgpu::Buffer,
     sums: wgpu::TextureView,
     greatest: wgpu::TextureView,
     loads: wgpu::Texture,
@@ -122,7 +124,13 @@ pub struct Materials {
 
 impl Canvas {
     /// Makes the sheet and the brush and compiles everything.
-    pub fn new(device: &Device, queue: &Queue, size: [u32; 2], materials: &Materials, resolve: &Resolve) -> Result<Self, InkError> {
+    pub fn new(
+        device: &Device,
+        queue: &Queue,
+        size: [u32; 2],
+        materials: &Materials,
+        resolve: &Resolve,
+    ) -> Result<Self, InkError> {
         let limit = device.limits().max_texture_dimension_2d;
         if size.iter().any(|n| *n == 0 || *n > limit) {
             let [w, h] = size;
@@ -146,7 +154,9 @@ impl Canvas {
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
                 format,
-                usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
+                usage: TextureUsages::RENDER_ATTACHMENT
+                    | TextureUsages::TEXTURE_BINDING
+                    | TextureUsages::COPY_SRC,
                 view_formats: &[],
             })
         };
@@ -158,7 +168,8 @@ impl Canvas {
 
         let masks = mask_texture(device, queue, m);
         let trail: Vec<u8> = bristle_trail(m.seed).iter().map(|v| (v * 255.0) as u8).collect();
-        let trail = bytes_texture(device, queue, "trail", TextureFormat::R8Unorm, TRAIL.map(|n| n as u32), &trail);
+        let trail =
+            bytes_texture(device, queue, "trail", TextureFormat::R8Unorm, TRAIL.map(|n| n as u32), &trail);
         let sheet = sheet_texture(device, queue, &m.paper.sheet(size, m.unit, m.seed));
         let sampler = |mode| {
             device.create_sampler(&wgpu::SamplerDescriptor {
@@ -214,7 +225,8 @@ impl Canvas {
                 (Binding::Uniform, resolve_row.as_entire_binding()),
             ],
         );
-        let all_loads = loads.create_view(&wgpu::TextureViewDescriptor { dimension: Some(array), ..Default::default() });
+        let all_loads =
+            loads.create_view(&wgpu::TextureViewDescriptor { dimension: Some(array), ..Default::default() });
         let (composite_layout, composite_group) = group(
             device,
             "composite",
@@ -224,7 +236,11 @@ impl Canvas {
                 (Binding::Uniform, composite_row.as_entire_binding()),
             ],
         );
-        let add = BlendComponent { src_factor: BlendFactor::One, dst_factor: BlendFactor::One, operation: BlendOperation::Add };
+        let add = BlendComponent {
+            src_factor: BlendFactor::One,
+            dst_factor: BlendFactor::One,
+            operation: BlendOperation::Add,
+        };
         let max = BlendComponent { operation: BlendOperation::Max, ..add };
         let target = |format, blend: Option<BlendComponent>| {
             Some(wgpu::ColorTargetState {
@@ -265,13 +281,14 @@ impl Canvas {
             device: device.clone(),
             queue: queue.clone(),
             size,
+            paper: m.paper,
+            pigments: m.pigments,
             splat,
             splat_group,
             resolve,
             resolve_group,
             composite,
             composite_group,
-            composite_row,
             sums,
             greatest,
             loads,
@@ -282,11 +299,6 @@ impl Canvas {
     /// Pixels across and down.
     pub fn size(&self) -> [u32; 2] {
         self.size
-    }
-
-    /// Other pigments or paper tones; the sheet stays.
-    pub fn set_materials(&self, materials: &Materials) {
-        self.queue.write_buffer(&self.composite_row, 0, bytemuck::bytes_of(&composite_row(materials)));
     }
 
     /// Paints: the stamps of each layer, in place of what was there.
@@ -334,9 +346,8 @@ impl Canvas {
             pass.draw(0..3, 0..1);
         }
         self.queue.submit([encoder.finish()]);
-        let texels: Vec<[f32; 4]> = self.read(&self.picture, 0, 16, |b| {
-            bytemuck::pod_collect_to_vec::<u8, [f32; 4]>(b)
-        })?;
+        let texels: Vec<[f32; 4]> =
+            self.read(&self.picture, 0, 16, bytemuck::pod_collect_to_vec::<u8, [f32; 4]>)?;
         let mut image = Image::rgb(self.size[0] as usize, self.size[1] as usize);
         for (pixel, texel) in image.data.chunks_exact_mut(3).zip(texels) {
             pixel.copy_from_slice(&texel[..3]);
@@ -346,10 +357,37 @@ impl Canvas {
 
     /// The load of ink of a layer, row after row, and how wet it was put down.
     pub fn load(&self, layer: Layer) -> Result<Vec<[f32; 2]>, InkError> {
-        let halves = self.read(&self.loads, layer as u32, 8, |b| {
-            bytemuck::pod_collect_to_vec::<u8, [half::f16; 4]>(b)
-        })?;
+        let halves =
+            self.read(&self.loads, layer as u32, 8, bytemuck::pod_collect_to_vec::<u8, [half::f16; 4]>)?;
         Ok(halves.into_iter().map(|t| [t[0].to_f32(), t[1].to_f32()]).collect())
+    }
+
+    /// A layer by itself, to be put over others: the colour of its pigment, linear sRGB, and straight alpha, by which it covers
+    /// the paper as its load of ink does in green light. Channels R, G, B, A.
+    pub fn layer(&self, layer: Layer) -> Result<Image, InkError> {
+        /// The band in whose middle the eye is most sensitive.
+        const GREEN: usize = 3;
+        let pigment = self.pigments[layer as usize];
+        let [a, b, s] = pigment.numbers();
+        // What a layer without end reflects.
+        let deep: [f32; BANDS] = std::array::from_fn(|i| a[i] - b[i]);
+        let colour: Vec3 = band_to_rgb().iter().zip(deep).map(|(w, r)| *w * r).sum();
+        let below = self.paper.reflectance[GREEN];
+        let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &["R", "G", "B", "A"]);
+        for (pixel, [load, _]) in image.data.chunks_exact_mut(4).zip(self.load(layer)?) {
+            let shown = over(a[GREEN], b[GREEN], s[GREEN], load, below);
+            let alpha = ((below - shown) / (below - deep[GREEN])).clamp(0.0, 1.0);
+            pixel.copy_from_slice(&[colour.x, colour.y, colour.z, alpha]);
+        }
+        Ok(image)
+    }
+
+    /// Colour of a load of ink of a layer on the paper, linear sRGB.
+    pub fn shade(&self, layer: Layer, load: f32) -> Vec3 {
+        let [a, b, s] = self.pigments[layer as usize].numbers();
+        let paper = self.paper.reflectance;
+        let bands = (0..BANDS).map(|i| over(a[i], b[i], s[i], load, paper[i]));
+        band_to_rgb().iter().zip(bands).map(|(w, r)| *w * r).sum()
     }
 
     /// Waits for the device and fetches a layer of a texture whose texels have so many bytes.
@@ -372,7 +410,8 @@ impl Canvas {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let mut from = texture.as_image_copy();
         from.origin.z = layer;
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: None };
         encoder.copy_texture_to_buffer(
             from,
             wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
@@ -464,7 +503,11 @@ fn group(
         .zip(bindings)
         .map(|(binding, (_, resource))| wgpu::BindGroupEntry { binding, resource: resource.clone() })
         .collect();
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout: &layout, entries: &entries });
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout: &layout,
+        entries: &entries,
+    });
     (layout, group)
 }
 
@@ -570,7 +613,8 @@ fn mask_texture(device: &Device, queue: &Queue, m: &Materials) -> wgpu::TextureV
     let mut bytes: Vec<u8> = Vec::new();
     for variant in 0..VARIANTS as u32 {
         let mask = Footprint::new(m.seed, variant, m.roughness);
-        let mut level: Vec<[f32; 2]> = mask.bristles.iter().copied().zip(mask.diffused).map(|(f, d)| [f, d]).collect();
+        let mut level: Vec<[f32; 2]> =
+            mask.bristles.iter().copied().zip(mask.diffused).map(|(f, d)| [f, d]).collect();
         let mut n = TEXELS;
         loop {
             bytes.extend(level.iter().flatten().map(|v| (v * 255.0 + 0.5) as u8));
@@ -589,7 +633,11 @@ fn mask_texture(device: &Device, queue: &Queue, m: &Materials) -> wgpu::TextureV
     }
     let descriptor = wgpu::TextureDescriptor {
         label: Some("masks"),
-        size: Extent3d { width: TEXELS as u32, height: TEXELS as u32, depth_or_array_layers: VARIANTS as u32 },
+        size: Extent3d {
+            width: TEXELS as u32,
+            height: TEXELS as u32,
+            depth_or_array_layers: VARIANTS as u32,
+        },
         mip_level_count: levels,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -597,10 +645,7 @@ fn mask_texture(device: &Device, queue: &Queue, m: &Materials) -> wgpu::TextureV
         usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
         view_formats: &[],
     };
-    device
-        .create_texture_with_data(queue, &descriptor, TextureDataOrder::LayerMajor, &bytes)
-        .create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(TextureViewDimension::D2Array),
-            ..Default::default()
-        })
+    device.create_texture_with_data(queue, &descriptor, TextureDataOrder::LayerMajor, &bytes).create_view(
+        &wgpu::TextureViewDescriptor { dimension: Some(TextureViewDimension::D2Array), ..Default::default() },
+    )
 }

@@ -22,6 +22,8 @@ pub enum LineKind {
     Crease,
     /// The surface ends.
     Border,
+    /// None of these, but drawn over the form ([`crate::wrinkle`]).
+    Wrinkle,
 }
 
 impl LineKind {
@@ -31,6 +33,7 @@ impl LineKind {
             Self::Contour => "contour",
             Self::Crease => "crease",
             Self::Border => "border",
+            Self::Wrinkle => "wrinkle",
         }
     }
 }
@@ -52,6 +55,8 @@ pub struct LinePoint {
     pub position: DVec3,
     /// Across the line, away from the surface; of a crease the mean of its faces. Not unit.
     pub outward: DVec3,
+    /// Ends of the edge that it lies on: of a coarse mesh they stick out beyond the contour.
+    pub ends: [DVec3; 2],
     /// Where it lies on its mesh.
     pub anchor: Anchor,
     /// Whether what comes after this point can be seen at all: the surface does not hide it by itself.
@@ -107,7 +112,8 @@ impl<'a> Surface<'a> {
         let normals = if topology.has_normals {
             let r = draw.to_world.map(|r| DVec3::new(r[0].into(), r[1].into(), r[2].into()));
             // Rows of the cofactors, which carry normals as the inverse transpose does.
-            let cofactors = DMat3::from_cols(r[1].cross(r[2]), r[2].cross(r[0]), r[0].cross(r[1])).transpose();
+            let cofactors =
+                DMat3::from_cols(r[1].cross(r[2]), r[2].cross(r[0]), r[0].cross(r[1])).transpose();
             topology
                 .vertices
                 .iter()
@@ -142,8 +148,7 @@ impl<'a> Surface<'a> {
     /// The contours, chained. `to_eye`: from a point to the eye, linear in the point.
     pub fn contours(&self, to_eye: &dyn Fn(DVec3) -> DVec3, draw: u32) -> Vec<Line> {
         let Topology { triangles, edges, edges_of, .. } = self.topology;
-        let g: Vec<f64> =
-            self.positions.iter().zip(&self.normals).map(|(p, n)| n.dot(to_eye(*p))).collect();
+        let g: Vec<f64> = self.positions.iter().zip(&self.normals).map(|(p, n)| n.dot(to_eye(*p))).collect();
         let front = |node: u32| g[node as usize] >= 0.0;
 
         // Crossings, once for each edge.
@@ -222,15 +227,26 @@ impl<'a> Surface<'a> {
                 .enumerate()
                 .map(|(i, edge)| {
                     let (position, normal, part) = at(*edge);
-                    let before = if i > 0 { turns[i - 1] } else if closed { turns[turns.len() - 1] } else { turns[0] };
+                    let before = if i > 0 {
+                        turns[i - 1]
+                    } else if closed {
+                        turns[turns.len() - 1]
+                    } else {
+                        turns[0]
+                    };
                     let after = turns.get(i).copied().unwrap_or(before);
                     // A solid hides a contour beyond which it bends towards the eye.
                     let possible = !self.topology.closed || after * self.side > 0.0;
-                    let vertices =
-                        edges[*edge as usize].nodes.map(|n| self.topology.vertices[n as usize]);
+                    let vertices = edges[*edge as usize].nodes.map(|n| self.topology.vertices[n as usize]);
                     LinePoint {
                         position,
-                        outward: normal * if before + after < 0.0 { -1.0 } else { 1.0 },
+                        // Of a solid only convex parts are seen; a sheet may be hollow where it turns away.
+                        outward: normal
+                            * match self.topology.closed {
+                                true => self.side,
+                                false => (before + after).signum(),
+                            },
+                        ends: edges[*edge as usize].nodes.map(|n| self.positions[n as usize]),
                         anchor: Anchor { vertices, part: part as f32 },
                         possible,
                         silhouette: true,
@@ -258,6 +274,7 @@ impl<'a> Surface<'a> {
                 LinePoint {
                     position: (self.place)(vertex),
                     outward: m + n,
+                    ends: [(self.place)(vertex); 2],
                     anchor: Anchor { vertices: [vertex; 2], part: 0.0 },
                     possible: a || b || !self.topology.closed,
                     silhouette: chain.fold == Fold::Border || a != b,

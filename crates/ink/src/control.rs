@@ -58,6 +58,9 @@ controls! {
     contrast = 0.6, 0.0 to 1.0: "Difference between a stroke pressed and a stroke lifted.";
     detail = 0.6, 0.0 to 1.0: "How many of the lines are drawn: 0 the outlines, 1 all.";
     distance = 0.5, 0.0 to 1.0: "How much paler what is far away is.";
+    wash = 1.0, 0.0 to 2.0: "Ink of the wash (ran); 0 leaves it out.";
+    wrinkle = 1.0, 0.0 to 2.0: "Ink of wrinkles (cun); 0 leaves them out.";
+    light = 1.0, 0.1 to 10.0: "Brightness of the scene as the wash sees it.";
     contour = 1.0, 0.0 to 2.0: "Ink of contours (gou); 0 leaves them out.";
 }
 

@@ -52,7 +52,9 @@ impl Footprint {
                 }
                 let missed: f32 = tips
                     .iter()
-                    .map(|(tip, load, width)| 1.0 - load * (-0.5 * (p - *tip).length_squared() / (width * width)).exp())
+                    .map(|(tip, load, width)| {
+                        1.0 - load * (-0.5 * (p - *tip).length_squared() / (width * width)).exp()
+                    })
                     .product();
                 let body = 1.0 - missed * (0.15 + 0.6 * roughness);
                 inside * body * (1.0 + 0.25 * fbm(p * 5.0, layer + 40.0)).clamp(0.0, 1.3)
@@ -112,11 +114,13 @@ fn diffuse(bristles: &[f32], at: impl Fn(usize) -> Vec2, layer: f32) -> Vec<f32>
     };
     let blurred = blur(&blur(bristles, 1, true), 1, false);
     let sample = |p: Vec2| {
-        let t = ((p / EXTENT + 1.0) * 0.5 * TEXELS as f32 - 0.5).clamp(Vec2::ZERO, Vec2::splat(TEXELS as f32 - 1.001));
+        let t = ((p / EXTENT + 1.0) * 0.5 * TEXELS as f32 - 0.5)
+            .clamp(Vec2::ZERO, Vec2::splat(TEXELS as f32 - 1.001));
         let (x, y) = (t.x as usize, t.y as usize);
         let (u, v) = (t.x - x as f32, t.y - y as f32);
         let at = |x: usize, y: usize| blurred[y.min(TEXELS - 1) * TEXELS + x.min(TEXELS - 1)];
-        (at(x, y) * (1.0 - u) + at(x + 1, y) * u) * (1.0 - v) + (at(x, y + 1) * (1.0 - u) + at(x + 1, y + 1) * u) * v
+        (at(x, y) * (1.0 - u) + at(x + 1, y) * u) * (1.0 - v)
+            + (at(x, y + 1) * (1.0 - u) + at(x + 1, y + 1) * u) * v
     };
     let warped: Vec<f32> = (0..TEXELS * TEXELS)
         .map(|i| {
@@ -133,10 +137,9 @@ fn diffuse(bristles: &[f32], at: impl Fn(usize) -> Vec2, layer: f32) -> Vec<f32>
             Vec2::new(at(x + 1, y) - at(x - 1, y), at(x, y + 1) - at(x, y - 1)).length()
         })
         .collect();
-    let [most, steepest] =
-        [&warped, &slope].map(|v| v.iter().copied().fold(1e-6, f32::max));
+    let [most, steepest] = [&warped, &slope].map(|v| v.iter().copied().fold(1e-6, f32::max));
     // Nothing at the border of the mask, where a stamp ends.
-    let inside = |i: usize| smooth(EXTENT, 0.8 * EXTENT, at(i).length());
+    let inside = |i: usize| smooth(0.98 * EXTENT, 0.8 * EXTENT, at(i).length());
     (0..TEXELS * TEXELS)
         .map(|i| ((warped[i] / most + 0.35 * slope[i] / steepest) / 1.2 * inside(i)).clamp(0.0, 1.0))
         .collect()

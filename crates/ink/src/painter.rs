@@ -1,5 +1,6 @@
 //! From a scene to its painting.
 
+use crate::InkError;
 use crate::canvas::{Canvas, Layer, Materials};
 use crate::contour::{Surface, to_world};
 use crate::control::Controls;
@@ -10,16 +11,19 @@ use crate::resolve::Resolve;
 use crate::select::select;
 use crate::stamp::{self, Stamp};
 use crate::stroke::{Hand, Stroke};
+use crate::svg::{Drawing, svg};
+use crate::tone::Tones;
 use crate::topology::{Creases, Topology};
 use crate::visibility::{Cleaning, DepthMap, SampledLine, sample};
-use crate::InkError;
+use crate::wash;
+use crate::wrinkle::{self, MANNERS, Manner};
 use glam::{DVec3, Vec2};
 use std::collections::HashMap;
 use wgpu::{Device, Queue};
-use yugen_optics::Image;
+use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::{Options, Stage};
 use yugen_scene::prepared::{DrawRow, MeshRow, Rows};
-use yugen_scene::{Aov, Camera, Filter, Scene};
+use yugen_scene::{Aov, Camera, Film, Filter, Scene};
 
 /// How a scene is painted.
 #[derive(Clone, Debug)]
@@ -30,6 +34,8 @@ pub struct Style {
     pub paper: &'static Paper,
     /// The pigment of each layer, in the order of [`Layer::ALL`].
     pub pigments: [&'static Pigment; 5],
+    /// How wrinkles are drawn.
+    pub manner: &'static Manner,
     /// What is a crease.
     pub creases: Creases,
     /// Same seed, same painting.
@@ -42,6 +48,7 @@ impl Default for Style {
             controls: Controls::default(),
             paper: &PAPERS[0],
             pigments: [&PIGMENTS[0]; 5],
+            manner: &MANNERS[0],
             creases: Creases::default(),
             seed: 0,
         }
@@ -52,17 +59,28 @@ impl Default for Style {
 pub struct Painter {
     rows: Rows,
     topologies: HashMap<(u32, bool), Topology>,
+    /// What is where.
     stage: Stage,
+    /// How light it is there, in fewer pixels.
+    light: Stage,
     canvas: Canvas,
     style: Style,
     size: [u32; 2],
+    space: ColourSpace,
 }
+
+/// Pixels of the picture across one in which light is looked at: a tenth of a wash's print.
+const COARSE: u32 = 4;
+/// Samples of light to a pixel: prints of the wash are means of hundreds of pixels, so that noise does not show.
+const FRAMES: u32 = 8;
 
 /// A painting.
 #[derive(Clone, Debug)]
 pub struct Painting {
     /// The strokes of contours, in the order in which they are painted.
     pub strokes: Vec<Stroke>,
+    /// The strokes of wrinkles.
+    pub wrinkles: Vec<Stroke>,
     /// Stamps of each layer, in the order of [`Layer::ALL`].
     pub stamps: [usize; 5],
 }
@@ -83,7 +101,7 @@ impl Painter {
             size,
             // One sample in the middle of each pixel: lines are compared with what is there.
             filter: Filter::Box,
-            aovs: vec![Aov::Depth, Aov::Id],
+            aovs: vec![Aov::Depth, Aov::Id, Aov::ShadingNormal],
             trace_camera: false,
             threads,
             bounces: None,
@@ -91,6 +109,11 @@ impl Painter {
             seed: style.seed,
         };
         let stage = Stage::new(device, queue, &rows, &options)?;
+        let Film { width, height, crop, .. } = small_camera(camera).film;
+        let [_, _, width, height] = crop.unwrap_or([0, 0, width, height]);
+        // Direct light: what is thrown to and fro a wash does not show.
+        let options = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options };
+        let light = Stage::new(device, queue, &rows, &options)?;
         let hand = hand(&style, size, [1.0, 1.0]);
         let materials = Materials {
             paper: style.paper,
@@ -101,7 +124,16 @@ impl Painter {
             seed: style.seed,
         };
         let canvas = Canvas::new(device, queue, size, &materials, &Resolve::default())?;
-        let mut painter = Self { rows, topologies: HashMap::new(), stage, canvas, style, size };
+        let mut painter = Self {
+            rows,
+            topologies: HashMap::new(),
+            stage,
+            light,
+            canvas,
+            style,
+            size,
+            space: scene.working_space,
+        };
         painter.find_topologies();
         Ok(painter)
     }
@@ -114,7 +146,8 @@ impl Painter {
     fn find_topologies(&mut self) {
         let _span = tracing::info_span!("find_edges").entered();
         for draw in &self.rows.draws {
-            let MeshRow { first_vertex, vertices, first_triangle, triangles } = self.rows.meshes[draw.mesh as usize];
+            let MeshRow { first_vertex, vertices, first_triangle, triangles } =
+                self.rows.meshes[draw.mesh as usize];
             let range = |first: u32, count: u32| first as usize..(first + count) as usize;
             let use_normals = draw.flags & DrawRow::HAS_NORMALS != 0;
             self.topologies.entry((draw.mesh, use_normals)).or_insert_with(|| {
@@ -132,11 +165,20 @@ impl Painter {
     /// Paints what `camera` sees of the scene.
     pub fn paint(&mut self, camera: &Camera) -> Result<Painting, InkError> {
         let projection = Projection::new(camera)?;
-        let map = {
+        let (map, tones) = {
             let _span = tracing::info_span!("see").entered();
+            let missing = || InkError::Refused("the picture lacks depth, normals or light".into());
             self.stage.frame(camera)?;
-            let image = self.stage.image()?;
-            DepthMap::new(&image, &projection).ok_or_else(|| InkError::Refused("no depth was made".into()))?
+            let seen = self.stage.image()?;
+            let map = DepthMap::new(&seen, &projection).ok_or_else(missing)?;
+            let small = small_camera(camera);
+            for _ in 0..FRAMES {
+                self.light.frame(&small)?;
+            }
+            let lit = self.light.image()?;
+            let light = self.style.controls.light;
+            let tones = Tones::new(&seen, &lit, &map, &projection, self.space, light).ok_or_else(missing)?;
+            (map, tones)
         };
         let lines = {
             let _span = tracing::info_span!("find_lines").entered();
@@ -148,12 +190,22 @@ impl Painter {
         let depth = |s: &Stroke| s.points.iter().map(|p| p.depth).sum::<f32>() / s.points.len().max(1) as f32;
         strokes.sort_by(|a, b| depth(b).total_cmp(&depth(a)).then(a.id.cmp(&b.id)));
         let mut layers: [Vec<Stamp>; 5] = Default::default();
+        let (controls, unit, seed) = (&self.style.controls, hand.unit, self.style.seed);
+        let near = |depth| hand.nearness(depth);
+        layers[Layer::Wash as usize] =
+            wash::stamps(&self.rows, &projection, &map, &tones, controls, unit, near, seed);
+        let manner = self.style.manner;
+        let wrinkles =
+            wrinkle::strokes(manner, &self.rows, &projection, &map, &tones, controls, unit, near, seed);
+        for stroke in &wrinkles {
+            stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Wrinkle as usize]);
+        }
         for stroke in &strokes {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Contour as usize]);
         }
         let _span = tracing::info_span!("paint", stamps = layers[Layer::Contour as usize].len()).entered();
         self.canvas.paint(&layers);
-        Ok(Painting { strokes, stamps: [0, 1, 2, 3, 4].map(|i| layers[i].len()) })
+        Ok(Painting { strokes, wrinkles, stamps: [0, 1, 2, 3, 4].map(|i| layers[i].len()) })
     }
 
     /// The lines that are drawn.
@@ -162,15 +214,15 @@ impl Painter {
         let unit = unit(self.size);
         let mut lines = Vec::new();
         for (i, draw) in (0u32..).zip(&self.rows.draws) {
-            let Some(topology) = self.topologies.get(&(draw.mesh, draw.flags & DrawRow::HAS_NORMALS != 0)) else {
+            let Some(topology) = self.topologies.get(&(draw.mesh, draw.flags & DrawRow::HAS_NORMALS != 0))
+            else {
                 continue;
             };
             let MeshRow { first_vertex, vertices, .. } = self.rows.meshes[draw.mesh as usize];
             let vertices = &self.rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
             let move_to_world = to_world(draw);
-            let place = |v: u32| {
-                move_to_world(DVec3::from_array(vertices[v as usize].position.map(f64::from)))
-            };
+            let place =
+                |v: u32| move_to_world(DVec3::from_array(vertices[v as usize].position.map(f64::from)));
             let surface = Surface::new(topology, vertices, draw, &place);
             for line in surface.lines(projection, i) {
                 lines.extend(sample(&line, draw.shape, projection, map));
@@ -188,10 +240,48 @@ impl Painter {
         lines
     }
 
-    /// The picture: R, G, B, linear sRGB.
-    pub fn picture(&self) -> Result<Image, InkError> {
-        self.canvas.picture()
+    /// The strokes of a painting as SVG. `name`: of a shape by its number, counted from one.
+    pub fn svg(&self, painting: &Painting, name: &dyn Fn(u32) -> String, frame: Option<u32>) -> String {
+        let drawing = Drawing {
+            size: self.size,
+            paper: self.style.paper.rgb(),
+            shade: &|load| self.canvas.shade(Layer::Contour, load),
+            name,
+            frame,
+        };
+        svg(&[(Layer::Wrinkle, &painting.wrinkles), (Layer::Contour, &painting.strokes)], &drawing)
     }
+
+    /// The picture: R, G, B, linear sRGB; with `layers` each of them besides, as NAME.R, G, B and A.
+    pub fn image(&self, layers: bool) -> Result<Image, InkError> {
+        let picture = self.canvas.picture()?;
+        if !layers {
+            return Ok(picture);
+        }
+        let parts = Layer::ALL.map(|l| self.canvas.layer(l).map(|image| (l, image)));
+        let parts: Vec<(Layer, Image)> = parts.into_iter().collect::<Result<_, _>>()?;
+        let names = parts.iter().flat_map(|(l, _)| ["R", "G", "B", "A"].map(|c| format!("{}.{c}", l.name())));
+        let channels: Vec<String> = picture.channels.iter().cloned().chain(names).collect();
+        let mut data = Vec::with_capacity(picture.width * picture.height * channels.len());
+        for (i, pixel) in picture.data.chunks_exact(3).enumerate() {
+            data.extend_from_slice(pixel);
+            parts.iter().for_each(|(_, part)| data.extend_from_slice(&part.data[4 * i..4 * i + 4]));
+        }
+        Ok(Image { channels, data, ..picture })
+    }
+}
+
+/// The camera with a picture for light.
+fn small_camera(camera: &Camera) -> Camera {
+    let mut small = camera.clone();
+    let Film { width, height, crop, .. } = small.film;
+    if let Some([_, _, w, h]) = crop {
+        // A part of the picture is small already.
+        small.film.crop = crop.filter(|_| w > 0 && h > 0);
+        return small;
+    }
+    small.resize(width.div_ceil(COARSE), height.div_ceil(COARSE));
+    small
 }
 
 /// Pixels that stand for one in a picture of 1080 lines.

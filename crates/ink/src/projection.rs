@@ -81,6 +81,19 @@ impl Projection {
         if self.parallel { -self.forward } else { self.eye - p }
     }
 
+    /// Unit vectors of the world along which the picture's x grows, to the right, and its y, down.
+    pub fn axes(&self) -> [DVec3; 2] {
+        let m = self.to_world.matrix3;
+        [-m.x_axis.normalize_or_zero(), -m.y_axis.normalize_or_zero()]
+    }
+
+    /// Unit, from what is seen at a place in the picture to the eye.
+    pub fn to_eye_at(&self, pixel: DVec2) -> DVec3 {
+        let xy = self.shift - (pixel + self.corner) / self.scale;
+        let direction = if self.parallel { DVec3::Z } else { xy.extend(1.0) };
+        -self.to_world.transform_vector3(direction).normalize_or_zero()
+    }
+
     /// Depth of a point.
     pub fn depth(&self, p: DVec3) -> f64 {
         self.to_camera.transform_point3(p).z
@@ -89,7 +102,7 @@ impl Projection {
     /// Where a point is seen; `None` before the near plane.
     pub fn project(&self, p: DVec3) -> Option<Projected> {
         let c = self.to_camera.transform_point3(p);
-        if !(c.z >= self.near * (1.0 - 1e-9)) || !c.is_finite() {
+        if c.z < self.near * (1.0 - 1e-9) || !c.is_finite() {
             return None;
         }
         let xy = if self.parallel { c.truncate() } else { c.truncate() / c.z };

@@ -22,9 +22,9 @@ pub struct Resolve {
 
 impl Default for Resolve {
     fn default() -> Self {
-        // ξ is .6 of an even distribution and .4 of another, so that it exceeds .62 at 30 % of all places: those are white
-        // at a dryness of .9 where k_dry · .9 · .62 = 1.
-        Self { k_diff: 0.45, k_dry: 1.8, paper_share: 0.4, softness: 0.08 }
+        // Set so that about 30 % of a stroke is white at a dryness of .9 (tests/canvas.rs measures it on the GPU); were ξ the
+        // sum of two even distributions, k_dry = 1.6 would leave a fifth.
+        Self { k_diff: 0.45, k_dry: 1.6, paper_share: 0.4, softness: 0.08 }
     }
 }
 
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
     use yugen_optics::random::Pcg32;
 
-    /// Share of white inside a stroke, by its dryness: none without, growing, 20 to 40 % at .9.
+    /// Share of white inside a stroke whose ξ is even, by its dryness: none without, growing, about a fifth at .9.
     #[test]
     fn flying_white_grows_with_dryness() {
         let resolve = Resolve::default();
@@ -62,6 +62,6 @@ mod tests {
         let shares: Vec<f32> = (0..=10).map(|i| white(i as f32 / 10.0)).collect();
         assert!(shares.windows(2).all(|w| w[0] <= w[1]), "{shares:?}");
         assert_eq!(shares[0], 0.0);
-        assert!((0.2..0.4).contains(&shares[9]), "{shares:?}");
+        assert!((0.15..0.25).contains(&shares[9]), "{shares:?}");
     }
 }

@@ -48,7 +48,7 @@ fn importance(line: &SampledLine) -> f32 {
     let of_kind = match line.kind {
         LineKind::Contour => 1.0,
         LineKind::Border => 0.9,
-        LineKind::Crease => 0.6,
+        LineKind::Crease | LineKind::Wrinkle => 0.6,
     };
     let pairs = line.samples.windows(2).filter(|w| w[0].visible && w[1].visible);
     pairs.map(|w| w[0].pixel.distance(w[1].pixel) * (of_kind + 2.0 * outline(&w[0]))).sum()
@@ -83,7 +83,10 @@ impl Drawn {
         let cell = self.of(pixel);
         let places = self.places.entry(cell).or_default();
         // A few are as good as all.
-        if !places.iter().any(|(p, w)| p.distance(pixel) < 0.5 * self.cell.min(4.0) && w.dot(way).abs() > 0.99) {
+        if !places
+            .iter()
+            .any(|(p, w)| p.distance(pixel) < 0.5 * self.cell.min(4.0) && w.dot(way).abs() > 0.99)
+        {
             places.push((pixel, way));
         }
     }
@@ -115,12 +118,13 @@ mod tests {
                 anchor: Anchor { vertices: [0; 2], part: 0.0 },
             })
             .collect();
-        SampledLine { kind: LineKind::Crease, draw: 0, shape: 1, samples, closed: false }
+        SampledLine { kind: LineKind::Crease, draw: 0, shape: 1, samples, closed: false, facet: 2.0 }
     }
 
     #[test]
     fn of_lines_that_crowd_the_important_one_stays() {
-        let all = || vec![line(0.0, 0.0, 200.0, 0.0), line(3.0, 0.0, 180.0, 1.0), line(60.0, 0.0, 180.0, 0.0)];
+        let all =
+            || vec![line(0.0, 0.0, 200.0, 0.0), line(3.0, 0.0, 180.0, 1.0), line(60.0, 0.0, 180.0, 0.0)];
         let mut lines = all();
         select(&mut lines, 0.3, 1.0);
         assert_eq!(lines.len(), 2, "one of the two that are three pixels apart");

@@ -4,8 +4,8 @@
 //! pressure, angle, dryness and intensity (PADI); here they are curves over the arc length, times the pressure that the
 //! direction of the outline asks for (their circular mapping).
 
-use crate::control::Controls;
 use crate::contour::LineKind;
+use crate::control::Controls;
 use crate::visibility::{STEP, Sample, SampledLine};
 use glam::{Vec2, Vec3};
 use yugen_motion::noise::noise;
@@ -80,9 +80,11 @@ pub struct Hand {
 
 /// Half the width of a brush that is fully pressed, pixels in a picture of 1080 lines: a middle brush on a sheet as high as
 /// an arm is long.
-const RADIUS: f32 = 7.0;
+const RADIUS: f32 = 9.0;
 /// The same of one that barely touches.
 const LEAST_RADIUS: f32 = 0.7;
+/// Load of a stroke at ink one: thick ink, which reflects as much as velvet.
+const INK: f32 = 1.8;
 /// How the width grows with pressure.
 const RADIUS_POWER: f32 = 1.2;
 /// Standard deviation of the smoothing along a line, pixels: it takes the steps of faces out of a contour.
@@ -97,7 +99,7 @@ impl Hand {
     }
 
     /// How near something at a depth is: 1 in front, 0 behind.
-    fn nearness(&self, depth: f32) -> f32 {
+    pub fn nearness(&self, depth: f32) -> f32 {
         let [near, far] = self.depths;
         // By the reciprocal, as what is seen shrinks; nothing is gained by telling apart what is equally far.
         if far - near < 1e-3 * far.abs() {
@@ -111,7 +113,10 @@ impl Hand {
         let (runs, closed) = line.runs();
         let mut strokes = Vec::new();
         for run in runs {
-            let smooth = smoothed(&run, closed, SMOOTHING * self.unit.max(0.5));
+            // The steps of a coarse contour are as long as its faces; those of folds are meant.
+            let steps = if line.kind == LineKind::Contour { 0.8 * line.facet } else { 0.0 };
+            let sigma = steps.max(SMOOTHING * self.unit.max(0.5)).min(5.0 * SMOOTHING * self.unit.max(0.5));
+            let smooth = smoothed(&run, closed, sigma);
             for (samples, closed) in at_corners(smooth, closed, self.unit) {
                 if let Some(stroke) = self.stroke(line, &samples, closed) {
                     strokes.push(stroke);
@@ -153,7 +158,7 @@ impl Hand {
         // Interior folds, creases and borders are drawn with less weight than what stands out against the distance.
         let of_kind = match stroke.kind {
             LineKind::Contour => 0.62,
-            LineKind::Crease => 0.5,
+            LineKind::Crease | LineKind::Wrinkle => 0.5,
             LineKind::Border => 0.6,
         };
         let full = self.radius(1.0);
@@ -169,7 +174,8 @@ impl Hand {
             let seed = (stroke.id.wrapping_add(k * 0x9e37) & 0xfff) as f32 * 0.173;
             noise(Vec3::new(s / (wave * u), seed, 0.5)).0 / 0.6
         };
-        let outside = |i: usize| if samples[i].silhouette { smoothstep(0.0, 0.25, samples[i].gap) } else { 0.0 };
+        let outside =
+            |i: usize| if samples[i].silhouette { smoothstep(0.0, 0.25, samples[i].gap) } else { 0.0 };
         for i in 0..stroke.points.len() {
             let s = stroke.points[i].s;
             let depth = stroke.points[i].depth;
@@ -197,10 +203,10 @@ impl Hand {
 
             let spent = 1.0 - (-s / runs_dry).exp();
             let flick = (1.0 - fall).powi(2);
-            let dryness = c.dryness * (0.55 + 0.5 * spent + 0.55 * flick + 0.2 * along(s, 180.0, 5))
-                + 0.25 * c.dryness * (1.0 - reach);
+            let dryness = c.dryness * (0.5 + 0.9 * spent + 0.9 * flick + 0.35 * along(s, 180.0, 5));
             let far = 1.0 - c.distance * 0.8 * (1.0 - near);
-            let ink = c.ink * c.contour * (1.0 - 0.3 * spent) * far * (0.78 + 0.22 * kind);
+            let load = (0.75 + 0.5 * random(7)) * (1.0 - 0.4 * spent) * (0.5 + 0.5 * kind);
+            let ink = INK * c.ink * c.contour * load * far;
 
             let point = &mut stroke.points[i];
             point.pressure = pressure;
@@ -218,7 +224,8 @@ impl Hand {
                 })
                 .collect();
             // A closed stroke must meet its beginning.
-            let fade = |s: f32| if stroke.closed { (s.min(length - s) / (60.0 * u)).clamp(0.0, 1.0) } else { 1.0 };
+            let fade =
+                |s: f32| if stroke.closed { (s.min(length - s) / (60.0 * u)).clamp(0.0, 1.0) } else { 1.0 };
             for (point, moved) in stroke.points.iter_mut().zip(moved) {
                 point.pixel = point.pixel.lerp(moved, fade(point.s));
             }

@@ -187,13 +187,40 @@ fn ordered(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
+/// Vertices nearer than this part of the extent of their mesh are in one place: both ends of a seam are computed, and sin 2π
+/// is no zero in floats.
+const SAME_PLACE: f32 = 2e-6;
+
 /// The point of each vertex: the first vertex in the same place.
 fn weld(vertices: &[VertexRow]) -> Vec<u32> {
-    let mut first: HashMap<[u32; 3], u32> = HashMap::with_capacity(vertices.len());
+    let place = |v: &VertexRow| Vec3::from(v.position);
+    let finite = || vertices.iter().map(place).filter(|p| p.is_finite());
+    let (low, high) =
+        finite().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let near = SAME_PLACE * (high - low).max_element().max(1e-30);
+    // Cells so large that few places have a neighbour in another one.
+    let side = 64.0 * near;
+    let cell = |p: Vec3| ((p - low) / side).floor().to_array().map(|v| v as i32);
+    let mut cells: HashMap<[i32; 3], Vec<u32>> = HashMap::with_capacity(vertices.len());
     (0u32..)
         .zip(vertices)
-        // Adding zero makes −0 the same place as 0.
-        .map(|(i, v)| *first.entry(v.position.map(|x| (x + 0.0).to_bits())).or_insert(i))
+        .map(|(i, v)| {
+            let p = place(v);
+            let (from, to) = (cell(p - near), cell(p + near));
+            for x in from[0]..=to[0] {
+                for y in from[1]..=to[1] {
+                    for z in from[2]..=to[2] {
+                        let here = cells.get(&[x, y, z]).map_or(&[][..], Vec::as_slice);
+                        let same = |f: &&u32| place(&vertices[**f as usize]).distance(p) <= near;
+                        if let Some(first) = here.iter().find(same) {
+                            return *first;
+                        }
+                    }
+                }
+            }
+            cells.entry(cell(p)).or_default().push(i);
+            i
+        })
         .collect()
 }
 
@@ -441,7 +468,15 @@ mod tests {
     #[test]
     fn what_is_no_surface_is_left_out() {
         let mesh = Mesh {
-            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::splat(f32::NAN), Vec3::X * 2.0, Vec3::Z, -Vec3::Z],
+            positions: vec![
+                Vec3::ZERO,
+                Vec3::X,
+                Vec3::Y,
+                Vec3::splat(f32::NAN),
+                Vec3::X * 2.0,
+                Vec3::Z,
+                -Vec3::Z,
+            ],
             // A triangle, a flat one, one with a corner nowhere, one that is a point, and a third wing on an edge.
             triangles: vec![[0, 1, 2], [0, 1, 4], [0, 1, 3], [2, 2, 2], [0, 1, 5], [1, 0, 6]],
             ..Mesh::default()

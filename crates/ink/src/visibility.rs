@@ -5,7 +5,7 @@
 //! of the scene. Depth is read beside the contour instead, [`OUTWARD`] pixels away from the surface, where nothing but what
 //! truly covers the line can be nearer. Then single errors are voted down along the line, gaps bridged and crumbs dropped.
 
-use crate::contour::{Anchor, Line, LineKind};
+use crate::contour::{Anchor, Line, LineKind, LinePoint};
 use crate::projection::Projection;
 use glam::{DVec2, Vec2};
 use yugen_optics::Image;
@@ -94,6 +94,8 @@ pub struct SampledLine {
     pub samples: Vec<Sample>,
     /// The last sample is followed by the first.
     pub closed: bool,
+    /// Pixels between points of the line, in the mean: how coarse its mesh looks.
+    pub facet: f32,
 }
 
 /// How runs of samples that are seen or hidden are cleaned, pixels.
@@ -116,7 +118,15 @@ impl Default for Cleaning {
 /// A line as the picture has it: in pieces where the near plane or the window cuts it. `shape`: of its draw.
 pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) -> Vec<SampledLine> {
     let count = line.points.len();
-    let new = || SampledLine { kind: line.kind, draw: line.draw, shape, samples: Vec::new(), closed: false };
+    let new = || SampledLine {
+        kind: line.kind,
+        draw: line.draw,
+        shape,
+        samples: Vec::new(),
+        closed: false,
+        facet: 0.0,
+    };
+    let (mut pixels, mut parts) = (0.0, 0.0);
     let mut pieces = vec![new()];
     let segments = if line.closed { count } else { count.saturating_sub(1) };
     let mut whole = true;
@@ -138,11 +148,13 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
             pieces.push(new());
         }
         let length = (q.pixel - p.pixel).length() * (part[1] - part[0]);
+        (pixels, parts) = (pixels + length, parts + 1.0);
         let steps = ((length / STEP).ceil() as usize).clamp(1, 1 << 14);
         let cut = near[1] < 1.0 || part[1] < 1.0;
         // The end of this segment is the beginning of the next, unless there is none.
         let last = cut || (i + 1 == segments && !line.closed);
         let outward = [a, b].map(|e| projection.direction(e.position, e.outward));
+        let beyond = sticks_out(a, outward[0], projection).max(sticks_out(b, outward[1], projection));
         for k in 0..steps + usize::from(last) {
             let u = part[0] + (part[1] - part[0]) * k as f64 / steps as f64;
             // Pixels go evenly, points of the world by the reciprocal of depth.
@@ -153,7 +165,7 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
             let outward = outward[0].lerp(outward[1], along).normalize_or_zero().as_vec2();
             let pixel = p.pixel.lerp(q.pixel, u).as_vec2();
             let (visible, gap) = match line.kind {
-                LineKind::Contour => beside_contour(map, pixel, depth, outward),
+                LineKind::Contour => beside_contour(map, pixel, depth, outward * (OUTWARD + beyond)),
                 _ => {
                     let direction = (q.pixel - p.pixel).normalize_or_zero().as_vec2();
                     beside_fold(map, projection, pixel, depth, direction.perp(), shape)
@@ -180,12 +192,44 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
         pieces.iter_mut().for_each(|p| p.closed = line.closed);
     }
     pieces.retain(|p| p.samples.len() > 1);
+    let facet = if parts > 0.0 { (pixels / parts) as f32 } else { 0.0 };
+    for piece in &mut pieces {
+        piece.facet = facet;
+        go_on_outside(&mut piece.samples, map.size);
+    }
     pieces
 }
 
-/// Whether a contour is seen, and how far what is behind it lies.
-fn beside_contour(map: &DepthMap, pixel: Vec2, depth: f32, outward: Vec2) -> (bool, f32) {
-    let (beside, _) = map.at(pixel + outward * OUTWARD);
+/// Beyond the window nothing is known of depth: a line goes on there as it leaves the picture, so that no stroke ends at its
+/// edge.
+fn go_on_outside(samples: &mut [Sample], size: [u32; 2]) {
+    let size = Vec2::from(size.map(|n| n as f32));
+    let inside = |s: &Sample| s.pixel.cmpge(Vec2::ZERO).all() && s.pixel.cmplt(size).all();
+    let known: Vec<bool> = samples.iter().map(inside).collect();
+    let seen: Vec<bool> = samples.iter().map(|s| s.visible).collect();
+    for i in (0..samples.len()).filter(|i| !known[*i]) {
+        let before = (0..i).rev().take(WHOLE_MARGIN).find(|j| known[*j]);
+        let after = (i + 1..samples.len()).take(WHOLE_MARGIN).find(|j| known[*j]);
+        samples[i].visible = before.or(after).is_some_and(|j| seen[j]);
+    }
+}
+
+/// Samples within which a line that leaves the window has left the margin too, or runs along it and is not seen.
+const WHOLE_MARGIN: usize = 128;
+
+/// Most that a mesh is believed to stick out beyond its contour, pixels: a coarser one is seen as it is.
+const BEYOND: f64 = 8.0;
+
+/// How far the edge on which a contour crosses it sticks out beyond the contour, pixels.
+fn sticks_out(point: &LinePoint, outward: DVec2, projection: &Projection) -> f32 {
+    let Some(at) = projection.project(point.position) else { return 0.0 };
+    let ends = point.ends.iter().filter_map(|end| projection.project(*end));
+    ends.map(|end| (end.pixel - at.pixel).dot(outward)).fold(0.0, f64::max).min(BEYOND) as f32
+}
+
+/// Whether a contour is seen, and how far what is behind it lies; by what is there beside it.
+fn beside_contour(map: &DepthMap, pixel: Vec2, depth: f32, beside: Vec2) -> (bool, f32) {
+    let (beside, _) = map.at(pixel + beside);
     (beside > depth * (1.0 - NEARER), gap(beside, depth))
 }
 
@@ -218,9 +262,10 @@ const MARGIN: f64 = 64.0;
 fn clip_to_window(p: DVec2, q: DVec2, size: [u32; 2]) -> Option<[f64; 2]> {
     let d = q - p;
     let (mut from, mut to) = (0.0f64, 1.0f64);
-    for (d, first, last) in
-        [(d.x, -MARGIN - p.x, f64::from(size[0]) + MARGIN - p.x), (d.y, -MARGIN - p.y, f64::from(size[1]) + MARGIN - p.y)]
-    {
+    for (d, first, last) in [
+        (d.x, -MARGIN - p.x, f64::from(size[0]) + MARGIN - p.x),
+        (d.y, -MARGIN - p.y, f64::from(size[1]) + MARGIN - p.y),
+    ] {
         if d == 0.0 {
             if first > 0.0 || last < 0.0 {
                 return None;
@@ -292,7 +337,11 @@ impl SampledLine {
 /// they are hidden, for there is nothing to bridge.
 fn flip_short_runs(values: &mut [bool], step: &[f32], closed: bool, value: bool, least: f32) {
     let n = values.len();
-    if values.iter().all(|v| *v == value) || n == 0 {
+    if values.iter().all(|v| *v == value) {
+        // A line that is seen from end to end can be a crumb; one that is hidden is no gap.
+        if value && step.iter().sum::<f32>() < least {
+            values.fill(false);
+        }
         return;
     }
     let start = if closed { values.iter().position(|v| *v != value).unwrap_or(0) } else { 0 };
@@ -335,7 +384,7 @@ mod tests {
                 anchor: Anchor { vertices: [0; 2], part: 0.0 },
             })
             .collect();
-        SampledLine { kind: LineKind::Contour, draw: 0, shape: 1, samples, closed }
+        SampledLine { kind: LineKind::Contour, draw: 0, shape: 1, samples, closed, facet: 2.0 }
     }
 
     fn cleaned(seen: &str, closed: bool) -> String {
