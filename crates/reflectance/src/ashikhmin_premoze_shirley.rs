@@ -1,5 +1,6 @@
 //! Ashikhmin, Premože and Shirley 2000, "A Microfacet-based BRDF Generator".
 
+use crate::gaussian_light::SlopeLobe;
 use crate::ashikhmin_g;
 use crate::halfway::{half_vector, pdf_gaussian_reflection, sample_gaussian_reflection};
 use crate::microfacet::f_schlick;
@@ -91,6 +92,10 @@ impl Model for AshikhminPremozeShirley {
     fn sample(&self, table: &[f32], wo: Vec3, u: Vec3) -> Option<Sample> {
         // p cos³ θ_h short of the density drawn from: the weight is bounded.
         Sample::of(self, table, wo, sample_gaussian_reflection(wo, u, self.sigma_x, self.sigma_y))
+    }
+
+    fn slope_lobe(&self, _: &[f32], _: Vec3, _: Vec3) -> Option<SlopeLobe> {
+        Some(SlopeLobe::gaussian(self.sigma_x, self.sigma_y))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

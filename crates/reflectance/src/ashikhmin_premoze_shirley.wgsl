@@ -20,3 +20,12 @@ fn ashikhmin_premoze_shirley_sample(m: AshikhminPremozeShirley, t: u32, wo: vec3
     let wi = sample_gaussian_reflection(wo, u, m.sigma_x, m.sigma_y);
     return bsdf_sample_of(wo, wi, ashikhmin_premoze_shirley_eval(m, t, wo, wi), ashikhmin_premoze_shirley_pdf(m, t, wo, wi));
 }
+
+fn ashikhmin_premoze_shirley_slope_lobe(
+    m: AshikhminPremozeShirley,
+    t: u32,
+    wo: vec3<f32>,
+    wi: vec3<f32>,
+) -> SlopeLobe {
+    return gaussian_lobe(m.sigma_x, m.sigma_y, vec3<f32>(0.0));
+}

@@ -1,5 +1,6 @@
 //! Cook and Torrance 1982, "A Reflectance Model for Computer Graphics".
 
+use crate::gaussian_light::SlopeLobe;
 use crate::halfway::{
     g_grooves, half_vector, lobe_share, pdf_gaussian_reflection, sample_gaussian_reflection, v_grooves,
 };
@@ -118,6 +119,10 @@ impl Model for CookTorrance {
             return Sample::of(self, table, wo, cosine_hemisphere(u.truncate()));
         }
         Sample::of(self, table, wo, sample_gaussian_reflection(wo, u.with_z(u.z / share), self.m, self.m))
+    }
+
+    fn slope_lobe(&self, _: &[f32], _: Vec3, _: Vec3) -> Option<SlopeLobe> {
+        Some(SlopeLobe::gaussian(self.m, self.m).over(self.diffuse * (1.0 - self.s)))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

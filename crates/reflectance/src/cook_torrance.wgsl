@@ -40,3 +40,7 @@ fn cook_torrance_sample(m: CookTorrance, t: u32, wo: vec3<f32>, u: vec3<f32>) ->
     }
     return bsdf_sample_of(wo, wi, cook_torrance_eval(m, t, wo, wi), cook_torrance_pdf(m, t, wo, wi));
 }
+
+fn cook_torrance_slope_lobe(m: CookTorrance, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
+    return gaussian_lobe(m.m, m.m, m.diffuse * ((1.0 - m.s) * FRAC_1_PI));
+}

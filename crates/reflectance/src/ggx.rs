@@ -1,6 +1,7 @@
 //! Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding the
 //! Masking-Shadowing Function in Microfacet-Based BRDFs": the rough mirror most programs agree on.
 
+use crate::gaussian_light::SlopeLobe;
 use crate::energy;
 use crate::halfway::half_vector;
 use crate::microfacet::{DISTRIBUTIONS, MASKINGS, Microfacets, f_schlick};
@@ -106,6 +107,11 @@ impl Model for Ggx {
     fn terms(&self, wo: Vec3, wi: Vec3) -> Option<Terms> {
         let (facets, (h, cos)) = (self.facets(), half_vector(wo, wi));
         Some(Terms { d: facets.d(h), g: facets.g2(wo, wi), f: f_schlick(self.f0, Vec3::ONE, cos) })
+    }
+
+    fn slope_lobe(&self, _: &[f32], _: Vec3, _: Vec3) -> Option<SlopeLobe> {
+        // What comes back from between facets is broad, but it is a small part of what is sharp.
+        Some(self.facets().slope_lobe())
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -75,3 +75,7 @@ fn ggx_sample(m: Ggx, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     }
     return bsdf_sample_of(wo, wi, ggx_eval(m, t, wo, wi), ggx_pdf(m, t, wo, wi));
 }
+
+fn ggx_slope_lobe(m: Ggx, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
+    return slope_lobe_of(ggx_facets(m), vec3<f32>(0.0));
+}

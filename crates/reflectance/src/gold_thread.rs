@@ -15,6 +15,7 @@
 //! without interference as the coat is many wavelengths thick. It turns gold redder. A split into body and
 //! surface colour does not hold for either make: all of it is surface.
 
+use crate::gaussian_light::SlopeLobe;
 use crate::metals::Metal;
 use crate::microcylinder::r3_sequence;
 use crate::microfacet::{Distribution, Masking, Microfacets, f_conductor, f_dielectric};
@@ -232,6 +233,10 @@ impl Model for GoldThread {
             return None;
         }
         Some(Sample { wi, weight: self.eval(table, wo, wi) * (wi.z / pdf), pdf, delta: false, eta: 1.0 })
+    }
+
+    fn slope_lobe(&self, _: &[f32], _: Vec3, _: Vec3) -> Option<SlopeLobe> {
+        (self.form.index() == 0).then(|| self.facets().slope_lobe())
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

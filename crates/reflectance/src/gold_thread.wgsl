@@ -130,3 +130,10 @@ fn gold_thread_sample(m: GoldThread, t: u32, wo: vec3<f32>, u: vec3<f32>) -> Bsd
     }
     return BsdfSample(wi, pdf, gold_thread_eval(m, t, wo, wi) * (wi.z / pdf), 1.0, 0u);
 }
+
+fn gold_thread_slope_lobe(m: GoldThread, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
+    if (m.form == 0u) {
+        return slope_lobe_of(gold_thread_facets(m), vec3<f32>(0.0));
+    }
+    return no_slope_lobe();
+}

@@ -23,6 +23,7 @@ mod shader;
 pub mod ashikhmin_g;
 pub mod btf;
 pub mod films;
+pub mod gaussian_light;
 pub mod halfway;
 pub mod importance;
 pub mod metals;

@@ -1,6 +1,8 @@
 //! Khronos Group 2021, "glTF 2.0 Specification", appendix B, with the extensions KHR_materials_anisotropy,
 //! clearcoat, ior, iridescence, sheen and specular.
 
+use crate::gaussian_light::SlopeLobe;
+use crate::halfway::half_vector;
 use crate::microfacet::{Distribution, MASKINGS, Masking, Microfacets, alpha_of_roughness, schlick_weight};
 use crate::model::{Choice, Laws, Model, ModelError, Sample, Spec, params};
 use glam::{Mat3, Vec3};
@@ -218,6 +220,22 @@ impl MetallicRoughness {
         (film(bare.0, f0.0), film(bare.1, f0.1))
     }
 
+    /// The base of the dielectric, which has what its reflection leaves: at these directions `dielectric`.
+    fn diffuse(&self, wo: Vec3, wi: Vec3, dielectric: Vec3) -> Vec3 {
+        let taken = self.fresnel(wo.z.min(wi.z)).0.max(dielectric).max_element();
+        self.base_color * ((1.0 - taken) * FRAC_1_PI)
+    }
+
+    /// Puts the fibres over `f`.
+    fn add_sheen(&self, table: &[f32], wo: Vec3, wi: Vec3, f: &mut Vec3) {
+        let sheen = self.sheen_color.max_element();
+        if sheen > 0.0 {
+            let albedo = |cos| sheen_albedo(table, cos, self.sheen_roughness);
+            *f *= (1.0 - sheen * albedo(wo.z).max(albedo(wi.z))).max(0.0);
+            *f += self.sheen_color * f_sheen(wo, wi, sheen_alpha(self.sheen_roughness));
+        }
+    }
+
     fn lobes(&self, table: &[f32], wo: Vec3) -> Lobes {
         let coat = self.coat_fresnel(wo.z);
         let (dielectric, metal) = self.fresnel_bare(wo.z);
@@ -265,15 +283,8 @@ impl Model for MetallicRoughness {
         }
         let (s, specular_pdf, cos) = self.facets().reflect(self.turn(wo, 1.0), self.turn(wi, 1.0));
         let (dielectric, metal) = self.fresnel(cos);
-        let taken = self.fresnel(wo.z.min(wi.z)).0.max(dielectric).max_element();
-        let diffuse = self.base_color * ((1.0 - taken) * FRAC_1_PI);
-        let mut f = (dielectric * s + diffuse).lerp(metal * s, self.metallic);
-        let sheen = self.sheen_color.max_element();
-        if sheen > 0.0 {
-            let albedo = |cos| sheen_albedo(table, cos, self.sheen_roughness);
-            f *= (1.0 - sheen * albedo(wo.z).max(albedo(wi.z))).max(0.0);
-            f += self.sheen_color * f_sheen(wo, wi, sheen_alpha(self.sheen_roughness));
-        }
+        let mut f = (dielectric * s + self.diffuse(wo, wi, dielectric)).lerp(metal * s, self.metallic);
+        self.add_sheen(table, wo, wi, &mut f);
         let lobes = self.lobes(table, wo);
         let mut pdf =
             lobes.specular * specular_pdf + (1.0 - lobes.specular - lobes.coat) * cosine_hemisphere_pdf(wi);
@@ -298,6 +309,27 @@ impl Model for MetallicRoughness {
             cosine_hemisphere(u.truncate())
         };
         Sample::of(self, table, wo, wi)
+    }
+
+    fn slope_lobe(&self, table: &[f32], wo: Vec3, wi: Vec3) -> Option<SlopeLobe> {
+        // A coat is sharper than what it covers, which is then the rest.
+        if self.clearcoat > 0.0 {
+            let bare = Self { clearcoat: 0.0, ..*self };
+            let rest = bare.eval(table, wo, wi) * (1.0 - self.coat_fresnel(wo.z.min(wi.z)));
+            return Some(SlopeLobe { rest, ..self.coat_facets().slope_lobe() });
+        }
+        let cos = half_vector(wo, wi).1;
+        let mut rest = self.diffuse(wo, wi, self.fresnel(cos).0) * (1.0 - self.metallic);
+        self.add_sheen(table, wo, wi, &mut rest);
+        let facets = self.facets().slope_lobe();
+        let (sin, cos) = self.anisotropy_rotation.sin_cos();
+        let [along, across] = [facets.alpha2.x, facets.alpha2.z];
+        let alpha2 = Vec3::new(
+            cos * cos * along + sin * sin * across,
+            cos * sin * (along - across),
+            sin * sin * along + cos * cos * across,
+        );
+        Some(SlopeLobe { alpha2, rest, ..facets })
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -164,6 +164,27 @@ fn metallic_roughness_lobes(m: MetallicRoughness, t: u32, wo: vec3<f32>) -> vec2
     return vec2<f32>(coat, 1.0 - coat);
 }
 
+fn metallic_roughness_diffuse(m: MetallicRoughness, wo: vec3<f32>, wi: vec3<f32>, dielectric: vec3<f32>) -> vec3<f32> {
+    let taken = max_element(max(metallic_roughness_fresnel(m, min(wo.z, wi.z)).dielectric, dielectric));
+    return m.base_color * ((1.0 - taken) * FRAC_1_PI);
+}
+
+fn metallic_roughness_under_sheen(
+    m: MetallicRoughness,
+    t: u32,
+    wo: vec3<f32>,
+    wi: vec3<f32>,
+    f: vec3<f32>,
+) -> vec3<f32> {
+    let sheen = max_element(m.sheen_color);
+    if (sheen <= 0.0) {
+        return f;
+    }
+    let albedo = max(sheen_albedo(t, wo.z, m.sheen_roughness), sheen_albedo(t, wi.z, m.sheen_roughness));
+    let alpha = max(m.sheen_roughness, 0.07) * max(m.sheen_roughness, 0.07);
+    return f * max(1.0 - sheen * albedo, 0.0) + m.sheen_color * f_sheen(wo, wi, alpha);
+}
+
 fn metallic_roughness_eval_pdf(m: MetallicRoughness, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec4<f32> {
     if (wo.z <= 0.0 || wi.z <= 0.0) {
         return vec4<f32>(0.0);
@@ -175,15 +196,9 @@ fn metallic_roughness_eval_pdf(m: MetallicRoughness, t: u32, wo: vec3<f32>, wi: 
     );
     let fresnel = metallic_roughness_fresnel(m, r.cos_oh);
     let grazing = min(wo.z, wi.z);
-    let taken = max_element(max(metallic_roughness_fresnel(m, grazing).dielectric, fresnel.dielectric));
-    let diffuse = m.base_color * ((1.0 - taken) * FRAC_1_PI);
+    let diffuse = metallic_roughness_diffuse(m, wo, wi, fresnel.dielectric);
     var f = mix(fresnel.dielectric * r.f + diffuse, fresnel.metal * r.f, m.metallic);
-    let sheen = max_element(m.sheen_color);
-    if (sheen > 0.0) {
-        let albedo = max(sheen_albedo(t, wo.z, m.sheen_roughness), sheen_albedo(t, wi.z, m.sheen_roughness));
-        let alpha = max(m.sheen_roughness, 0.07) * max(m.sheen_roughness, 0.07);
-        f = f * max(1.0 - sheen * albedo, 0.0) + m.sheen_color * f_sheen(wo, wi, alpha);
-    }
+    f = metallic_roughness_under_sheen(m, t, wo, wi, f);
     let lobes = metallic_roughness_lobes(m, t, wo);
     var pdf = lobes.y * r.pdf + (1.0 - lobes.y - lobes.x) * cosine_hemisphere_pdf(wi);
     if (m.clearcoat > 0.0) {
@@ -210,4 +225,23 @@ fn metallic_roughness_sample(m: MetallicRoughness, t: u32, wo: vec3<f32>, u: vec
     }
     let f = metallic_roughness_eval_pdf(m, t, wo, wi);
     return bsdf_sample_of(wo, wi, f.xyz, f.w);
+}
+
+fn metallic_roughness_slope_lobe(m: MetallicRoughness, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
+    if (m.clearcoat > 0.0) {
+        var bare = m;
+        bare.clearcoat = 0.0;
+        let rest = metallic_roughness_eval_pdf(bare, t, wo, wi).xyz;
+        let under = rest * (1.0 - metallic_roughness_coat_fresnel(m, min(wo.z, wi.z)));
+        return slope_lobe_of(metallic_roughness_coat_facets(m), under);
+    }
+    let dielectric = metallic_roughness_fresnel(m, half_vector(wo, wi).w).dielectric;
+    let diffuse = metallic_roughness_diffuse(m, wo, wi, dielectric) * (1.0 - m.metallic);
+    let rest = metallic_roughness_under_sheen(m, t, wo, wi, diffuse);
+    let facets = metallic_roughness_facets(m);
+    let a = facets.ax * facets.ax;
+    let b = facets.ay * facets.ay;
+    let s = sin(m.anisotropy_rotation);
+    let c = cos(m.anisotropy_rotation);
+    return SlopeLobe(vec3<f32>(c * c * a + s * s * b, c * s * (a - b), s * s * a + c * c * b), LONG_TAILS, rest);
 }

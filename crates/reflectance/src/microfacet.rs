@@ -4,6 +4,7 @@
 //! Roughness is `ax` along the tangent +x and `ay` along +y, the root-mean-square slope times √2 for
 //! Beckmann. Cosines are of the local frame, so no term needs a trigonometric function.
 
+use crate::gaussian_light::SlopeLobe;
 use crate::model::Choice;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
@@ -148,6 +149,12 @@ impl Microfacets {
     #[inline]
     pub fn new(distribution: Distribution, masking: Masking, ax: f32, ay: f32) -> Self {
         Self { distribution, masking, ax: ax.max(MIN_ALPHA), ay: ay.max(MIN_ALPHA) }
+    }
+
+    /// The lobe that they make, without anything else.
+    pub fn slope_lobe(&self) -> SlopeLobe {
+        let long_tails = self.distribution == Distribution::Ggx;
+        SlopeLobe { long_tails, ..SlopeLobe::gaussian(self.ax, self.ay) }
     }
 
     /// Density of normals.

@@ -1,5 +1,6 @@
 //! What a reflectance model is, and the machinery that turns one list into everything else.
 
+use crate::gaussian_light::SlopeLobe;
 use bytemuck::Pod;
 use glam::Vec3;
 use yugen_optics::ColourSpace;
@@ -359,6 +360,13 @@ pub trait Model: Params + Send + Sync + 'static {
         (self.eval(table, wo, wi), self.pdf(table, wo, wi))
     }
 
+    /// The narrow part of f and the rest of it at these directions, for lights of small extent
+    /// ([`Bsdf::reflect_gaussian`]); `None` for a model that is broad, or is not a lobe of slopes.
+    fn slope_lobe(&self, table: &[f32], wo: Vec3, wi: Vec3) -> Option<SlopeLobe> {
+        let _ = (table, wo, wi);
+        None
+    }
+
     /// D, G and F for two directions above the surface; `None` for a model that is not made of them.
     fn terms(&self, wo: Vec3, wi: Vec3) -> Option<Terms> {
         let _ = (wo, wi);
@@ -467,6 +475,10 @@ macro_rules! models {
             /// D, G and F for two directions above the surface; `None` for a model that is not made of them.
             pub fn terms(&self, wo: glam::Vec3, wi: glam::Vec3) -> Option<Terms> {
                 match self.kind { $( Kind::$model => self.params::<$module::$model>().terms(wo, wi) ),* }
+            }
+            /// The narrow part of f and the rest of it at these directions.
+            pub fn slope_lobe(&self, wo: glam::Vec3, wi: glam::Vec3) -> Option<$crate::gaussian_light::SlopeLobe> {
+                match self.kind { $( Kind::$model => self.params::<$module::$model>().slope_lobe(self.table, wo, wi) ),* }
             }
             /// Albedo guess for AOVs.
             pub fn albedo(&self) -> glam::Vec3 {

@@ -1,5 +1,6 @@
 //! Wakita et al., "Digital Archiving of Takigi Noh Based on Reflectance Analysis".
 
+use crate::gaussian_light::SlopeLobe;
 use crate::ashikhmin_g;
 use crate::ashikhmin_premoze_shirley::f_ashikhmin2000;
 use crate::blinn_phong::normaliser;
@@ -234,6 +235,18 @@ impl Model for Noh {
             _ => sample_gaussian_reflection(wo, u.with_z(u.z / share), self.sigma_x, self.sigma_y),
         };
         Sample::of(self, table, wo, wi)
+    }
+
+    fn slope_lobe(&self, _: &[f32], _: Vec3, _: Vec3) -> Option<SlopeLobe> {
+        let lobe = match self.form() {
+            Form::Ggx => self.microfacets().slope_lobe(),
+            Form::BlinnPhong => {
+                let alpha = (2.0 / self.exponent()).sqrt();
+                SlopeLobe::gaussian(alpha, alpha)
+            }
+            _ => SlopeLobe::gaussian(self.sigma_x, self.sigma_y),
+        };
+        Some(lobe.over(self.rho_d))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

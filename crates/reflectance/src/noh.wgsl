@@ -79,3 +79,15 @@ fn noh_sample(m: Noh, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     }
     return bsdf_sample_of(wo, wi, noh_eval(m, t, wo, wi), noh_pdf(m, t, wo, wi));
 }
+
+fn noh_slope_lobe(m: Noh, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
+    let rest = m.rho_d * FRAC_1_PI;
+    switch m.form {
+        case 5u: { return slope_lobe_of(noh_microfacets(m), rest); }
+        case 6u: {
+            let alpha = sqrt(2.0 / noh_exponent(m));
+            return gaussian_lobe(alpha, alpha, rest);
+        }
+        default: { return gaussian_lobe(m.sigma_x, m.sigma_y, rest); }
+    }
+}

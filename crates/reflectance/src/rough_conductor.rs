@@ -1,6 +1,7 @@
 //! Torrance and Sparrow 1967, in the form of Walter et al. 2007, "Microfacet Models for Refraction through
 //! Rough Surfaces": a rough metal with its exact Fresnel reflectance.
 
+use crate::gaussian_light::SlopeLobe;
 use crate::halfway::half_vector;
 use crate::metals::Metal;
 use crate::microfacet::{DISTRIBUTIONS, MASKINGS, Microfacets, f_conductor};
@@ -78,6 +79,10 @@ impl Model for RoughConductor {
         let (facets, (h, cos)) = (self.facets(), half_vector(wo, wi));
         let f = f_conductor(cos, self.eta, self.k) * self.specular_reflectance;
         Some(Terms { d: facets.d(h), g: facets.g2(wo, wi), f })
+    }
+
+    fn slope_lobe(&self, _: &[f32], _: Vec3, _: Vec3) -> Option<SlopeLobe> {
+        Some(self.facets().slope_lobe())
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

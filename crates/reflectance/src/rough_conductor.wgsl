@@ -26,3 +26,7 @@ fn rough_conductor_sample(m: RoughConductor, t: u32, wo: vec3<f32>, u: vec3<f32>
     let weight = r.f * wi.z / r.pdf * f_conductor(r.cos_oh, m.eta, m.k) * m.specular_reflectance;
     return BsdfSample(wi, r.pdf, weight, 1.0, 0u);
 }
+
+fn rough_conductor_slope_lobe(m: RoughConductor, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
+    return slope_lobe_of(rough_conductor_facets(m), vec3<f32>(0.0));
+}

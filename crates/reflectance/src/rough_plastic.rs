@@ -1,5 +1,6 @@
 //! Jakob 2010, "Mitsuba renderer" (roughplastic): a diffuse base under a rough dielectric coat.
 
+use crate::gaussian_light::SlopeLobe;
 use crate::microfacet::{DISTRIBUTIONS, Masking, Microfacets, f_dielectric, refract};
 use crate::model::{Choice, Laws, Model, ModelError, Sample, Spec, params};
 use crate::plastic::{coat_probability, coated_diffuse};
@@ -31,6 +32,11 @@ impl RoughPlastic {
 
     fn eta(&self) -> f32 {
         self.int_ior / self.ext_ior
+    }
+
+    /// The base under the coat, in light that has come through.
+    fn base(&self, table: &[f32]) -> Vec3 {
+        coated_diffuse(self.diffuse_reflectance, table[COSINES], self.nonlinear.index() == 1, self.eta())
     }
 }
 
@@ -105,9 +111,8 @@ impl Model for RoughPlastic {
         let (to, ti) = (transmittance(table, wo.z), transmittance(table, wi.z));
         let (f, facet_pdf, cos) = self.facets().reflect(wo, wi);
         let coat = coat_probability(1.0 - to, self.specular_reflectance, self.diffuse_reflectance);
-        let base = coated_diffuse(self.diffuse_reflectance, table[COSINES], self.nonlinear.index() == 1, eta);
         (
-            self.specular_reflectance * (f * f_dielectric(cos, eta)) + base * (to * ti),
+            self.specular_reflectance * (f * f_dielectric(cos, eta)) + self.base(table) * (to * ti),
             coat * facet_pdf + (1.0 - coat) * cosine_hemisphere_pdf(wi),
         )
     }
@@ -123,6 +128,11 @@ impl Model for RoughPlastic {
             cosine_hemisphere(u.truncate())
         };
         Sample::of(self, table, wo, wi)
+    }
+
+    fn slope_lobe(&self, table: &[f32], wo: Vec3, wi: Vec3) -> Option<SlopeLobe> {
+        let rest = self.base(table) * (transmittance(table, wo.z) * transmittance(table, wi.z.max(0.0)));
+        Some(SlopeLobe { rest, ..self.facets().slope_lobe() })
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

@@ -27,17 +27,21 @@ fn rough_plastic_eval(m: RoughPlastic, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> 
     if (wo.z <= 0.0 || wi.z <= 0.0) {
         return vec3<f32>(0.0);
     }
+    let r = microfacet_reflect(rough_plastic_facets(m), wo, wi);
+    let f = f_dielectric(r.cos_oh, m.int_ior / m.ext_ior);
+    return m.specular_reflectance * (r.f * f) + rough_plastic_base(m, t, wo, wi);
+}
+
+fn rough_plastic_base(m: RoughPlastic, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec3<f32> {
     let eta = m.int_ior / m.ext_ior;
     let through = rough_plastic_transmittance(t, wo.z) * rough_plastic_transmittance(t, wi.z);
-    let r = microfacet_reflect(rough_plastic_facets(m), wo, wi);
     // Duntley 1942.
     let lost = table_at(t + ROUGH_PLASTIC_COSINES);
     var inter = vec3<f32>(1.0 - lost);
     if (m.nonlinear == 1u) {
         inter = 1.0 - m.diffuse_reflectance * lost;
     }
-    let base = m.diffuse_reflectance / inter * (FRAC_1_PI / (eta * eta));
-    return m.specular_reflectance * (r.f * f_dielectric(r.cos_oh, eta)) + base * through;
+    return m.diffuse_reflectance / inter * (FRAC_1_PI / (eta * eta) * through);
 }
 
 fn rough_plastic_pdf(m: RoughPlastic, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {
@@ -60,4 +64,8 @@ fn rough_plastic_sample(m: RoughPlastic, t: u32, wo: vec3<f32>, u: vec3<f32>) ->
         wi = cosine_hemisphere(u.xy);
     }
     return bsdf_sample_of(wo, wi, rough_plastic_eval(m, t, wo, wi), rough_plastic_pdf(m, t, wo, wi));
+}
+
+fn rough_plastic_slope_lobe(m: RoughPlastic, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
+    return slope_lobe_of(rough_plastic_facets(m), rough_plastic_base(m, t, wo, wi));
 }

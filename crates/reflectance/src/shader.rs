@@ -43,7 +43,7 @@ fn wgsl_type_name(name: &str) -> String {
 }
 
 /// Everything a shader needs to evaluate `kinds`: frame, microfacet terms, parameter structs, twins, dispatch
-/// (`bsdf_eval_pdf`, from which `bsdf_eval` and `bsdf_pdf`, and `bsdf_sample`). The shader that includes it supplies
+/// (`bsdf_eval_pdf`, from which `bsdf_eval` and `bsdf_pdf`, `bsdf_sample`, `bsdf_slope_lobe` and `reflect_gaussian`). The shader that includes it supplies
 /// `fn param_at(i: u32) -> f32` and `fn table_at(i: u32) -> f32`.
 ///
 /// Indices count numbers: what the smallest device of WebGPU binds (128 MiB) holds 33 million of them in tables, seven MERL
@@ -65,7 +65,7 @@ pub fn wgsl_library(kinds: &[Kind]) -> String {
     ] {
         out.push_str(shared);
     }
-    let (mut evals, mut samples) = (String::new(), String::new());
+    let [mut evals, mut samples, mut lobes] = [const { String::new() }; 3];
     for kind in kinds {
         let (name, number, twin) = (kind.name(), *kind as u32, kind.wgsl());
         out.push_str(&wgsl_params(*kind));
@@ -84,6 +84,12 @@ pub fn wgsl_library(kinds: &[Kind]) -> String {
             samples,
             "        case {number}u: {{ return {name}_sample({name}_load(p), t, wo, u); }}"
         );
+        if twin.contains(&format!("fn {name}_slope_lobe(")) {
+            let _ = writeln!(
+                lobes,
+                "        case {number}u: {{ return {name}_slope_lobe({name}_load(p), t, wo, wi); }}"
+            );
+        }
     }
     let _ = write!(
         out,
@@ -104,7 +110,14 @@ fn bsdf_sample(kind: u32, p: u32, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSa
 {samples}        default: {{ return bsdf_no_sample(); }}
     }}
 }}
+// The narrow part of f, and the rest of it at these directions.
+fn bsdf_slope_lobe(kind: u32, p: u32, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {{
+    switch kind {{
+{lobes}        default: {{ return no_slope_lobe(); }}
+    }}
+}}
 "
     );
+    out.push_str(crate::gaussian_light::GAUSSIAN_LIGHT_WGSL);
     out
 }

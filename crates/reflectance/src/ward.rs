@@ -1,5 +1,6 @@
 //! Ward 1992, "Measuring and Modeling Anisotropic Reflection".
 
+use crate::gaussian_light::SlopeLobe;
 use crate::halfway::{lobe_share, pdf_gaussian_reflection, sample_gaussian_reflection, squared_slope};
 use crate::model::{Choice, Laws, Model, Sample, Spec, params};
 use glam::Vec3;
@@ -104,6 +105,10 @@ impl Model for Ward {
         // Seen walls keep the weight of gmd at or below one, where Walter's plain draws reach two.
         let u = u.with_z(u.z / share);
         Sample::of(self, table, wo, sample_gaussian_reflection(wo, u, self.alpha_x, self.alpha_y))
+    }
+
+    fn slope_lobe(&self, _: &[f32], _: Vec3, _: Vec3) -> Option<SlopeLobe> {
+        Some(SlopeLobe::gaussian(self.alpha_x, self.alpha_y).over(self.diffuse))
     }
 
     fn albedo(&self, _: &[f32]) -> Vec3 {

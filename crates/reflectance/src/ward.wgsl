@@ -29,3 +29,7 @@ fn ward_sample(m: Ward, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     }
     return bsdf_sample_of(wo, wi, ward_eval(m, t, wo, wi), ward_pdf(m, t, wo, wi));
 }
+
+fn ward_slope_lobe(m: Ward, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
+    return gaussian_lobe(m.alpha_x, m.alpha_y, m.diffuse * FRAC_1_PI);
+}

@@ -649,60 +649,6 @@ impl App {
         }
     }
 
-    /// Goes on with the script as far as it can be.
-    fn follow_script(&mut self, event_loop: &ActiveEventLoop) {
-        while let Some(command) = self.script.next() {
-            let no_picture = self.graphics.as_ref().is_none_or(|g| g.stage.is_none());
-            if no_picture && matches!(command, Command::Pause(_)) {
-                // Nothing plays before there is a picture.
-                self.script.wait_from_now();
-            }
-            let ready = match &command {
-                Command::Pause(seconds) => self.script.waited().as_secs_f32() >= *seconds,
-                Command::Wait(_)
-                | Command::Save(_)
-                | Command::Window(_)
-                | Command::Pick(_)
-                | Command::Report
-                    if self.state.playing() =>
-                {
-                    true
-                }
-                Command::Wait([frames, samples]) => {
-                    let refined = !self.state.reference
-                        || self.seen.samples >= *samples as f32 && self.seen.difference.is_some();
-                    self.settled() && self.frames >= (*frames).min(MOST_FRAMES) && refined
-                }
-                Command::Save(_) | Command::Window(_) | Command::Pick(_) | Command::Report => self.settled(),
-                Command::Open(_) | Command::Reload => self.settled(),
-                Command::Quit => self.loading.is_none(),
-                _ => true,
-            } && self.graphics.as_ref().is_some_and(|g| g.wants_window.is_none());
-            if !ready {
-                if let Some(failure) = self.script.stuck() {
-                    self.fail(event_loop, failure);
-                }
-                return;
-            }
-            self.script.done();
-            let waits = matches!(command, Command::Wait(_) | Command::Save(_) | Command::Pick(_));
-            if self.state.playing() && waits {
-                let failure = self.script.failed("what plays never comes to rest: `play off` first".into());
-                return self.fail(event_loop, failure);
-            }
-            if let Err(problem) = self.apply(event_loop, &command) {
-                let failure = self.script.failed(problem);
-                return self.fail(event_loop, failure);
-            }
-            if matches!(command, Command::Quit) {
-                return;
-            }
-            if let Some(graphics) = &self.graphics {
-                graphics.window.request_redraw();
-            }
-        }
-    }
-
     fn draw(&mut self, event_loop: &ActiveEventLoop) {
         let Some(graphics) = &mut self.graphics else { return };
         if !graphics.visible() {

@@ -1,9 +1,11 @@
 //! Commands one after the other, each when what was before is seen.
 
+use super::{App, MOST_FRAMES};
 use crate::action::{Command, Step};
 use crate::error::ViewError;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
+use winit::event_loop::ActiveEventLoop;
 
 /// A step that takes longer is stuck.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -65,5 +67,54 @@ impl Script {
     /// The step that was begun last went wrong.
     pub fn failed(&self, problem: String) -> ViewError {
         ViewError::Script { step: self.done, what: self.last.clone(), problem }
+    }
+}
+
+impl App {
+    /// Goes on with the script as far as it can be.
+    pub(super) fn follow_script(&mut self, event_loop: &ActiveEventLoop) {
+        while let Some(command) = self.script.next() {
+            let stands_still = matches!(command, Command::Wait(_) | Command::Save(_) | Command::Pick(_));
+            if self.state.playing() && stands_still {
+                self.script.done();
+                let failure = self.script.failed("what plays never comes to rest: `play off` first".into());
+                return self.fail(event_loop, failure);
+            }
+            let no_picture = self.graphics.as_ref().is_none_or(|g| g.stage.is_none());
+            if no_picture && matches!(command, Command::Pause(_)) {
+                // Nothing plays before there is a picture.
+                self.script.wait_from_now();
+            }
+            let ready = match &command {
+                Command::Pause(seconds) => self.script.waited().as_secs_f32() >= *seconds,
+                Command::Window(_) | Command::Report if self.state.playing() => !no_picture,
+                Command::Wait([frames, samples]) => {
+                    let refined = !self.state.reference
+                        || self.seen.samples >= *samples as f32 && self.seen.difference.is_some();
+                    self.settled() && self.frames >= (*frames).min(MOST_FRAMES) && refined
+                }
+                Command::Save(_) | Command::Window(_) | Command::Pick(_) | Command::Report => self.settled(),
+                Command::Open(_) | Command::Reload => self.settled(),
+                Command::Quit => self.loading.is_none(),
+                _ => true,
+            } && self.graphics.as_ref().is_some_and(|g| g.wants_window.is_none());
+            if !ready {
+                if let Some(failure) = self.script.stuck() {
+                    self.fail(event_loop, failure);
+                }
+                return;
+            }
+            self.script.done();
+            if let Err(problem) = self.apply(event_loop, &command) {
+                let failure = self.script.failed(problem);
+                return self.fail(event_loop, failure);
+            }
+            if matches!(command, Command::Quit) {
+                return;
+            }
+            if let Some(graphics) = &self.graphics {
+                graphics.window.request_redraw();
+            }
+        }
     }
 }
