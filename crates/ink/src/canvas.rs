@@ -5,6 +5,8 @@
 //! puts the layers over one another (`composite.wgsl`).
 
 use crate::InkError;
+use crate::dispersion::Dispersion;
+use crate::flow::FlowRow;
 use crate::footprint::{EXTENT, Footprint, TEXELS, TRAIL, TRAIL_WAVES, VARIANTS, bristle_trail};
 use crate::paper::{Paper, Sheet};
 use crate::pigment::{BANDS, Pigment, band_to_rgb, over};
@@ -37,6 +39,16 @@ pub enum Layer {
 impl Layer {
     /// All, in order.
     pub const ALL: [Self; 5] = [Self::Wash, Self::Wrinkle, Self::Rub, Self::Contour, Self::Dot];
+
+    /// Part of the ink of a wet place that flows: a wash is mostly water, a line of thick ink keeps its edge.
+    fn mobile(self) -> f32 {
+        match self {
+            Self::Wash => 0.9,
+            Self::Wrinkle | Self::Rub => 0.25,
+            Self::Contour => 0.3,
+            Self::Dot => 0.4,
+        }
+    }
 
     /// Of files.
     pub fn name(self) -> &'static str {
@@ -101,9 +113,45 @@ pub struct Canvas {
     composite_group: wgpu::BindGroup,
     sums: wgpu::TextureView,
     greatest: wgpu::TextureView,
+    /// What stamps leave.
     loads: wgpu::Texture,
+    /// What is left of it when water has gone.
+    dried: wgpu::Texture,
+    drying: Drying,
     picture: wgpu::Texture,
 }
+
+/// The way of water and ink between pixels and cells.
+struct Drying {
+    dispersion: Dispersion,
+    wet: wgpu::ComputePipeline,
+    dry: wgpu::RenderPipeline,
+    /// For each layer: for compute, and for drawing.
+    groups: Vec<[wgpu::BindGroup; 2]>,
+    cells: [u32; 2],
+    steps: u32,
+    /// Of each layer.
+    mobile: [f32; 5],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct DryRow {
+    size: [u32; 2],
+    side: u32,
+    unused: u32,
+    cells: [u32; 2],
+    mobile: f32,
+    water: f32,
+    granulation: f32,
+    unused_too: [f32; 7],
+}
+
+/// Side of a cell of water, pixels of a picture of 1080 lines: half of that would take four times as long and twice as many
+/// steps to flow as far.
+const CELL: f32 = 2.0;
+/// Steps of the flow: as far as water creeps before it is dry, and the same for each picture, so that films do not boil.
+const STEPS: u32 = 33;
 
 /// What a canvas is made of.
 #[derive(Clone, Copy, Debug)]
@@ -114,6 +162,8 @@ pub struct Materials {
     pub pigments: [&'static Pigment; 5],
     /// Half the width of the full brush, pixels.
     pub full: f32,
+    /// How far ink flows with its water, 0 to 1.
+    pub bleed: f32,
     /// Raggedness of the brush, 0 to 1.
     pub roughness: f32,
     /// Pixels that stand for one in a picture of 1080 lines.
@@ -164,13 +214,15 @@ impl Canvas {
         let sums = view(&target("sums", SUMS, 1));
         let greatest = view(&target("greatest", SUMS, 1));
         let loads = target("loads", LOADS, Layer::ALL.len() as u32);
+        let dried = target("dried", LOADS, Layer::ALL.len() as u32);
         let picture = target("picture", PICTURE, 1);
 
         let masks = mask_texture(device, queue, m);
         let trail: Vec<u8> = bristle_trail(m.seed).iter().map(|v| (v * 255.0) as u8).collect();
         let trail =
             bytes_texture(device, queue, "trail", TextureFormat::R8Unorm, TRAIL.map(|n| n as u32), &trail);
-        let sheet = sheet_texture(device, queue, &m.paper.sheet(size, m.unit, m.seed));
+        let sheet = m.paper.sheet(size, m.unit, m.seed);
+        let (drying, sheet) = (Drying::parts(&sheet, m), sheet_texture(device, queue, &sheet));
         let sampler = |mode| {
             device.create_sampler(&wgpu::SamplerDescriptor {
                 address_mode_u: mode,
@@ -225,8 +277,9 @@ impl Canvas {
                 (Binding::Uniform, resolve_row.as_entire_binding()),
             ],
         );
+        let drying = Drying::new(device, size, drying, &loads, &sheet, m);
         let all_loads =
-            loads.create_view(&wgpu::TextureViewDescriptor { dimension: Some(array), ..Default::default() });
+            dried.create_view(&wgpu::TextureViewDescriptor { dimension: Some(array), ..Default::default() });
         let (composite_layout, composite_group) = group(
             device,
             "composite",
@@ -292,6 +345,8 @@ impl Canvas {
             sums,
             greatest,
             loads,
+            dried,
+            drying,
             picture,
         }
     }
@@ -305,14 +360,9 @@ impl Canvas {
     pub fn paint(&self, layers: &[Vec<Stamp>; 5]) {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         for (layer, stamps) in (0..).zip(layers) {
-            let view = self.loads.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(TextureViewDimension::D2),
-                base_array_layer: layer,
-                array_layer_count: Some(1),
-                ..Default::default()
-            });
+            let [view, dried] = [&self.loads, &self.dried].map(|t| one_layer(t, layer));
             if stamps.is_empty() {
-                pass(&mut encoder, "no stamps", &[&view]);
+                pass(&mut encoder, "no stamps", &[&dried]);
                 continue;
             }
             let buffer = self.device.create_buffer_init(&BufferInitDescriptor {
@@ -327,10 +377,13 @@ impl Canvas {
                 pass.set_vertex_buffer(0, buffer.slice(..));
                 pass.draw(0..6, 0..stamps.len() as u32);
             }
-            let mut pass = pass(&mut encoder, "resolve", &[&view]);
-            pass.set_pipeline(&self.resolve);
-            pass.set_bind_group(0, &self.resolve_group, &[]);
-            pass.draw(0..3, 0..1);
+            {
+                let mut pass = pass(&mut encoder, "resolve", &[&view]);
+                pass.set_pipeline(&self.resolve);
+                pass.set_bind_group(0, &self.resolve_group, &[]);
+                pass.draw(0..3, 0..1);
+            }
+            self.drying.record(&mut encoder, layer as usize, &dried);
         }
         self.queue.submit([encoder.finish()]);
     }
@@ -358,7 +411,7 @@ impl Canvas {
     /// The load of ink of a layer, row after row, and how wet it was put down.
     pub fn load(&self, layer: Layer) -> Result<Vec<[f32; 2]>, InkError> {
         let halves =
-            self.read(&self.loads, layer as u32, 8, bytemuck::pod_collect_to_vec::<u8, [half::f16; 4]>)?;
+            self.read(&self.dried, layer as u32, 8, bytemuck::pod_collect_to_vec::<u8, [half::f16; 4]>)?;
         Ok(halves.into_iter().map(|t| [t[0].to_f32(), t[1].to_f32()]).collect())
     }
 
@@ -439,6 +492,122 @@ impl Canvas {
     }
 }
 
+fn one_layer(texture: &wgpu::Texture, layer: u32) -> wgpu::TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(TextureViewDimension::D2),
+        base_array_layer: layer,
+        array_layer_count: Some(1),
+        ..Default::default()
+    })
+}
+
+impl Drying {
+    /// Pixels of a side of a cell, cells across and down, and how open the paper is in each.
+    fn parts(sheet: &Sheet, m: &Materials) -> (u32, [u32; 2], Vec<f32>) {
+        let side = (CELL * m.unit).round().max(1.0) as u32;
+        let cells = sheet.size.map(|n| n.div_ceil(side));
+        let at = |i: u32| {
+            let [x, y] = [i % cells[0], i / cells[0]].map(|k| k * side + side / 2);
+            let (x, y) = (x.min(sheet.size[0] - 1), y.min(sheet.size[1] - 1));
+            sheet.texels[(y * sheet.size[0] + x) as usize][3]
+        };
+        (side, cells, (0..cells[0] * cells[1]).map(at).collect())
+    }
+
+    fn new(
+        device: &Device,
+        size: [u32; 2],
+        (side, cells, open): (u32, [u32; 2], Vec<f32>),
+        loads: &wgpu::Texture,
+        sheet: &wgpu::TextureView,
+        m: &Materials,
+    ) -> Self {
+        let row = FlowRow::new(cells);
+        let dispersion = Dispersion::new(device, &row, &open);
+        let mobile = Layer::ALL.map(|l| l.mobile() * m.bleed);
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("dry"),
+            source: wgpu::ShaderSource::Wgsl(include_str!("dry.wgsl").into()),
+        });
+        let mut layouts = None;
+        let groups = (0..)
+            .zip(mobile)
+            .map(|(layer, mobile)| {
+                let row = DryRow {
+                    size,
+                    side,
+                    unused: 0,
+                    cells,
+                    mobile,
+                    water: 1.0,
+                    granulation: m.paper.grain,
+                    unused_too: [0.0; 7],
+                };
+                let row = device.create_buffer_init(&BufferInitDescriptor {
+                    label: Some("dry"),
+                    contents: bytemuck::bytes_of(&row),
+                    usage: wgpu::BufferUsages::UNIFORM,
+                });
+                let view = one_layer(loads, layer);
+                let flat = TextureViewDimension::D2;
+                let both = [ShaderStages::COMPUTE, ShaderStages::FRAGMENT].map(|stage| {
+                    group_for(
+                        device,
+                        "dry",
+                        stage,
+                        &[
+                            (Binding::Uniform, row.as_entire_binding()),
+                            (Binding::Texture(flat, false), wgpu::BindingResource::TextureView(&view)),
+                            (Binding::Texture(flat, false), wgpu::BindingResource::TextureView(sheet)),
+                            (Binding::Storage, dispersion.cells().as_entire_binding()),
+                        ],
+                    )
+                });
+                let [(compute_layout, compute), (draw_layout, draw)] = both;
+                layouts = Some([compute_layout, draw_layout]);
+                [compute, draw]
+            })
+            .collect();
+        // There are layers.
+        let [compute_layout, draw_layout] = layouts.unwrap_or_else(|| unreachable!());
+        let wet = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some("wet"),
+            layout: Some(&device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("wet"),
+                bind_group_layouts: &[Some(&compute_layout)],
+                immediate_size: 0,
+            })),
+            module: &module,
+            entry_point: Some("wet"),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        let targets =
+            [Some(wgpu::ColorTargetState { format: LOADS, blend: None, write_mask: wgpu::ColorWrites::ALL })];
+        let dry =
+            pipeline(device, include_str!("dry.wgsl"), ["everywhere", "dried"], &draw_layout, None, &targets);
+        Self { dispersion, wet, dry, groups, cells, steps: STEPS, mobile }
+    }
+
+    /// Lets a layer run and dry, onto `dried`.
+    fn record(&self, encoder: &mut wgpu::CommandEncoder, layer: usize, dried: &wgpu::TextureView) {
+        let [compute, draw] = &self.groups[layer];
+        if self.mobile[layer] > 0.0 {
+            {
+                let mut pass = encoder.begin_compute_pass(&Default::default());
+                pass.set_pipeline(&self.wet);
+                pass.set_bind_group(0, compute, &[]);
+                pass.dispatch_workgroups(self.cells[0].div_ceil(8), self.cells[1].div_ceil(8), 1);
+            }
+            self.dispersion.record(encoder, self.steps);
+        }
+        let mut pass = pass(encoder, "dry", &[dried]);
+        pass.set_pipeline(&self.dry);
+        pass.set_bind_group(0, draw, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
 const STAMP_ATTRIBUTES: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
     0 => Float32x2, 1 => Float32x2, 2 => Float32x4, 3 => Uint32, 4 => Float32x3
 ];
@@ -465,6 +634,7 @@ fn now_or_never<T>(future: impl Future<Output = T>) -> Option<T> {
 
 enum Binding {
     Uniform,
+    Storage,
     Texture(TextureViewDimension, bool),
     Sampler,
 }
@@ -474,12 +644,26 @@ fn group(
     label: &str,
     bindings: &[(Binding, wgpu::BindingResource)],
 ) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
+    group_for(device, label, ShaderStages::VERTEX_FRAGMENT, bindings)
+}
+
+fn group_for(
+    device: &Device,
+    label: &str,
+    visibility: ShaderStages,
+    bindings: &[(Binding, wgpu::BindingResource)],
+) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
     let layout_entries: Vec<_> = (0..)
         .zip(bindings)
         .map(|(binding, (kind, _))| wgpu::BindGroupLayoutEntry {
             binding,
-            visibility: ShaderStages::VERTEX_FRAGMENT,
+            visibility,
             ty: match kind {
+                Binding::Storage => wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only: false },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
                 Binding::Uniform => wgpu::BindingType::Buffer {
                     ty: wgpu::BufferBindingType::Uniform,
                     has_dynamic_offset: false,

@@ -55,6 +55,7 @@ controls! {
     dryness = 0.45, 0.0 to 1.0: "How soon a stroke runs dry and shows the paper between the bristles (flying white).";
     size = 1.0, 0.1 to 8.0: "Width of the brush; 1 is 14 pixels in a picture of 1080 lines.";
     roughness = 0.4, 0.0 to 1.0: "How much the hand wavers and how ragged edges are.";
+    bleed = 0.5, 0.0 to 1.0: "How much of the ink of wet strokes flows into the paper around them.";
     contrast = 0.6, 0.0 to 1.0: "Difference between a stroke pressed and a stroke lifted.";
     detail = 0.6, 0.0 to 1.0: "How many of the lines are drawn: 0 the outlines, 1 all.";
     distance = 0.5, 0.0 to 1.0: "How much paler what is far away is.";

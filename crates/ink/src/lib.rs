@@ -15,9 +15,11 @@
 //! | [`wash`], [`wrinkle`] | colour wash (ran) and wrinkles (cun) |
 //! | [`stamp`], [`footprint`] | prints of the brush and what one looks like |
 //! | [`canvas`], [`resolve`] | stamps to loads of ink to a picture, on the GPU |
+//! | [`flow`], [`dispersion`] | water and ink that run in paper, on the processor and on the GPU |
 //! | [`paper`], [`pigment`] | what is painted on and with |
 //! | [`svg`] | strokes as vectors |
 //! | [`literal`] | the slides of Xu, Yang and Wu 2012 as they stand, for comparison |
+//! | [`control`], [`preset`] | what is steered, and ways of painting |
 //! | [`painter`] | all of it in order |
 //!
 //! Lengths are in pixels of a picture of 1080 lines where nothing else is said, so that a painting looks the same in any size.
@@ -25,6 +27,7 @@
 pub mod canvas;
 pub mod contour;
 pub mod control;
+pub mod dispersion;
 mod error;
 pub mod flow;
 pub mod footprint;
@@ -32,6 +35,7 @@ pub mod literal;
 pub mod painter;
 pub mod paper;
 pub mod pigment;
+pub mod preset;
 pub mod projection;
 pub mod resolve;
 pub mod scatter;

@@ -4,6 +4,8 @@ use crate::InkError;
 use crate::canvas::{Canvas, Layer, Materials};
 use crate::contour::{Surface, to_world};
 use crate::control::Controls;
+use crate::footprint::{Footprint, VARIANTS};
+use crate::literal;
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
 use crate::projection::Projection;
@@ -119,6 +121,7 @@ impl Painter {
             paper: style.paper,
             pigments: style.pigments,
             full: hand.radius(1.0),
+            bleed: style.controls.bleed,
             roughness: style.controls.roughness,
             unit: hand.unit,
             seed: style.seed,
@@ -208,26 +211,61 @@ impl Painter {
         Ok(Painting { strokes, wrinkles, stamps: [0, 1, 2, 3, 4].map(|i| layers[i].len()) })
     }
 
-    /// The lines that are drawn.
-    fn lines(&self, projection: &Projection, map: &DepthMap) -> Vec<SampledLine> {
-        let c = &self.style.controls;
-        let unit = unit(self.size);
-        let mut lines = Vec::new();
+    /// What the slides of Xu, Yang and Wu make of the contours ([`literal`]): black ink over the paper's colour, R, G, B, linear
+    /// sRGB.
+    pub fn paint_literally(&mut self, camera: &Camera) -> Result<Image, InkError> {
+        let projection = Projection::new(camera)?;
+        self.stage.frame(camera)?;
+        let map = DepthMap::new(&self.stage.image()?, &projection)
+            .ok_or_else(|| InkError::Refused("the picture lacks depth".into()))?;
+        let middle = self.rows.draws.iter().map(|d| DVec3::from_array(d.to_world.map(|r| f64::from(r[3]))));
+        let middle = middle.sum::<DVec3>() / self.rows.draws.len().max(1) as f64;
+        let v = projection.to_eye(middle);
+        let theta = |at: DVec3, n: DVec3| projection.direction(at, n).as_vec2().to_angle();
+        let mut segments = Vec::new();
+        self.each_surface(|surface, topology, _, _| {
+            segments.extend(literal::silhouettes(surface, topology, v, theta));
+        });
+        let hand = hand(&self.style, self.size, [1.0, 1.0]);
+        let seed = self.style.seed;
+        let masks: Vec<Footprint> =
+            (0..VARIANTS as u32).map(|i| Footprint::new(seed, i, self.style.controls.roughness)).collect();
+        // The greatest pressure on the side away from the light.
+        let phi = std::f32::consts::FRAC_PI_2 - hand.shade.to_angle();
+        let padi = literal::padi(&segments, &projection, &map, phi);
+        let alpha = literal::particles(&padi, self.size, &masks, hand.radius(1.0), seed);
+        let paper = self.style.paper.rgb();
+        let mut image = Image::rgb(self.size[0] as usize, self.size[1] as usize);
+        for (pixel, a) in image.data.chunks_exact_mut(3).zip(alpha) {
+            pixel.copy_from_slice(&(paper * (1.0 - a)).to_array());
+        }
+        Ok(image)
+    }
+
+    /// Calls for each placed mesh that has a surface: it, its topology, index and row of its draw.
+    fn each_surface(&self, mut f: impl FnMut(&Surface, &Topology, u32, &DrawRow)) {
         for (i, draw) in (0u32..).zip(&self.rows.draws) {
-            let Some(topology) = self.topologies.get(&(draw.mesh, draw.flags & DrawRow::HAS_NORMALS != 0))
-            else {
-                continue;
-            };
+            let use_normals = draw.flags & DrawRow::HAS_NORMALS != 0;
+            let Some(topology) = self.topologies.get(&(draw.mesh, use_normals)) else { continue };
             let MeshRow { first_vertex, vertices, .. } = self.rows.meshes[draw.mesh as usize];
             let vertices = &self.rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
             let move_to_world = to_world(draw);
             let place =
                 |v: u32| move_to_world(DVec3::from_array(vertices[v as usize].position.map(f64::from)));
-            let surface = Surface::new(topology, vertices, draw, &place);
+            f(&Surface::new(topology, vertices, draw, &place), topology, i, draw);
+        }
+    }
+
+    /// The lines that are drawn.
+    fn lines(&self, projection: &Projection, map: &DepthMap) -> Vec<SampledLine> {
+        let c = &self.style.controls;
+        let unit = unit(self.size);
+        let mut lines = Vec::new();
+        self.each_surface(|surface, _, i, draw| {
             for line in surface.lines(projection, i) {
                 lines.extend(sample(&line, draw.shape, projection, map));
             }
-        }
+        });
         let cleaning = Cleaning::default();
         let cleaning = Cleaning {
             vote: cleaning.vote * unit.max(0.7),

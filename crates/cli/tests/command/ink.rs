@@ -59,6 +59,38 @@ fn a_scene_is_painted_the_same_each_time_and_leaves_as_vectors_and_layers() {
     assert!(blank > 225.0 && painted < blank - 1.0, "{painted} {blank}");
 }
 
+/// A preset, one of the user's own and the baseline: three pictures that differ.
+#[test]
+fn presets_and_the_slides_paint_otherwise() {
+    let folder = scratch("ink-presets");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    std::fs::write(folder.join("own.toml"), "size = 3\ndryness = 0.9\npaper = 'aged'\n").unwrap();
+    let lines = [
+        "--preset boneless -o a.png",
+        "--preset own.toml -o b.png",
+        "--literal -o c.png",
+        "--preset dry --pigment oil --manner axe -o d.png",
+    ];
+    lines.map(|line| good(yugen_in(&folder, &format!("ink ball.toml --size 160x120 {line}"))));
+    let pictures = ["a.png", "b.png", "c.png", "d.png"].map(|f| std::fs::read(folder.join(f)).unwrap());
+    assert!((0..4).all(|i| (0..i).all(|j| pictures[i] != pictures[j])));
+    assert!(mean(&folder.join("b.png")) < mean(&folder.join("a.png")) - 10.0, "aged paper is darker");
+    let said = good(yugen_in(&folder, "ink --list"));
+    assert!(["mogu", "xuan", "cinnabar", "pima", "flying white"].iter().all(|w| said.contains(w)), "{said}");
+}
+
+/// The page is what the tables say; `BLESS=1` writes it anew.
+#[test]
+fn the_page_of_ink_is_up_to_date() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/ink.md");
+    let page = good(yugen_in(".".as_ref(), "ink --markdown"));
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&file, &page).unwrap();
+    }
+    let written = std::fs::read_to_string(&file).unwrap_or_default();
+    assert!(written == page, "docs/ink.md is not what the tables say; BLESS=1 writes it anew");
+}
+
 #[test]
 fn what_is_wrong_is_said_before_anything_is_written() {
     let folder = scratch("ink-wrong");
@@ -73,9 +105,14 @@ fn what_is_wrong_is_said_before_anything_is_written() {
         ("ink ball.toml -o a.png --set ink", &["CONTROL=VALUE"]),
         ("ink ball.toml -o a.png --size 0x9", &["width x height"]),
         ("ink ball.toml -o a.png --camera left", &["no camera called 'left'"]),
+        ("ink ball.toml -o a.png --preset sumie", &["no preset 'sumie'", "did you mean 'sumi'?"]),
+        ("ink ball.toml -o a.png --preset none.toml", &["none.toml"]),
+        ("ink ball.toml -o a.png --preset ball.toml", &["ball.toml: "]),
+        ("ink ball.toml -o a.png --paper rav", &["no paper 'rav'", "did you mean 'raw'?"]),
+        ("ink ball.toml -o a.svg --literal", &["a.svg: the slides' method has no strokes"]),
         ("ink ball.toml -o a.png --at 1", &["nothing in it moves"]),
     ] {
         refused(yugen_in(&folder, line), words);
     }
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "the scene alone");
 }
