@@ -26,8 +26,8 @@ use yugen_realtime::Gpu;
 #[derive(Args)]
 pub struct Ink {
     /// The scene file, or a mesh (.obj, .ply, .serialized).
-    #[arg(required_unless_present_any = ["list", "markdown"], default_value = "")]
-    scene: PathBuf,
+    #[arg(required_unless_present_any = ["list", "markdown"])]
+    scene: Option<PathBuf>,
 
     /// Where to; may be repeated. A picture: .png and .jpg, or .exr with a layer of its own for each kind of stroke (ran, cun,
     /// ca, gou, dian). Or .svg: the strokes as outlines and centrelines with width, pressure and identity.
@@ -203,6 +203,8 @@ impl Ink {
             print!("{}", if self.list { list()? } else { page()? });
             return Ok(());
         }
+        // The arguments say that there is one.
+        let file = self.scene.as_deref().unwrap_or(Path::new(""));
         if let (true, Some(svg)) = (self.literal, self.outputs.iter().find(|o| is_svg(o))) {
             bail!("{}: the slides' method has no strokes to be written as vectors", svg.display());
         }
@@ -217,14 +219,14 @@ impl Ink {
             up: self.up.as_deref().map(|axis| if axis == "z" { Up::Z } else { Up::Y }),
             ..self.reading.options()
         };
-        let mut scene = formats::load_scene(&self.scene, &options)?;
+        let mut scene = formats::load_scene(file, &options)?;
         check_outputs(&self.outputs)?;
         if let Some(size) = self.size {
             scene.settle_framing(size);
         }
         if let Some(seconds) = self.at {
             let posed = scene.pose(self.animation.as_deref(), seconds as f32);
-            posed.with_context(|| self.scene.display().to_string())?;
+            posed.with_context(|| file.display().to_string())?;
         }
         let camera = scene.look_through(self.camera.as_deref(), self.size, None)?;
         let gpu = Gpu::open()?;

@@ -150,6 +150,8 @@ struct DryRow {
 /// Side of a cell of water, pixels of a picture of 1080 lines: half of that would take four times as long and twice as many
 /// steps to flow as far.
 const CELL: f32 = 2.0;
+/// How much more ink the deepest hollow takes than the highest grain, of a paper whose grain is one.
+const GRANULATION: f32 = 0.5;
 /// Steps of the flow: as far as water creeps before it is dry, and the same for each picture, so that films do not boil.
 const STEPS: u32 = 33;
 
@@ -540,7 +542,7 @@ impl Drying {
                     cells,
                     mobile,
                     water: 1.0,
-                    granulation: m.paper.grain,
+                    granulation: GRANULATION * m.paper.grain,
                     unused_too: [0.0; 7],
                 };
                 let row = device.create_buffer_init(&BufferInitDescriptor {

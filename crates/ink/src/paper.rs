@@ -126,8 +126,8 @@ impl Paper {
                 let even = rank(*h);
                 let height = 0.5 + (even - 0.5) * self.grain.min(1.0);
                 let open = (1.0 - self.sizing)
-                    * (0.55 + 0.45 * f.min(1.0))
-                    * (0.7 + 0.6 * (even - 0.5)).clamp(0.0, 1.0);
+                    * (0.7 + 0.3 * f.min(1.0))
+                    * (0.8 + 0.25 * (even - 0.5)).clamp(0.0, 1.0);
                 [height, f.min(1.0), *b, open.clamp(0.02, 1.0)]
             })
             .collect();

@@ -9,6 +9,11 @@ use yugen_scene::Aov;
 
 /// Part of what is seen that is no brighter than white: the brightest twelfth is left as paper.
 const WHITE_SHARE: f32 = 0.92;
+/// Part of what is seen that is darker than all the rest, and how far towards black a painter takes it: a picture by a bright
+/// sky has all shades of ink, too.
+const DARK_SHARE: f32 = 0.04;
+/// See [`DARK_SHARE`].
+const STRETCH: f32 = 0.8;
 /// Exponent from light to grey, as displays have it: the eye judges greys so.
 const GAMMA: f32 = 2.2;
 
@@ -132,9 +137,12 @@ impl Light {
         seen.sort_by(f32::total_cmp);
         let white = seen.get((seen.len() as f32 * WHITE_SHARE) as usize).copied().unwrap_or(1.0);
         let white = if white > 0.0 { white / lightness.max(1e-3) } else { 1.0 };
+        let to_grey = |l: f32| (l / white).clamp(0.0, 1.0).powf(1.0 / GAMMA);
+        let dark = seen.get((seen.len() as f32 * DARK_SHARE) as usize).copied().unwrap_or(0.0);
+        let dark = STRETCH * to_grey(dark).min(0.9);
         let grey = light.iter().zip(&shape).map(|(l, s)| match s {
             0 => 1.0,
-            _ => (l / white).clamp(0.0, 1.0).powf(1.0 / GAMMA),
+            _ => ((to_grey(*l) - dark) / (1.0 - dark)).clamp(0.0, 1.0),
         });
         let mut this = Self { size: [image.width, image.height], grey: grey.collect(), shape };
         this.smooth();

@@ -71,7 +71,9 @@ fn presets_and_the_slides_paint_otherwise() {
         "--literal -o c.png",
         "--preset dry --pigment oil --manner axe -o d.png",
     ];
-    lines.map(|line| good(yugen_in(&folder, &format!("ink ball.toml --size 160x120 {line}"))));
+    for line in lines {
+        good(yugen_in(&folder, &format!("ink ball.toml --size 160x120 {line}")));
+    }
     let pictures = ["a.png", "b.png", "c.png", "d.png"].map(|f| std::fs::read(folder.join(f)).unwrap());
     assert!((0..4).all(|i| (0..i).all(|j| pictures[i] != pictures[j])));
     assert!(mean(&folder.join("b.png")) < mean(&folder.join("a.png")) - 10.0, "aged paper is darker");
