@@ -9,7 +9,7 @@ use crate::scene::{SceneBuffers, scene_wgsl};
 use crate::surface::{SEE_THROUGH_WGSL, SURFACE_WGSL};
 use crate::view::VIEW_WGSL;
 use wgpu::Device;
-use yugen_scene::prepared::{NONE, Rows, wgsl};
+use yugen_scene::prepared::{NONE, Rows, SLABS, wgsl};
 
 /// Most lights that the first surface considers in a frame, one sample each; of more some are chosen by their power.
 const CANDIDATES: u32 = 16;
@@ -22,7 +22,7 @@ const FEW_LIGHTS: u32 = 8;
 const SHADOW_RAYS: u32 = 8;
 
 /// `shade.wgsl` has 32 sets of samples for a surface, five of them its own.
-const _: () = assert!(CANDIDATES + 5 <= 32);
+const _: () = assert!(5 + CANDIDATES + SHADOW_RAYS <= 32);
 
 /// Bounces from which Russian roulette may end a path, as in Mitsuba.
 const ROULETTE: u32 = 5;
@@ -54,6 +54,7 @@ pub fn shade_pass(
          // Bounces from which roulette may end a path.\nconst ROULETTE: u32 = {ROULETTE}u;\n\
          // Most lights that the first surface considers, and its shadow rays.\nconst CANDIDATES: u32 = {CANDIDATES}u;\n\
          const FEW_LIGHTS: u32 = {FEW_LIGHTS}u;\nconst SHADOW_RAYS: u32 = {SHADOW_RAYS}u;\n\
+         // Slabs of a fire.\nconst SLABS: u32 = {SLABS}u;\n\
          // Lights are not seen by the camera.\nconst HIDE_EMITTERS: bool = {};\n\
          // Some surface shines; something does that rays can find.\nconst HAS_SURFACE_LIGHTS: bool = {};\n\
          const RAYS_FIND_LIGHT: bool = {};\n\

@@ -144,19 +144,26 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         // Rays one after the other: to lights, and into the direction drawn. Where lights are many a ray is for several,
         // from which one is drawn by what it would add if nothing stood in its way (Talbot, Cline and Egbert 2005,
         // "Importance Resampling for Global Illumination").
-        let count = select(emitter_count(), 1u, HEAD_LIGHT);
+        // The first surface looks at slabs apart from what else shines, and at all of them: a ray for each fire, or for
+        // several, towards the slab from which most comes, by chance. What they give is known but for what is in between.
+        let slabs = select(0u, emitter_count() - plain_count(), depth == 0u && HAS_SLABS);
+        let count = select(emitter_count() - slabs, 1u, HEAD_LIGHT);
         var candidates = select(min(count, CANDIDATES), min(count, select(1u, 0u, HEAD_LIGHT)), depth > 0u);
-        if (last || !shading_smooth()) {
+        let dark = last || !shading_smooth();
+        if (dark) {
             candidates = 0u;
         }
         // Then what a ray finds by chance counts nothing, and none is sent for that alone.
         let by_lights = LIGHTS_SUFFICE && candidates == count && shading_diffuse();
         let finds = RAYS_FIND_LIGHT && (!by_lights || HAS_BACKGROUND);
         alive = alive && (next.is_null || depth + 1u < BOUNCES || finds);
-        let rays = select(SHADOW_RAYS, candidates, candidates <= FEW_LIGHTS);
+        let plain_rays = select(SHADOW_RAYS, candidates, candidates <= FEW_LIGHTS);
+        let fires = select(slabs / SLABS, 0u, dark);
+        let rays = plain_rays + min(fires, SHADOW_RAYS);
         let here = s;
         for (var ray = 0u; ray < rays + u32(alive); ray += 1u) {
             let of_light = ray < rays;
+            let of_fire = of_light && ray >= plain_rays;
             var wi = next.wi;
             // What the ray has to carry, and how far it goes.
             var carried = vec3<f32>(0.0);
@@ -166,20 +173,35 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             var f = vec4<f32>(0.0);
             // What all candidates of the ray would add, and the drawn one.
             var sum = 0.0;
+            var all = vec3<f32>(0.0);
             var drawn = 0.0;
             var u_draw = sample2(pixel, first_set + 4u, view.index + ray).x;
-            let end = select(ray + 1u, candidates, of_light);
-            for (var i = ray; i < end; i += max(rays, 1u)) {
+            var i = ray;
+            var step = max(plain_rays, 1u);
+            var end = select(ray + 1u, candidates, of_light);
+            if (of_fire) {
+                // Fires n, n + SHADOW_RAYS and so on: slabs of each, one after the other.
+                i = SLABS * (ray - plain_rays);
+                step = 1u;
+                end = slabs;
+            }
+            var drawn_emitter = NONE;
+            while (i < end) {
                 var light = no_light();
                 var chance = 1.0;
+                var emitter = i;
                 if (of_light) {
-                    let u = sample2(pixel, first_set + 5u + i, view.index);
-                    var emitter = i;
-                    if (candidates < count) {
-                        let stratum = (f32(i) + sample2(pixel, first_set + 2u, view.index).x) / f32(candidates);
-                        let choice = emitter_choose(stratum);
-                        emitter = choice.entry;
-                        chance = choice.probability * f32(candidates);
+                    var u = vec2<f32>(0.0);
+                    if (of_fire) {
+                        emitter = count + i;
+                    } else {
+                        u = sample2(pixel, first_set + 5u + i, view.index);
+                        if (candidates < count) {
+                            let part = sample2(pixel, first_set + 2u, view.index).x;
+                            let choice = emitter_choose(count, (f32(i) + part) / f32(candidates));
+                            emitter = choice.entry;
+                            chance = choice.probability * f32(candidates);
+                        }
                     }
                     if (HEAD_LIGHT) {
                         // Nothing is between the eye and what it sees.
@@ -188,13 +210,16 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                     } else {
                         light = light_sample(emitter, here.position, own_facing, u);
                     }
-                    if (light.pdf <= 0.0 || chance <= 0.0) {
-                        continue;
-                    }
-                } else if (!next.combine) {
+                }
+                i += step;
+                if (of_fire && i % SLABS == 0u) {
+                    i += SLABS * (SHADOW_RAYS - 1u);
+                }
+                if (of_light && (light.pdf <= 0.0 || chance <= 0.0) || !of_light && !next.combine) {
                     continue;
                 }
-                f = shading_eval_pdf(select(wi, light.wi, of_light));
+                let gaussian = of_light && !HEAD_LIGHT && is_slab(emitter);
+                f = shading_of_light(select(wi, light.wi, of_light), gaussian, light_gaussian);
                 if (of_light) {
                     let pdf = light.pdf * chance;
                     let weight = select(power_heuristic(pdf, f.w), 1.0, light.is_delta || by_lights);
@@ -204,9 +229,10 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                         continue;
                     }
                     sum += size;
+                    all += adds;
                     // The number is stretched back to [0, 1) after each decision.
                     let share = size / sum;
-                    if (u_draw < share || rays == candidates) {
+                    if (u_draw < share) {
                         u_draw /= share;
                         drawn = size;
                         carried = adds;
@@ -214,6 +240,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                         reach = light.distance * (1.0 - 1e-3);
                         value = light_value;
                         at = light_at;
+                        drawn_emitter = emitter;
                     } else {
                         u_draw = (u_draw - share) / (1.0 - share);
                     }
@@ -223,7 +250,15 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 if (drawn <= 0.0) {
                     continue;
                 }
-                carried *= sum / drawn;
+                // The slabs of a fire are all looked at, so that only what stands in between is left to chance.
+                carried = select(carried * (sum / drawn), all, of_fire);
+                if (HAS_SLABS && !HEAD_LIGHT && is_slab(drawn_emitter)) {
+                    let draw_set = first_set + 5u + select(0u, CANDIDATES + ray - plain_rays, of_fire);
+                    let u = sample2(pixel, draw_set, view.index);
+                    let to = to_slab_point(drawn_emitter, here.position, u);
+                    wi = to.xyz;
+                    reach = to.w;
+                }
             } else {
                 if (next.combine) {
                     next.pdf = f.w;
@@ -319,11 +354,12 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
 
 // How many light samples of the surface before are expected to have looked at this emitter.
 fn light_chance(emitter: u32, depth: u32) -> f32 {
-    let count = emitter_count();
+    // The first surface looks at slabs by themselves.
+    let count = select(plain_count(), emitter_count(), depth > 1u);
     let looks = select(min(count, CANDIDATES), min(count, 1u), depth > 1u);
     if (looks >= count) {
         return 1.0;
     }
     // May be above one: it is how many samples are expected to look there.
-    return emitter_probability(emitter) * f32(looks);
+    return emitter_probability(emitter) / emitters_share(count) * f32(looks);
 }

@@ -162,7 +162,8 @@ fn flame(middle: Vec3, absorption: f32) -> Grid {
     let size = glam::UVec3::new(10, 14, 10);
     let half = Vec3::new(0.3, 0.42, 0.3);
     let (lower, upper) = (middle - half, middle + half);
-    let mut grid = Grid { size, lower, upper, space: ColourSpace::default(), data: Vec::new() };
+    let space = ColourSpace::default();
+    let mut grid = Grid { size, lower, upper, space, data: Vec::new(), solid: Vec::new() };
     let centres: Vec<Vec3> = grid.centres().collect();
     grid.data = centres
         .iter()

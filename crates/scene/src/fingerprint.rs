@@ -139,8 +139,9 @@ fn light(print: &mut Fingerprint, light: &Light) {
             print.debug(&(scale, to_world));
         }
         Light::Volume { grid, scale, to_world } => {
-            let Grid { size, lower, upper, space, data } = &**grid;
+            let Grid { size, lower, upper, space, data, solid } = &**grid;
             print.bytes(cast_slice(data));
+            print.bytes(cast_slice(solid));
             print.debug(&(size, lower, upper, space, scale, to_world));
         }
         small => print.debug(small),

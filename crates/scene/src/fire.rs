@@ -84,6 +84,7 @@ impl Scene {
             upper: Vec3::ZERO,
             space: self.working_space,
             data: vec![],
+            solid: vec![],
         };
         self.add_light(name, Light::Volume { grid: Arc::new(nothing), scale: 1.0, to_world: Mat4::IDENTITY });
         let cell = cell.unwrap_or(fire.diameter / FINENESS);
@@ -98,7 +99,8 @@ impl SceneFire {
     /// Sets its light and shapes in `scene` to how they are at `seconds`.
     pub(crate) fn burn(&self, seconds: f64, scene: &mut Scene) -> Result<(), FireError> {
         let flame = self.burning.at(seconds);
-        let cells = flame.grid(flame.cells(self.cell))?;
+        let mut cells = flame.grid(flame.cells(self.cell))?;
+        self.logs.fill(&mut cells);
         if let Some(Light::Volume { grid, .. }) = scene.lights.get_mut(self.light) {
             *grid = Arc::new(cells);
         }

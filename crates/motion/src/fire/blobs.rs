@@ -83,8 +83,8 @@ fn outer(v: DVec3) -> DMat3 {
 }
 
 impl Grid {
-    /// What part of each cell's light leaves the grid: the mean over the directions of [`Grid::power`], in which
-    /// neighbours hand on what comes through. And how much of all light leaves to each side.
+    /// What part of each cell's light leaves the grid, past what is solid: the mean over the directions of [`Grid::power`], in
+    /// which neighbours hand on what comes through. And how much of all light leaves to each side.
     fn escape(&self) -> (Vec<f32>, Directivity) {
         let size = self.size.to_array().map(|v| v as i32);
         let mut escape = vec![0.0; self.data.len()];
@@ -100,6 +100,9 @@ impl Grid {
             let length = (self.cell() * step.as_vec3()).length();
             for (t, v) in through.iter_mut().zip(&self.data) {
                 *t = if v[3] > 0.0 { (-v[3] * length).exp() } else { 1.0 };
+            }
+            for (t, solid) in through.iter_mut().zip(&self.solid) {
+                *t *= 1.0 - solid;
             }
             // From where the light leaves inwards.
             let order = |axis: usize| {
@@ -118,8 +121,10 @@ impl Grid {
                             1.0
                         };
                         let depth = self.data[o][3] * length;
-                        let own = if depth > 1e-3 { (1.0 - through[o]) / depth } else { 1.0 - 0.5 * depth };
-                        let part = behind[o] * own;
+                        let own = if depth > 1e-3 { -(-depth).exp_m1() / depth } else { 1.0 - 0.5 * depth };
+                        // Nothing comes out of what is solid, and half of it is in the way of the rest.
+                        let solid = self.solid.get(o).copied().unwrap_or(0.0);
+                        let part = behind[o] * own * (1.0 - solid) * (1.0 - 0.5 * solid);
                         escape[o] += part * weight as f32;
                         sum += f64::from(light[o] * part);
                     }

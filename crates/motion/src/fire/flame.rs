@@ -516,6 +516,7 @@ impl Flame {
             upper: self.upper,
             space: self.glow.space,
             data: Vec::with_capacity((cells.x * cells.y * cells.z) as usize),
+            solid: Vec::new(),
         };
         for z in 0..cells.z {
             for y in 0..cells.y {

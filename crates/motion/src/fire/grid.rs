@@ -24,6 +24,9 @@ pub struct Grid {
     /// that its luminance in `space` is in cd/m³ (cd/m² a metre); absorption is in 1/m, one number for all wavelengths
     /// (that at 560 nm).
     pub data: Vec<[f32; 4]>,
+    /// What part of each cell is filled by things that let no light through; empty: none is. Only the light that leaves the
+    /// grid knows of them ([`Grid::blobs`], [`Grid::slabs`]): whoever marches through it meets the things themselves.
+    pub solid: Vec<f32>,
 }
 
 /// What a ray met.
@@ -87,6 +90,18 @@ impl Grid {
         (0..nz).flat_map(move |z| {
             (0..ny).flat_map(move |y| (0..nx).map(move |x| self.centre(UVec3::new(x, y, z))))
         })
+    }
+
+    /// Middle and radius of a sphere around all that is solid; its radius is nought where nothing is.
+    pub fn solid_sphere(&self) -> (Vec3, f32) {
+        let filled = || self.solid.iter().zip(self.centres()).filter(|(part, _)| **part > 0.0);
+        let count = filled().count().max(1) as f32;
+        let middle = filled().map(|(_, p)| p).sum::<Vec3>() / count;
+        let reach = filled().map(|(_, p)| p.distance(middle)).fold(0.0, f32::max);
+        if self.solid.iter().all(|part| *part <= 0.0) {
+            return (Vec3::ZERO, 0.0);
+        }
+        (middle, reach + 0.5 * self.cell().length())
     }
 
     /// Emission and absorption at a point, as in [`Grid::data`].
@@ -189,7 +204,8 @@ mod tests {
                 }
             }
         }
-        Grid { size, lower: Vec3::splat(-1.0), upper: Vec3::ONE, space: ColourSpace::default(), data }
+        let (lower, upper, space) = (Vec3::splat(-1.0), Vec3::ONE, ColourSpace::default());
+        Grid { size, lower, upper, space, data, solid: vec![] }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The fuel bed: split logs, crossed in layers, that glow where they face one another.
 
-use super::Burning;
+use super::{Burning, Grid};
 use crate::noise::noise;
 use glam::{Quat, Vec3};
 use yugen_optics::random::Pcg32;
@@ -29,8 +29,41 @@ pub struct Logs {
     pub triangles: Vec<[u32; 3]>,
     /// Where each vertex is in the bed's own noise.
     places: Vec<Vec3>,
+    /// Of each log: the middles of its ends, m, and its mean radius.
+    bars: Vec<([Vec3; 2], f32)>,
     /// How much heat each vertex gets from its neighbours, 0 to 1.
     heat: Vec<f32>,
+}
+
+impl Logs {
+    /// Notes what part of each cell of `grid` they fill, by eight points of it.
+    pub fn fill(&self, grid: &mut Grid) {
+        let cell = grid.cell();
+        let corners: [Vec3; 8] = std::array::from_fn(|i| {
+            let side = |k: usize| if i >> k & 1 == 1 { 0.25 } else { -0.25 };
+            cell * Vec3::new(side(0), side(1), side(2))
+        });
+        let (low, high) =
+            self.bars.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), (ends, r)| {
+                (low.min(ends[0] - *r).min(ends[1] - *r), high.max(ends[0] + *r).max(ends[1] + *r))
+            });
+        let holds = |p: Vec3| {
+            self.bars.iter().any(|([a, b], r)| {
+                let (along, to) = (*b - *a, p - *a);
+                let t = to.dot(along) / along.length_squared();
+                (0.0..=1.0).contains(&t) && (to - t * along).length_squared() < r * r
+            })
+        };
+        grid.solid = grid
+            .centres()
+            .map(|p| {
+                if p.cmplt(low - cell).any() || p.cmpgt(high + cell).any() {
+                    return 0.0;
+                }
+                corners.iter().filter(|c| holds(p + **c)).count() as f32 / 8.0
+            })
+            .collect();
+    }
 }
 
 impl Burning {
@@ -38,8 +71,14 @@ impl Burning {
     pub fn logs(&self) -> Logs {
         let d = self.fire.diameter;
         let mut random = Pcg32::new(u64::from(self.fire.seed), 0x6c_6f_67_73);
-        let mut logs =
-            Logs { positions: vec![], normals: vec![], triangles: vec![], places: vec![], heat: vec![] };
+        let mut logs = Logs {
+            positions: vec![],
+            normals: vec![],
+            triangles: vec![],
+            places: vec![],
+            bars: vec![],
+            heat: vec![],
+        };
         for (layer, count) in LAYERS.into_iter().enumerate() {
             for i in 0..count {
                 let mut about = |by: f32| by * (2.0 * random.next_f32() - 1.0);
@@ -62,6 +101,9 @@ impl Burning {
     fn log(&self, logs: &mut Logs, middle: Vec3, spin: Quat, [length, radius]: [f32; 2], seed: Vec3) {
         let first = logs.positions.len() as u32;
         let d = self.fire.diameter;
+        let end =
+            |x: f32| self.fire.foot + self.shape.frame * (middle + spin * Vec3::new(x * length, 0.0, 0.0));
+        logs.bars.push(([end(-0.5), end(0.5)], radius));
         // A ring more at each end, drawn in to a point: the cut faces.
         let rings = ALONG + 2;
         let point = |ring: u32, corner: u32| {
@@ -121,5 +163,44 @@ impl Burning {
                 KELVIN[0] + (KELVIN[1] - KELVIN[0]) * glow.clamp(0.0, 1.0)
             })
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fire::Fire;
+    use glam::DVec3;
+    use yugen_optics::ColourSpace;
+
+    #[test]
+    fn logs_fill_their_cells_and_keep_the_light_that_they_hide() {
+        let burning = Fire { foot: Vec3::new(1.0, 0.5, -2.0), ..Fire::default() }
+            .light(ColourSpace::default())
+            .unwrap();
+        let logs = burning.logs();
+        let flame = burning.at(2.0);
+        let open = flame.grid(flame.cells(0.0225)).unwrap();
+        assert_eq!(open.solid_sphere().1, 0.0);
+        let mut grid = open.clone();
+        logs.fill(&mut grid);
+        let filled = grid.solid.iter().sum::<f32>() * grid.cell().element_product();
+        // Where logs cross they share cells; the mesh is rough about the same radius.
+        let volume: f32 =
+            logs.bars.iter().map(|([a, b], r)| std::f32::consts::PI * r * r * a.distance(*b)).sum();
+        assert!((0.75..1.02).contains(&(filled / volume)), "{filled} {volume}");
+        let (middle, radius) = grid.solid_sphere();
+        let outside = logs.positions.iter().filter(|p| p.distance(middle) > radius + 0.02).count();
+        assert!(
+            outside * 50 < logs.positions.len() && radius < 0.6 * burning.fire().diameter,
+            "{outside} {radius}"
+        );
+        // The cells and what they emit are the same; less of it leaves, and slabs are what leaves.
+        assert_eq!(grid.data, open.data);
+        let (all, left) = (open.leaving(), grid.leaving());
+        assert!((0.5..0.9).contains(&(left.y / all.y)), "{left} {all}");
+        let slabs = grid.slabs(4, 64, DVec3::Y);
+        let sum: DVec3 = slabs.iter().map(|s| s.power).sum();
+        assert!((sum / left - DVec3::ONE).abs().max_element() < 1e-5, "{sum} {left}");
     }
 }

@@ -109,6 +109,11 @@ pub enum LightSource<'a> {
         intensity: Vec3,
         /// To which sides it shines, over that: first and second degree of spherical harmonics, directions of the world.
         directivity: (Vec3, Mat3),
+        /// Mean and covariance of the places, as what they are together.
+        gaussian: (Vec3, Mat3),
+        /// A sphere around solid things among them: how much light comes past those is known, and a ray for what stands in
+        /// between need not go further.
+        solid: (Vec3, f32),
         /// Added to the square of the distance of a point. Next to a point of it there are as many others that are
         /// further away; a sample that stands for all of them must not be as bright as if it alone were there.
         near: f32,
@@ -206,24 +211,31 @@ impl<'a> LightSources<'a> {
         Ok(all)
     }
 
-    /// With `count` slabs of `points` points in place of each volume, which together send the light that leaves it.
+    /// With `count` slabs of `points` points in place of each volume, which together send the light that leaves it. They come
+    /// last.
     pub fn with_slabs(mut self, count: usize, points: usize) -> Self {
-        let sources = std::mem::take(&mut self.sources);
-        for source in sources {
-            let LightSource::Volume { light, grid, scale, to_world } = source else {
-                self.sources.push(source);
-                continue;
-            };
+        let is_volume = |source: &LightSource| matches!(source, LightSource::Volume { .. });
+        let (volumes, others): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.sources).into_iter().partition(is_volume);
+        self.sources = others;
+        for source in volumes {
+            let LightSource::Volume { light, grid, scale, to_world } = source else { continue };
             let block = Mat3::from_mat4(to_world) * Mat3::from_diagonal(grid.cell());
+            let (middle, radius) = grid.solid_sphere();
+            let size = to_world.transform_vector3(Vec3::X).length();
+            let solid = (to_world.transform_point3(middle), radius * size);
             for slab in grid.slabs(count, points, DVec3::Y) {
                 let place = |p: &DVec3| to_world.transform_point3(p.as_vec3());
                 // Where nothing shines it does not matter where, but there are always as many.
                 let mut places: Vec<Vec3> = slab.points.iter().map(place).collect();
                 places.resize(points, to_world.transform_point3(grid.lower));
                 // A quarter of what a disc as wide has on its axis, which darkens what is a metre away by some .2 %.
-                let middle = places.iter().sum::<Vec3>() / points.max(1) as f32;
-                let variance =
-                    places.iter().map(|p| p.distance_squared(middle)).sum::<f32>() / points.max(1) as f32;
+                let each = 1.0 / points.max(1) as f32;
+                let middle = places.iter().sum::<Vec3>() * each;
+                let outer = |v: Vec3| Mat3::from_cols(v * v.x, v * v.y, v * v.z);
+                let scatter = places.iter().fold(Mat3::ZERO, |sum, p| sum + outer(*p - middle));
+                let spread = scatter * each;
+                let variance = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
                 let intensity = slab.power * (f64::from(scale) / (4.0 * std::f64::consts::PI));
                 let turn = Mat3::from_mat4(crate::rigid(to_world));
                 let Directivity { linear, quadratic } = slab.directivity;
@@ -233,6 +245,8 @@ impl<'a> LightSources<'a> {
                     block,
                     intensity: intensity.as_vec3(),
                     directivity: (turn * linear.as_vec3(), turn * quadratic.as_mat3() * turn.transpose()),
+                    gaussian: (middle, spread + block * block.transpose() * (1.0 / 12.0)),
+                    solid,
                     near: 0.25 * variance,
                 });
             }

@@ -244,7 +244,7 @@ mod tests {
             }
         }
         let (lower, upper) = (Vec3::new(-1.0, -0.5, 0.2), Vec3::new(1.0, 0.5, 1.4));
-        Arc::new(Grid { size, lower, upper, space: ColourSpace::default(), data })
+        Arc::new(Grid { size, lower, upper, space: ColourSpace::default(), data, solid: Vec::new() })
     }
 
     const LUMINANCE: Vec3 = Vec3::new(0.3, 0.6, 0.1);

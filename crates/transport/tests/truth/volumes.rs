@@ -18,6 +18,7 @@ fn flame(absorption: f32) -> Arc<Grid> {
         upper: Vec3::new(0.5, 0.6, 3.0),
         space: ColourSpace::default(),
         data: vec![],
+        solid: vec![],
     };
     for z in 0..size.z {
         for y in 0..size.y {

@@ -10,7 +10,7 @@ use std::f32::consts::PI;
 use yugen_optics::distribution;
 
 /// Words of an emitter. `light.wgsl` knows it, and what they mean.
-const STRIDE: usize = 28;
+const STRIDE: usize = 39;
 
 /// Kinds of emitters, the first word of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,8 +25,10 @@ pub(super) enum Op {
     Slab,
 }
 
-/// Parts of a volume as lights, and points of each.
-pub(super) const SLABS: [usize; 2] = [8, 512];
+/// Parts of a volume as lights.
+pub const SLABS: usize = 4;
+/// Points of each.
+pub(super) const POINTS: usize = 512;
 
 impl Op {
     pub(super) fn of(source: &LightSource) -> Self {
@@ -136,7 +138,14 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 rows.numbers.extend(cumulative);
             }
             LightSource::Slab {
-                points, block, intensity, directivity: (linear, quadratic), near, ..
+                points,
+                block,
+                intensity,
+                directivity: (linear, quadratic),
+                gaussian: (mean, covariance),
+                solid,
+                near,
+                ..
             } => {
                 words.extend([rows.numbers.len() as u32, points.len() as u32, 0]);
                 floats(&mut words, &intensity.to_array());
@@ -145,6 +154,10 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 floats(&mut words, &linear.to_array());
                 let [x, y, z] = [quadratic.x_axis, quadratic.y_axis, quadratic.z_axis];
                 floats(&mut words, &[x.x, y.y, z.z, 2.0 * x.y, 2.0 * x.z, 2.0 * y.z]);
+                floats(&mut words, &mean.to_array());
+                let [x, y, z] = [covariance.x_axis, covariance.y_axis, covariance.z_axis];
+                floats(&mut words, &[x.x, y.y, z.z, x.y, x.z, y.z]);
+                floats(&mut words, &solid.0.extend(solid.1).to_array());
                 rows.numbers.extend(points.iter().flat_map(|p| p.to_array()));
                 power.push(4.0 * PI * luminance.dot(*intensity));
             }
@@ -199,6 +212,8 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
     rows.words[7] = rows.words.len() as u32;
     rows.words.push(environments.len() as u32);
     rows.words.extend(environments);
+    let slabs = lights.sources.iter().filter(|s| matches!(s, LightSource::Slab { .. })).count() as u32;
+    rows.words[11] = next - slabs;
     rows.words[8..11].copy_from_slice(&lights.background.to_array().map(f32::to_bits));
 }
 

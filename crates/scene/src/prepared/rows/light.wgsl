@@ -1,6 +1,6 @@
 // Emitters. Words as in rows/light.rs.
 
-const EMITTER_WORDS: u32 = 28u;
+const EMITTER_WORDS: u32 = 39u;
 const EMITTER_AREA: u32 = 0u;
 const EMITTER_POINT: u32 = 1u;
 const EMITTER_SPOT: u32 = 2u;
@@ -32,9 +32,23 @@ fn emitter_at(emitter: u32) -> u32 {
     return word_at(4u) + EMITTER_WORDS * emitter;
 }
 
-// By its power. Of many lights: which, and how likely that was.
-fn emitter_choose(u: f32) -> Choice {
-    return choose(word_at(6u), emitter_count(), u);
+// Emitters before the slabs, which come last.
+fn plain_count() -> u32 {
+    return word_at(11u);
+}
+
+// By its power among the first `count`: which, and how likely that was.
+fn emitter_choose(count: u32, u: f32) -> Choice {
+    let share = emitters_share(count);
+    var choice = choose(word_at(6u), emitter_count(), u * share);
+    choice.entry = min(choice.entry, count - 1u);
+    choice.probability /= share;
+    return choice;
+}
+
+// The probability of the first `count` together.
+fn emitters_share(count: u32) -> f32 {
+    return select(numbers[word_at(6u) + count - 1u], 1.0, count == emitter_count());
 }
 
 fn emitter_probability(emitter: u32) -> f32 {
@@ -68,6 +82,8 @@ fn nowhere(uv: vec2<f32>) -> ShadingPoint {
 // is where its four words are (NONE: nothing is), `at` where it is looked up.
 var<private> light_value: u32;
 var<private> light_at: ShadingPoint;
+// A slab is a Gaussian light, whose reflection is known but for what stands in between: `slab_point` says where to look.
+var<private> light_gaussian: GaussianLight;
 
 // A direction from `position` to an emitter; `facing`: the side that light has to come to, zero for both.
 fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f32>) -> LightSample {
@@ -89,25 +105,22 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         origin = vec3_at(e + 13u);
     }
     if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
-        // A point of it, and a place in the block about that: coarse and fine bits of the same numbers.
-        let which = u.x * f32(word_at(e + 2u));
-        let at = word_at(e + 1u) + 3u * min(u32(which), word_at(e + 2u) - 1u);
-        let place = vec3<f32>(fract(which), u.y, fract(4096.0 * u.y)) - 0.5;
-        let block = mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u));
-        origin = vec3<f32>(numbers[at], numbers[at + 1u], numbers[at + 2u]) + block * place;
+        origin = vec3_at(e + 26u);
     }
     let to = origin - position;
     var d2 = dot(to, to);
     let distance = sqrt(d2);
     let wi = to / distance;
-    if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
-        d2 += float_at(e + 16u);
-    }
     var intensity = vec3_at(e + 4u);
     if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
+        d2 += float_at(e + 16u);
         let mixed = vec3<f32>(wi.x * wi.y, wi.x * wi.z, wi.y * wi.z);
         let second = dot(vec3_at(e + 20u), wi * wi) + dot(vec3_at(e + 23u), mixed);
         intensity *= max(1.0 - dot(vec3_at(e + 17u), wi) + second, 0.0);
+        let own = vec3_at(e + 29u);
+        let across = vec3_at(e + 32u);
+        let covariance = mat3x3<f32>(own.x, across.x, across.y, across.x, own.y, across.z, across.y, across.z, own.z);
+        light_gaussian = GaussianLight(intensity, to, covariance);
     }
     if (has_emitter(EMITTER_SPOT) && kind == EMITTER_SPOT) {
         let local = normalize(mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u)) * -wi);
@@ -142,6 +155,31 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         light_at = nowhere(uv);
     }
     return LightSample(wi, distance, intensity / d2, 1.0, true);
+}
+
+fn is_slab(emitter: u32) -> bool {
+    return has_emitter(EMITTER_SLAB) && emitter >= plain_count();
+}
+
+// The direction from `position` to a point of a slab, and in w how far the way must be free: to what is solid around it,
+// past which the light is known.
+fn to_slab_point(slab: u32, position: vec3<f32>, u: vec2<f32>) -> vec4<f32> {
+    let e = emitter_at(slab);
+    // One of its points, and a place in the block about that: coarse and fine bits of the same numbers.
+    let which = u.x * f32(word_at(e + 2u));
+    let at = word_at(e + 1u) + 3u * min(u32(which), word_at(e + 2u) - 1u);
+    let place = vec3<f32>(fract(which), u.y, fract(4096.0 * u.y)) - 0.5;
+    let block = mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u));
+    let to = vec3<f32>(numbers[at], numbers[at + 1u], numbers[at + 2u]) + block * place - position;
+    let distance = length(to);
+    let wi = to / distance;
+    let middle = vec3_at(e + 35u) - position;
+    let radius = float_at(e + 38u);
+    let nearest = dot(middle, wi);
+    let beside = dot(middle, middle) - nearest * nearest;
+    let enters = nearest - sqrt(max(radius * radius - beside, 0.0));
+    let is_met = beside < radius * radius && enters > 0.0;
+    return vec4<f32>(wi, select(distance * (1.0 - 1e-3), min(enters, distance), is_met));
 }
 
 // One minus the cosine of the cone that a round sphere subtends; 0 where the emitter is none, or `position` within it.

@@ -363,6 +363,12 @@ fn shading_facing(normal: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
 
 // f |cos| and the density of `shading_sample` for the world direction `wi`, without Dirac peaks.
 fn shading_eval_pdf(wi: vec3<f32>) -> vec4<f32> {
+    return shading_of_light(wi, false, GaussianLight());
+}
+
+// The same; `of_gaussian`: what comes of all of `light`, in the world, for each unit of irradiance that it would give what
+// faces it.
+fn shading_of_light(wi: vec3<f32>, of_gaussian: bool, light: GaussianLight) -> vec4<f32> {
     var f = vec3<f32>(0.0);
     var pdf = 0.0;
     for (var i = 0u; i < lobe_count; i += 1u) {
@@ -370,8 +376,15 @@ fn shading_eval_pdf(wi: vec3<f32>) -> vec4<f32> {
         let w = to_local(lobe.frame, wi);
         let shadow = lobe_shadow(i, wi);
         if (shadow > 0.0) {
-            let e = bsdf_eval_pdf(lobe.kind, lobe.params, lobe.table, lobe.wo, w);
-            f += e.xyz * (lobe.weight * shadow * abs(w.z));
+            var r = GaussianReflection(w, abs(w.z), vec3<f32>(0.0), 0.0);
+            if (HAS_SLABS && of_gaussian && !bsdf_transmits(lobe.kind)) {
+                let frame = mat3x3<f32>(lobe.frame.s, lobe.frame.t, lobe.frame.n);
+                let covariance = transpose(frame) * light.covariance * frame;
+                let local = GaussianLight(light.intensity, to_local(lobe.frame, light.mean), covariance);
+                r = gaussian_reflection(lobe.kind, lobe.params, lobe.table, lobe.wo, local);
+            }
+            let e = bsdf_eval_pdf(lobe.kind, lobe.params, lobe.table, lobe.wo, r.wi);
+            f += gaussian_reflected(r, e.xyz) * (lobe.weight * shadow);
             pdf += e.w * lobe.probability;
         }
     }

@@ -14,6 +14,7 @@ mod material;
 mod texture;
 
 pub use geometry::{DrawRow, MeshRow, NONE, VertexRow};
+pub use light::SLABS;
 
 use super::{BadEnvironment, EmitterInGroup, GeometryError, LightSource, LightSources};
 use super::{MaterialError, Materials, Textures};
@@ -108,7 +109,8 @@ pub const GEOMETRY_WGSL: &str = include_str!("geometry.wgsl");
 
 /// Words of the header: weights of luminance (3 floats); where the table of materials begins; where that of emitters
 /// begins, and how many there are; where their chances begin in `numbers`; where the list of environments begins (how
-/// many, then the emitter of each); the radiance of the background (3 floats); unused.
+/// many, then the emitter of each); the radiance of the background (3 floats); the first emitter that is a slab, of which
+/// there are none but slabs.
 pub const HEADER: usize = 12;
 
 /// A scene that cannot be made into rows.
@@ -170,7 +172,7 @@ impl Rows {
         rows.words[..3].copy_from_slice(&luminance.to_array().map(f32::to_bits));
         let mut programs = texture::Programs::new(&textures);
         material::write(&materials, &mut programs, &mut rows)?;
-        let lights = LightSources::new(scene)?.with_slabs(light::SLABS[0], light::SLABS[1]);
+        let lights = LightSources::new(scene)?.with_slabs(SLABS, light::POINTS);
         let emitters = light::write_emissions(scene, &lights, &textures, &mut programs, &mut rows)?;
         rows.fixed = Fixed {
             words: rows.words.len(),
@@ -186,7 +188,7 @@ impl Rows {
     /// time of their vertices; materials and textures stay. Where the scene is another one the rows stay as they are; after
     /// an error in its shapes they have neither shapes nor lights until a pose is taken over.
     pub fn pose(&mut self, scene: &Scene) -> Result<(), RowsError> {
-        let lights = LightSources::new(scene)?.with_slabs(light::SLABS[0], light::SLABS[1]);
+        let lights = LightSources::new(scene)?.with_slabs(SLABS, light::POINTS);
         self.check_same_scene(scene, &lights)?;
         self.forget_pose();
         let written = self.write_pose(scene, &lights);
@@ -275,7 +277,12 @@ pub fn wgsl(rows: &Rows) -> String {
         rows.lights,
         rows.operands.max(1)
     );
-    let _ = writeln!(out, "const KIND_NOH: u32 = {}u;", Kind::Noh as u32);
+    let _ = writeln!(
+        out,
+        "const HAS_SLABS: bool = {};\nconst KIND_NOH: u32 = {}u;",
+        rows.lights >> light::Op::Slab as u32 & 1 != 0,
+        Kind::Noh as u32
+    );
     let any_of = |holds: &dyn Fn(&Kind) -> bool| -> String {
         rows.kinds.iter().filter(|k| holds(k)).map(|k| format!(" || kind == {}u", *k as u32)).collect()
     };
