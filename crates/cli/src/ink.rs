@@ -30,7 +30,7 @@ pub struct Ink {
     scene: Option<PathBuf>,
 
     /// Where to; may be repeated. A picture: .png and .jpg, or .exr with a layer of its own for each kind of stroke (ran, cun,
-    /// ca, gou, dian). Or .svg: the strokes as outlines and centrelines with width, pressure and identity.
+    /// gou, dian). Or .svg: the strokes as outlines and centrelines with width, pressure and identity.
     #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["list", "markdown"])]
     outputs: Vec<PathBuf>,
 

@@ -21,6 +21,9 @@ use wgpu::{
 };
 use yugen_optics::Image;
 
+/// How many layers there are.
+pub const LAYERS: usize = 4;
+
 /// Layers of ink, in the order in which they are painted, light to dark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Layer {
@@ -28,8 +31,6 @@ pub enum Layer {
     Wash,
     /// Wrinkles (cun).
     Wrinkle,
-    /// Rubbing (ca).
-    Rub,
     /// Contours (gou).
     Contour,
     /// Dots (dian).
@@ -38,13 +39,13 @@ pub enum Layer {
 
 impl Layer {
     /// All, in order.
-    pub const ALL: [Self; 5] = [Self::Wash, Self::Wrinkle, Self::Rub, Self::Contour, Self::Dot];
+    pub const ALL: [Self; LAYERS] = [Self::Wash, Self::Wrinkle, Self::Contour, Self::Dot];
 
     /// Part of the ink of a wet place that flows: a wash is mostly water, a line of thick ink keeps its edge.
     fn mobile(self) -> f32 {
         match self {
             Self::Wash => 0.9,
-            Self::Wrinkle | Self::Rub => 0.25,
+            Self::Wrinkle => 0.25,
             Self::Contour => 0.3,
             Self::Dot => 0.4,
         }
@@ -55,7 +56,6 @@ impl Layer {
         match self {
             Self::Wash => "ran",
             Self::Wrinkle => "cun",
-            Self::Rub => "ca",
             Self::Contour => "gou",
             Self::Dot => "dian",
         }
@@ -86,7 +86,7 @@ struct LayerRow {
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct CompositeRow {
-    layers: [LayerRow; 5],
+    layers: [LayerRow; LAYERS],
     paper: [f32; BANDS],
     rgb: [[f32; BANDS]; 3],
     relief: [f32; 4],
@@ -104,7 +104,7 @@ pub struct Canvas {
     queue: Queue,
     size: [u32; 2],
     paper: &'static Paper,
-    pigments: [&'static Pigment; 5],
+    pigments: [&'static Pigment; LAYERS],
     splat: wgpu::RenderPipeline,
     splat_group: wgpu::BindGroup,
     resolve: wgpu::RenderPipeline,
@@ -131,7 +131,7 @@ struct Drying {
     cells: [u32; 2],
     steps: u32,
     /// Of each layer.
-    mobile: [f32; 5],
+    mobile: [f32; LAYERS],
 }
 
 #[repr(C)]
@@ -161,7 +161,7 @@ pub struct Materials {
     /// The paper.
     pub paper: &'static Paper,
     /// The pigment of each layer, in the order of [`Layer::ALL`].
-    pub pigments: [&'static Pigment; 5],
+    pub pigments: [&'static Pigment; LAYERS],
     /// Half the width of the full brush, pixels.
     pub full: f32,
     /// How far ink flows with its water, 0 to 1.
@@ -359,7 +359,7 @@ impl Canvas {
     }
 
     /// Paints: the stamps of each layer, in place of what was there.
-    pub fn paint(&self, layers: &[Vec<Stamp>; 5]) {
+    pub fn paint(&self, layers: &[Vec<Stamp>; LAYERS]) {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         for (layer, stamps) in (0..).zip(layers) {
             let [view, dried] = [&self.loads, &self.dried].map(|t| one_layer(t, layer));

@@ -12,7 +12,7 @@
 //! | [`select`] | which lines are drawn where they crowd |
 //! | [`stroke`] | lines as strokes: pressure, dryness, ink |
 //! | [`tone`], [`scatter`] | how dark a place is; places that stay on surfaces |
-//! | [`wash`], [`wrinkle`] | colour wash (ran) and wrinkles (cun) |
+//! | [`wash`], [`wrinkle`], [`dot`] | colour wash (ran), wrinkles (cun), dots (dian) |
 //! | [`stamp`], [`footprint`] | prints of the brush and what one looks like |
 //! | [`canvas`], [`resolve`] | stamps to loads of ink to a picture, on the GPU |
 //! | [`flow`], [`dispersion`] | water and ink that run in paper, on the processor and on the GPU |
@@ -28,6 +28,7 @@ pub mod canvas;
 pub mod contour;
 pub mod control;
 pub mod dispersion;
+pub mod dot;
 mod error;
 pub mod flow;
 pub mod footprint;

@@ -1,9 +1,10 @@
 //! From a scene to its painting.
 
 use crate::InkError;
-use crate::canvas::{Canvas, Layer, Materials};
+use crate::canvas::{Canvas, LAYERS, Layer, Materials};
 use crate::contour::{Surface, to_world};
 use crate::control::Controls;
+use crate::dot;
 use crate::footprint::{Footprint, VARIANTS};
 use crate::literal;
 use crate::paper::{PAPERS, Paper};
@@ -20,7 +21,7 @@ use crate::visibility::{Cleaning, DepthMap, SampledLine, sample};
 use crate::wash;
 use crate::wrinkle::{self, MANNERS, Manner};
 use glam::{DVec3, Vec2};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use wgpu::{Device, Queue};
 use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::{Options, Stage};
@@ -35,7 +36,7 @@ pub struct Style {
     /// On what.
     pub paper: &'static Paper,
     /// The pigment of each layer, in the order of [`Layer::ALL`].
-    pub pigments: [&'static Pigment; 5],
+    pub pigments: [&'static Pigment; LAYERS],
     /// How wrinkles are drawn.
     pub manner: &'static Manner,
     /// What is a crease.
@@ -49,7 +50,7 @@ impl Default for Style {
         Self {
             controls: Controls::default(),
             paper: &PAPERS[0],
-            pigments: [&PIGMENTS[0]; 5],
+            pigments: [&PIGMENTS[0]; LAYERS],
             manner: &MANNERS[0],
             creases: Creases::default(),
             seed: 0,
@@ -76,6 +77,9 @@ const COARSE: u32 = 4;
 /// Samples of light to a pixel: prints of the wash are means of hundreds of pixels, so that noise does not show.
 const FRAMES: u32 = 8;
 
+/// A draw that is too small for lines, and its dot where it is seen.
+type Small = (u32, Option<Stamp>);
+
 /// A painting.
 #[derive(Clone, Debug)]
 pub struct Painting {
@@ -84,7 +88,7 @@ pub struct Painting {
     /// The strokes of wrinkles.
     pub wrinkles: Vec<Stroke>,
     /// Stamps of each layer, in the order of [`Layer::ALL`].
-    pub stamps: [usize; 5],
+    pub stamps: [usize; LAYERS],
 }
 
 impl Painter {
@@ -183,7 +187,7 @@ impl Painter {
             let tones = Tones::new(&seen, &lit, &map, &projection, self.space, light).ok_or_else(missing)?;
             (map, tones)
         };
-        let lines = {
+        let (lines, dots) = {
             let _span = tracing::info_span!("find_lines").entered();
             self.lines(&projection, &map)
         };
@@ -192,23 +196,35 @@ impl Painter {
         // From the back to the front, as a painter who lets near things overlap far ones.
         let depth = |s: &Stroke| s.points.iter().map(|p| p.depth).sum::<f32>() / s.points.len().max(1) as f32;
         strokes.sort_by(|a, b| depth(b).total_cmp(&depth(a)).then(a.id.cmp(&b.id)));
-        let mut layers: [Vec<Stamp>; 5] = Default::default();
+        let mut layers: [Vec<Stamp>; LAYERS] = Default::default();
         let (controls, unit, seed) = (&self.style.controls, hand.unit, self.style.seed);
+        let small: HashSet<u32> = dots.iter().map(|(draw, _)| *draw).collect();
         let near = |depth| hand.nearness(depth);
         layers[Layer::Wash as usize] =
-            wash::stamps(&self.rows, &projection, &map, &tones, controls, unit, near, seed);
+            wash::stamps(&self.rows, &small, &projection, &map, &tones, controls, unit, near, seed);
         let manner = self.style.manner;
-        let wrinkles =
-            wrinkle::strokes(manner, &self.rows, &projection, &map, &tones, controls, unit, near, seed);
+        let wrinkles = wrinkle::strokes(
+            manner,
+            &self.rows,
+            &small,
+            &projection,
+            &map,
+            &tones,
+            controls,
+            unit,
+            near,
+            seed,
+        );
         for stroke in &wrinkles {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Wrinkle as usize]);
         }
         for stroke in &strokes {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Contour as usize]);
         }
+        layers[Layer::Dot as usize] = dots.into_iter().filter_map(|(_, stamp)| stamp).collect();
         let _span = tracing::info_span!("paint", stamps = layers[Layer::Contour as usize].len()).entered();
         self.canvas.paint(&layers);
-        Ok(Painting { strokes, wrinkles, stamps: [0, 1, 2, 3, 4].map(|i| layers[i].len()) })
+        Ok(Painting { strokes, wrinkles, stamps: layers.map(|l| l.len()) })
     }
 
     /// What the slides of Xu, Yang and Wu make of the contours ([`literal`]): black ink over the paper's colour, R, G, B, linear
@@ -256,12 +272,17 @@ impl Painter {
         }
     }
 
-    /// The lines that are drawn.
-    fn lines(&self, projection: &Projection, map: &DepthMap) -> Vec<SampledLine> {
+    /// The lines that are drawn, and the draws that are too small for lines, with their dots where they are seen.
+    fn lines(&self, projection: &Projection, map: &DepthMap) -> (Vec<SampledLine>, Vec<Small>) {
         let c = &self.style.controls;
         let unit = unit(self.size);
-        let mut lines = Vec::new();
+        let hand = hand(&self.style, self.size, depths(map));
+        let (mut lines, mut dots) = (Vec::new(), Vec::new());
         self.each_surface(|surface, _, i, draw| {
+            if let Some(dot) = dot::dot(&surface.positions, projection, map, &hand, i, draw.shape) {
+                dots.push((i, dot));
+                return;
+            }
             for line in surface.lines(projection, i) {
                 lines.extend(sample(&line, draw.shape, projection, map));
             }
@@ -275,7 +296,7 @@ impl Painter {
         lines.iter_mut().for_each(|l| l.clean(&cleaning));
         lines.retain(|l| l.samples.iter().any(|s| s.visible));
         select(&mut lines, c.detail, unit);
-        lines
+        (lines, dots)
     }
 
     /// The strokes of a painting as SVG. `name`: of a shape by its number, counted from one.

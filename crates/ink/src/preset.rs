@@ -1,7 +1,7 @@
 //! Ways of painting, from a small text file.
 
 use crate::InkError;
-use crate::canvas::Layer;
+use crate::canvas::{LAYERS, Layer};
 use crate::control::CONTROLS;
 use crate::painter::Style;
 use crate::paper::{PAPERS, Paper};
@@ -109,7 +109,7 @@ pub fn set_name(style: &mut Style, key: &str, word: &str) -> Result<(), InkError
             // A wash of its own stays.
             let wash = style.pigments[Layer::Wash as usize];
             let own = wash != style.pigments[Layer::Contour as usize];
-            style.pigments = [pigment()?; 5];
+            style.pigments = [pigment()?; LAYERS];
             if own {
                 style.pigments[Layer::Wash as usize] = wash;
             }

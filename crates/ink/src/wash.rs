@@ -9,6 +9,7 @@ use crate::stroke::smoothstep;
 use crate::tone::{Tones, in_shades, share};
 use crate::visibility::DepthMap;
 use glam::Vec2;
+use std::collections::HashSet;
 use yugen_optics::random::{hash_combine, unit_f32};
 use yugen_scene::prepared::Rows;
 
@@ -31,9 +32,10 @@ fn darkness(grey: f32, facing: f32) -> f32 {
     (1.0 - grey) * (1.0 + (MIDDLE - 1.0) * smoothstep(0.0, 0.8, facing))
 }
 
-/// The stamps. `near` tells how near something at a depth is, 0 to 1.
+/// The stamps, `without` some draws. `near` tells how near something at a depth is, 0 to 1.
 pub fn stamps(
     rows: &Rows,
+    without: &HashSet<u32>,
     projection: &Projection,
     map: &DepthMap,
     tones: &Tones,
@@ -47,7 +49,13 @@ pub fn stamps(
     }
     let full = RADIUS * unit * controls.size.sqrt();
     let density = OVERLAP / (std::f32::consts::PI * full * full);
-    let places = scatter(rows, projection, map, |_| density, hash_combine(seed, 0x7a5));
+    let places = scatter(
+        rows,
+        projection,
+        map,
+        |draw| if without.contains(&draw) { 0.0 } else { density },
+        hash_combine(seed, 0x7a5),
+    );
     let mut stamps = Vec::new();
     for place in places {
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));

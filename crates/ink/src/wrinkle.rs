@@ -8,6 +8,7 @@ use crate::stroke::{Stroke, StrokePoint, smoothstep};
 use crate::tone::Tones;
 use crate::visibility::DepthMap;
 use glam::{Vec2, Vec3};
+use std::collections::HashSet;
 use yugen_motion::noise::noise;
 use yugen_optics::random::{hash_combine, unit_f32};
 use yugen_scene::prepared::Rows;
@@ -120,10 +121,11 @@ const JUMP: f32 = 0.015;
 /// Sine of the angle to the eye below which a surface has no direction of its own.
 const FLAT: f32 = 0.18;
 
-/// The strokes. `near` tells how near something at a depth is, 0 to 1.
+/// The strokes, `without` some draws. `near` tells how near something at a depth is, 0 to 1.
 pub fn strokes(
     manner: &Manner,
     rows: &Rows,
+    without: &HashSet<u32>,
     projection: &Projection,
     map: &DepthMap,
     tones: &Tones,
@@ -137,7 +139,13 @@ pub fn strokes(
     }
     let length = manner.length * unit * controls.size.sqrt();
     let density = manner.density / (length * length);
-    let places = scatter(rows, projection, map, |_| density, hash_combine(seed, 0xc0));
+    let places = scatter(
+        rows,
+        projection,
+        map,
+        |draw| if without.contains(&draw) { 0.0 } else { density },
+        hash_combine(seed, 0xc0),
+    );
     let mut strokes = Vec::new();
     for place in places {
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));

@@ -53,7 +53,8 @@ fn a_scene_is_painted_the_same_each_time_and_leaves_as_vectors_and_layers() {
     assert!(info.contains("gou") && info.contains("ran"), "{info}");
 
     // Paper that is not wholly blank, and blank where nothing is painted with.
-    let blank = "ink ball.toml --size 240x160 --set contour=0 --set wash=0 --set wrinkle=0 -o blank.png";
+    let blank =
+        "ink ball.toml --size 240x160 --set contour=0 --set wash=0 --set wrinkle=0 --set dot=0 -o blank.png";
     good(yugen_in(&folder, blank));
     let [painted, blank] = ["a.png", "blank.png"].map(|f| mean(&folder.join(f)));
     assert!(blank > 225.0 && painted < blank - 1.0, "{painted} {blank}");
