@@ -51,9 +51,9 @@ macro_rules! controls {
 
 controls! {
     ink = 0.8, 0.0 to 1.5: "How dark the ink is: 0 is water, 1 freshly ground.";
-    water = 0.5, 0.0 to 1.0: "How wet the brush is: how far ink creeps from a stroke.";
+    water = 0.5, 0.0 to 1.0: "How much the brush holds: how far a stroke goes before it runs dry.";
     dryness = 0.45, 0.0 to 1.0: "How soon a stroke runs dry and shows the paper between the bristles (flying white).";
-    size = 1.0, 0.1 to 8.0: "Width of the brush; 1 is 14 pixels in a picture of 1080 lines.";
+    size = 1.0, 0.1 to 8.0: "Width of the brush; 1 is 18 pixels, wholly pressed, in a picture of 1080 lines.";
     roughness = 0.4, 0.0 to 1.0: "How much the hand wavers and how ragged edges are.";
     bleed = 0.5, 0.0 to 1.0: "How much of the ink of wet strokes flows into the paper around them.";
     contrast = 0.6, 0.0 to 1.0: "Difference between a stroke pressed and a stroke lifted.";
