@@ -113,7 +113,7 @@ fn faults(rooms: &BTreeMap<String, PathBuf>, arrows: &[Arrow]) -> Vec<String> {
     for a in arrows {
         let down = allowed.get(a.from.as_str()).is_some_and(|may| may.contains(&a.to.as_str()));
         // Tests of any room may be proven; tests of proof may look at all, those of a renderer at files of scenes.
-        let renderer = ["transport", "realtime"].contains(&a.from.as_str());
+        let renderer = ["transport", "realtime", "ink"].contains(&a.from.as_str());
         let test = a.dev
             && (a.to == "proof" || a.from == "proof" || a.from == a.to || renderer && a.to == "archive");
         if rooms.contains_key(&a.to) && !down && !test {

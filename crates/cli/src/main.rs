@@ -10,6 +10,7 @@ mod capture;
 mod figure;
 mod film;
 mod info;
+mod ink;
 mod json;
 mod log;
 mod motion;
@@ -48,6 +49,7 @@ Common cases:
   yugen render scene.xml -o picture.exr               a scene to a picture
   yugen render fox.glb -o walk.mp4 --animation Walk   its animation to a film
   yugen view scene.xml                                the same in a window, to turn and to change
+  yugen ink scene.glb -o painting.png                 the same by brush, on paper
   yugen info FILE                                     what a scene, stack, picture, table or weave holds
   yugen brdf fit material.binary                      which model meets a measurement best
   yugen capture hdr PHOTOGRAPHS -o STACK              brackets to linear pictures, one a light
@@ -72,6 +74,7 @@ enum Verb {
     Motion(motion::Motion),
     #[command(subcommand)]
     Noh(noh::Noh),
+    Ink(ink::Ink),
 }
 
 /// A reader that has seen enough, as `head` has, ends the program quietly, as it ends others.
@@ -125,6 +128,7 @@ fn main() -> ExitCode {
         Verb::Capture(verb) => verb.run(),
         Verb::Motion(verb) => verb.run(),
         Verb::Noh(verb) => verb.run(),
+        Verb::Ink(verb) => verb.run(),
     };
     match outcome.and_then(|()| Ok(output::flush()?)) {
         Ok(()) => ExitCode::SUCCESS,

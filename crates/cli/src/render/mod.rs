@@ -13,7 +13,7 @@ use checkpoint::{Checkpoint, Pace, command_to_go_on};
 use clap::{Args, FromArgMatches};
 use indicatif::HumanDuration;
 use interrupt::Interrupt;
-pub use parse::rate;
+pub use parse::{rate, seconds, size};
 pub use sequence::RATE;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -11,6 +11,7 @@ mod cloth;
 mod formats;
 mod hdr;
 mod info;
+mod ink;
 mod lecture;
 mod messages;
 mod motion;

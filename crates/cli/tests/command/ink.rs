@@ -1,0 +1,121 @@
+//! `yugen ink`.
+
+use super::{good, refused, report, scratch, yugen_in};
+use std::path::Path;
+
+/// A ball on a table by a lamp.
+const SCENE: &str = r#"
+[camera]
+from = [0, 1.6, 5]
+to = [0, 0.6, 0]
+fov = 30
+
+[[light]]
+type = "directional"
+direction = [1, -2, -1]
+irradiance = 3
+
+[[shape]]
+name = "ball"
+type = "sphere"
+radius = 0.8
+at = [0, 0.8, 0]
+
+[[shape]]
+name = "table"
+type = "rectangle"
+size = [4, 4]
+facing = [0, 1, 0]
+"#;
+
+fn mean(file: &Path) -> f32 {
+    let mut picture =
+        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(file).unwrap())).read_info().unwrap();
+    let mut pixels = vec![0; picture.output_buffer_size().unwrap()];
+    picture.next_frame(&mut pixels).unwrap();
+    pixels.iter().map(|v| f32::from(*v)).sum::<f32>() / pixels.len() as f32
+}
+
+#[test]
+fn a_scene_is_painted_the_same_each_time_and_leaves_as_vectors_and_layers() {
+    let folder = scratch("ink");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    let line = "ink ball.toml --size 240x160 -o a.png -o a.svg -o a.exr --json";
+    let made = report(yugen_in(&folder, line));
+    assert!(made["strokes"].as_u64().unwrap() > 0 && made["stamps"][0].as_u64().unwrap() > 50, "{made}");
+    good(yugen_in(&folder, "ink ball.toml --size 240x160 -o b.png -o b.svg"));
+    let same =
+        |a: &str, b: &str| std::fs::read(folder.join(a)).unwrap() == std::fs::read(folder.join(b)).unwrap();
+    assert!(same("a.png", "b.png") && same("a.svg", "b.svg"));
+    let svg = std::fs::read_to_string(folder.join("a.svg")).unwrap();
+    assert!(svg.contains("data-object=\"ball\"") && svg.contains("data-pressure="), "{svg}");
+    let info = good(yugen_in(&folder, "info a.exr"));
+    assert!(info.contains("gou") && info.contains("ran"), "{info}");
+
+    // Paper that is not wholly blank, and blank where nothing is painted with.
+    let blank =
+        "ink ball.toml --size 240x160 --set contour=0 --set wash=0 --set wrinkle=0 --set dot=0 -o blank.png";
+    good(yugen_in(&folder, blank));
+    let [painted, blank] = ["a.png", "blank.png"].map(|f| mean(&folder.join(f)));
+    assert!(blank > 225.0 && painted < blank - 1.0, "{painted} {blank}");
+}
+
+/// A preset, one of the user's own and the baseline: three pictures that differ.
+#[test]
+fn presets_and_the_slides_paint_otherwise() {
+    let folder = scratch("ink-presets");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    std::fs::write(folder.join("own.toml"), "size = 3\ndryness = 0.9\npaper = 'aged'\n").unwrap();
+    let lines = [
+        "--preset boneless -o a.png",
+        "--preset own.toml -o b.png",
+        "--literal -o c.png",
+        "--preset dry --pigment oil --manner axe -o d.png",
+    ];
+    for line in lines {
+        good(yugen_in(&folder, &format!("ink ball.toml --size 160x120 {line}")));
+    }
+    let pictures = ["a.png", "b.png", "c.png", "d.png"].map(|f| std::fs::read(folder.join(f)).unwrap());
+    assert!((0..4).all(|i| (0..i).all(|j| pictures[i] != pictures[j])));
+    assert!(mean(&folder.join("b.png")) < mean(&folder.join("a.png")) - 10.0, "aged paper is darker");
+    let said = good(yugen_in(&folder, "ink --list"));
+    assert!(["mogu", "xuan", "cinnabar", "pima", "flying white"].iter().all(|w| said.contains(w)), "{said}");
+}
+
+/// The page is what the tables say; `BLESS=1` writes it anew.
+#[test]
+fn the_page_of_ink_is_up_to_date() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/ink.md");
+    let page = good(yugen_in(".".as_ref(), "ink --markdown"));
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&file, &page).unwrap();
+    }
+    let written = std::fs::read_to_string(&file).unwrap_or_default();
+    assert!(written == page, "docs/ink.md is not what the tables say; BLESS=1 writes it anew");
+}
+
+#[test]
+fn what_is_wrong_is_said_before_anything_is_written() {
+    let folder = scratch("ink-wrong");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    for (line, words) in [
+        ("ink ball.toml", &["--output"][..]),
+        ("ink none.toml -o a.png", &["none.toml"]),
+        ("ink ball.toml -o a.bmp", &["a.bmp"]),
+        ("ink ball.toml -o none/a.svg", &["none/a.svg"]),
+        ("ink ball.toml -o a.png --set dryeness=1", &["no control 'dryeness'", "did you mean 'dryness'?"]),
+        ("ink ball.toml -o a.png --set ink=9", &["ink = 9 is out of range: 0 to 1.5"]),
+        ("ink ball.toml -o a.png --set ink", &["CONTROL=VALUE"]),
+        ("ink ball.toml -o a.png --size 0x9", &["width x height"]),
+        ("ink ball.toml -o a.png --camera left", &["no camera called 'left'"]),
+        ("ink ball.toml -o a.png --preset sumie", &["no preset 'sumie'", "did you mean 'sumi'?"]),
+        ("ink ball.toml -o a.png --preset none.toml", &["none.toml"]),
+        ("ink ball.toml -o a.png --preset ball.toml", &["ball.toml: "]),
+        ("ink ball.toml -o a.png --paper rav", &["no paper 'rav'", "did you mean 'raw'?"]),
+        ("ink ball.toml -o a.svg --literal", &["a.svg: the slides' method has no strokes"]),
+        ("ink ball.toml -o a.png --at 1", &["nothing in it moves"]),
+    ] {
+        refused(yugen_in(&folder, line), words);
+    }
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "the scene alone");
+}

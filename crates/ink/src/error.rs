@@ -1,0 +1,29 @@
+//! What can go wrong between a scene and its painting.
+
+use yugen_realtime::StageError;
+use yugen_scene::prepared::RowsError;
+
+/// Why there is no painting.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum InkError {
+    /// The camera's matrix or numbers make no picture.
+    #[error("camera '{name}' cannot be painted through: {reason}")]
+    Camera {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// What the realtime renderer sees.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// The scene.
+    #[error(transparent)]
+    Rows(#[from] RowsError),
+    /// The device.
+    #[error("the GPU refused: {0}")]
+    Refused(String),
+    /// A preset or a control.
+    #[error("{0}")]
+    Preset(String),
+}

@@ -1,0 +1,53 @@
+//! Ink painting (sumi-e): what a brush would make of a scene.
+//!
+//! Lines are found on meshes, seen or not by the depth of the real-time renderer, chosen, and given pressure, dryness and ink
+//! along their way; the GPU prints them stamp by stamp, evens out overlap, lets bristles run dry over the grain of the paper and
+//! lays pigments over one another. The strokes themselves are kept: they leave as vectors.
+//!
+//! | file | what is in it |
+//! | --- | --- |
+//! | [`topology`] | welded vertices, edges, creases and borders of a mesh |
+//! | [`contour`] | where a surface turns away from the eye (gou), chained |
+//! | [`visibility`] | lines in the picture, and which parts of them are seen |
+//! | [`select`] | which lines are drawn where they crowd |
+//! | [`stroke`] | lines as strokes: pressure, dryness, ink |
+//! | [`tone`], [`scatter`] | how dark a place is; places that stay on surfaces |
+//! | [`wash`], [`wrinkle`], [`dot`] | colour wash (ran), wrinkles (cun), dots (dian) |
+//! | [`stamp`], [`footprint`] | prints of the brush and what one looks like |
+//! | [`canvas`], [`resolve`] | stamps to loads of ink to a picture, on the GPU |
+//! | [`flow`], [`dispersion`] | water and ink that run in paper, on the processor and on the GPU |
+//! | [`paper`], [`pigment`] | what is painted on and with |
+//! | [`svg`] | strokes as vectors |
+//! | [`literal`] | the slides of Xu, Yang and Wu 2012 as they stand, for comparison |
+//! | [`control`], [`preset`] | what is steered, and ways of painting |
+//! | [`painter`] | all of it in order |
+//!
+//! Lengths are in pixels of a picture of 1080 lines where nothing else is said, so that a painting looks the same in any size.
+
+pub mod canvas;
+pub mod contour;
+pub mod control;
+pub mod dispersion;
+pub mod dot;
+mod error;
+pub mod flow;
+pub mod footprint;
+pub mod literal;
+pub mod painter;
+pub mod paper;
+pub mod pigment;
+pub mod preset;
+pub mod projection;
+pub mod resolve;
+pub mod scatter;
+pub mod select;
+pub mod stamp;
+pub mod stroke;
+pub mod svg;
+pub mod tone;
+pub mod topology;
+pub mod visibility;
+pub mod wash;
+pub mod wrinkle;
+
+pub use error::InkError;

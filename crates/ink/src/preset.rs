@@ -1,0 +1,156 @@
+//! Ways of painting, from a small text file.
+
+use crate::InkError;
+use crate::canvas::{LAYERS, Layer};
+use crate::control::CONTROLS;
+use crate::painter::Style;
+use crate::paper::{PAPERS, Paper};
+use crate::pigment::{PIGMENTS, Pigment};
+use crate::wrinkle::{MANNERS, Manner};
+use toml::de::{DeTable, DeValue};
+use yugen_scene::suggest;
+
+/// A way of painting.
+#[derive(Clone, Debug)]
+pub struct Preset {
+    /// For `--preset`.
+    pub name: String,
+    /// What it is.
+    pub doc: String,
+    /// What it comes to.
+    pub style: Style,
+}
+
+/// Names that keys take instead of a number.
+const NAMES: [&str; 5] = ["doc", "paper", "manner", "pigment", "wash_pigment"];
+
+/// Those that are built in; the first is what is painted where nobody says.
+pub fn presets() -> Result<Vec<Preset>, InkError> {
+    let table = parse(include_str!("presets.toml"))?;
+    let mut presets = table
+        .iter()
+        .map(|(name, value)| match value.get_ref() {
+            DeValue::Table(keys) => preset(name.get_ref(), keys),
+            _ => Err(InkError::Preset(format!("the preset '{}' is no table", name.get_ref()))),
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    // The parser sorts by name.
+    presets.sort_by_key(|p| p.name != "sumi");
+    Ok(presets)
+}
+
+/// The one called `name`.
+pub fn find(name: &str) -> Result<Preset, InkError> {
+    let all = presets()?;
+    let hint = suggest(name, all.iter().map(|p| p.name.as_str()));
+    let found = all.into_iter().find(|p| p.name == name);
+    found.ok_or_else(|| InkError::Preset(format!("there is no preset '{name}'{hint}")))
+}
+
+/// One from the text of a file of the user's own, which `name` calls in errors.
+pub fn read(text: &str, name: &str) -> Result<Preset, InkError> {
+    let table = parse(text).map_err(|e| InkError::Preset(format!("{name}: {e}")))?;
+    preset(name, &table).map_err(|e| InkError::Preset(format!("{name}: {e}")))
+}
+
+fn parse(text: &str) -> Result<DeTable<'_>, InkError> {
+    let wrong = |e: toml::de::Error| InkError::Preset(e.to_string().trim_end().replace('\n', " "));
+    DeTable::parse(text).map(|table| table.into_inner()).map_err(wrong)
+}
+
+fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
+    let mut style = Style::default();
+    let mut doc = String::new();
+    for (key, value) in keys {
+        let key: &str = key.get_ref();
+        let named = NAMES.contains(&key);
+        match value.get_ref() {
+            DeValue::String(word) if key == "doc" => doc = word.to_string(),
+            DeValue::String(word) if named => set_name(&mut style, key, word)?,
+            // What floats cannot name is out of every range.
+            DeValue::Float(number) if !named => {
+                style.controls.set(key, number.as_str().parse().unwrap_or(f32::NAN))?;
+            }
+            DeValue::Integer(number) if !named => {
+                style.controls.set(key, number.as_str().parse().unwrap_or(f32::NAN))?;
+            }
+            _ => {
+                let known = NAMES.into_iter().chain(CONTROLS.iter().map(|c| c.name));
+                let what = if named { "a name in quotes" } else { "a number" };
+                let hint = match known.clone().any(|k| k == key) {
+                    true => format!(": expected {what}"),
+                    false => suggest(key, known),
+                };
+                return Err(InkError::Preset(format!("'{key}' cannot be so in a preset{hint}")));
+            }
+        }
+    }
+    Ok(Preset { name: name.into(), doc, style })
+}
+
+/// Gives a style a paper, a manner of wrinkles or a pigment by its name.
+pub fn set_name(style: &mut Style, key: &str, word: &str) -> Result<(), InkError> {
+    let unknown = |what: &str, hint: String| InkError::Preset(format!("there is no {what} '{word}'{hint}"));
+    let pigment = || {
+        let names = PIGMENTS.iter().map(|p| p.name);
+        Pigment::find(word).ok_or_else(|| unknown("pigment", suggest(word, names)))
+    };
+    match key {
+        "paper" => {
+            let names = PAPERS.iter().map(|p| p.name);
+            style.paper = Paper::find(word).ok_or_else(|| unknown("paper", suggest(word, names)))?;
+        }
+        "manner" => {
+            let names = MANNERS.iter().map(|m| m.name);
+            style.manner = Manner::find(word).ok_or_else(|| unknown("manner", suggest(word, names)))?;
+        }
+        "wash_pigment" => style.pigments[Layer::Wash as usize] = pigment()?,
+        _ => {
+            // A wash of its own stays.
+            let wash = style.pigments[Layer::Wash as usize];
+            let own = wash != style.pigments[Layer::Contour as usize];
+            style.pigments = [pigment()?; LAYERS];
+            if own {
+                style.pigments[Layer::Wash as usize] = wash;
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_presets_are_good_and_say_what_they_are() {
+        let all = presets().unwrap();
+        assert!(all.len() >= 4 && all[0].name == "sumi");
+        assert!(all.iter().all(|p| !p.doc.is_empty()));
+        assert_eq!(find("boneless").unwrap().style.controls.contour, 0.0);
+        let blue = find("blue").unwrap().style;
+        assert_eq!(
+            (blue.paper.name, blue.pigments[0].name, blue.pigments[3].name),
+            ("aged", "indigo", "pine")
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_preset_is_said() {
+        let said = |text: &str| read(text, "own.toml").unwrap_err().to_string();
+        for (text, words) in [
+            ("dryness = 7", "own.toml: dryness = 7 is out of range: 0 to 1"),
+            ("dryeness = 0.5", "did you mean 'dryness'?"),
+            ("dryness = 'much'", "'dryness' cannot be so in a preset: expected a number"),
+            ("paper = 3", "'paper' cannot be so in a preset: expected a name"),
+            ("paper = 'rav'", "there is no paper 'rav'; did you mean 'raw'?"),
+            ("ink = nan", "out of range"),
+            ("ink = ", "own.toml: "),
+            ("[ink]\na = 1", "expected a number"),
+        ] {
+            assert!(said(text).contains(words), "{text}: {}", said(text));
+        }
+        assert!(find("sumie").unwrap_err().to_string().contains("did you mean 'sumi'?"));
+        assert_eq!(read("", "empty").unwrap().style.controls, crate::control::Controls::default());
+    }
+}

@@ -1,0 +1,100 @@
+//! Places strewn over surfaces, so many to each pixel of the picture, that stay where they are on the surface.
+//!
+//! Every triangle has an endless list of places, drawn once for all; of it as many are taken as the triangle is large in the
+//! picture. When it grows more are added, and those that are added or dropped fade. Strewn over the picture instead, marks
+//! would hang in the air while surfaces move under them (the shower-door effect; Meier 1996, "Painterly Rendering for
+//! Animation").
+
+use crate::contour::to_world;
+use crate::projection::Projection;
+use crate::visibility::DepthMap;
+use glam::{DVec3, Vec2};
+use yugen_optics::random::{hash_combine, unit_f32};
+use yugen_scene::prepared::{MeshRow, Rows};
+
+/// Relative depth within which a place is that which is seen at its pixel.
+const SAME: f32 = 0.01;
+/// Part of one place over which it fades in as its triangle grows.
+const FADE: f32 = 0.25;
+/// Most places of one triangle: beyond, a single one would fill the picture and its memory.
+const MOST: u32 = 1 << 16;
+
+/// A place on a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Where it is seen.
+    pub pixel: Vec2,
+    /// Along the camera's axis.
+    pub depth: f32,
+    /// Index of the draw.
+    pub draw: u32,
+    /// The shape, counted from one.
+    pub shape: u32,
+    /// Its own for ever: what is random about it is made of it.
+    pub hash: u32,
+    /// 0 to 1: below one it comes or goes.
+    pub weight: f32,
+}
+
+/// Places that are seen, `density` of them to a pixel, in an order that does not depend on the view.
+pub fn scatter(
+    rows: &Rows,
+    projection: &Projection,
+    map: &DepthMap,
+    density: impl Fn(u32) -> f32,
+    seed: u32,
+) -> Vec<Place> {
+    let [w, h] = map.size.map(|n| n as f32);
+    let mut places = Vec::new();
+    for (index, draw) in (0u32..).zip(&rows.draws) {
+        let density = density(index);
+        if density <= 0.0 {
+            continue;
+        }
+        let MeshRow { first_vertex, vertices, .. } = rows.meshes[draw.mesh as usize];
+        let world = to_world(draw);
+        let vertices = &rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
+        let placed: Vec<DVec3> =
+            vertices.iter().map(|v| world(DVec3::from_array(v.position.map(f64::from)))).collect();
+        let seen: Vec<_> = placed.iter().map(|p| projection.project(*p)).collect();
+        let first = draw.first_triangle;
+        for number in first..first + draw.triangles {
+            let t = rows.triangles[number as usize].map(|v| (v - first_vertex) as usize);
+            // A triangle that the near plane cuts is too near to be painted by marks on it.
+            let [Some(a), Some(b), Some(c)] = t.map(|v| seen[v]) else { continue };
+            let [p, q, r] = [a, b, c].map(|c| c.pixel.as_vec2());
+            let (low, high) = (p.min(q).min(r), p.max(q).max(r));
+            if high.x < 0.0 || high.y < 0.0 || low.x > w || low.y > h {
+                continue;
+            }
+            let wanted = 0.5 * (q - p).perp_dot(r - p).abs() * density;
+            let own = hash_combine(hash_combine(seed, index), number - first);
+            let count = (wanted + 1.0).min(MOST as f32) as u32;
+            for k in 0..count {
+                let hash = hash_combine(own, k);
+                let weight = ((wanted - k as f32 - unit_f32(hash)) / FADE).clamp(0.0, 1.0);
+                // Of a triangle that is not finite it is no number.
+                if weight <= 0.0 || weight.is_nan() {
+                    continue;
+                }
+                // Evenly over the triangle.
+                let (mut u, mut v) = (unit_f32(hash_combine(hash, 1)), unit_f32(hash_combine(hash, 2)));
+                if u + v > 1.0 {
+                    (u, v) = (1.0 - u, 1.0 - v);
+                }
+                let [p, q, r] = t.map(|i| placed[i]);
+                let point = p + (q - p) * f64::from(u) + (r - p) * f64::from(v);
+                let Some(at) = projection.project(point) else { continue };
+                let (pixel, depth) = (at.pixel.as_vec2(), at.depth as f32);
+                if pixel.x < 0.0 || pixel.y < 0.0 || pixel.x >= w || pixel.y >= h {
+                    continue;
+                }
+                let (near, shape) = map.at(pixel);
+                if shape == draw.shape && (near - depth).abs() <= SAME * depth.abs() {
+                    places.push(Place { pixel, depth, draw: index, shape, hash, weight });
+                }
+            }
+        }
+    }
+    places
+}

@@ -1,0 +1,143 @@
+//! Which lines are drawn. A painter leaves out: where lines crowd, the more important ones stand for the rest.
+
+use crate::contour::LineKind;
+use crate::stroke::smoothstep;
+use crate::visibility::{Cleaning, Sample, SampledLine};
+use glam::Vec2;
+use std::collections::HashMap;
+
+/// Lines nearer to one another than this and in the same direction are one, at no detail and at all, pixels of a picture of
+/// 1080 lines.
+const APART: [f32; 2] = [26.0, 2.5];
+/// Shortest line, likewise.
+const SHORTEST: [f32; 2] = [44.0, 9.0];
+/// Cosine of the angle within which two lines have the same direction: 35 degrees.
+const PARALLEL: f32 = 0.82;
+
+/// Hides what is too much. `detail`: 0 to 1; `unit`: pixels that stand for one in a picture of 1080 lines.
+pub fn select(lines: &mut Vec<SampledLine>, detail: f32, unit: f32) {
+    let between = |[from, to]: [f32; 2]| (from + (to - from) * detail) * unit;
+    let (apart, shortest) = (between(APART).max(2.0), between(SHORTEST).max(4.0));
+    let mut order: Vec<(f32, usize)> = lines.iter().enumerate().map(|(i, l)| (importance(l), i)).collect();
+    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut drawn = Drawn { cell: apart, places: HashMap::new() };
+    let cleaning = Cleaning { bridge: 2.0 * apart, crumb: shortest, ..Cleaning::default() };
+    for (_, i) in order {
+        let line = &mut lines[i];
+        let ways = ways(&line.samples, line.closed);
+        for (sample, way) in line.samples.iter_mut().zip(&ways) {
+            // What stands out far is never crowded out.
+            let reach = apart * (1.0 - 0.5 * outline(sample));
+            sample.visible &= !drawn.is_crowded(sample.pixel, *way, reach);
+        }
+        line.clean(&cleaning);
+        for (sample, way) in line.samples.iter().zip(&ways).filter(|(s, _)| s.visible) {
+            drawn.add(sample.pixel, *way);
+        }
+    }
+    lines.retain(|l| l.samples.iter().any(|s| s.visible));
+}
+
+/// How much of an outline it is: by how far what is behind lies behind.
+fn outline(sample: &Sample) -> f32 {
+    if sample.silhouette { smoothstep(0.0, 0.25, sample.gap) } else { 0.0 }
+}
+
+/// Visible length, by kind.
+fn importance(line: &SampledLine) -> f32 {
+    let of_kind = match line.kind {
+        LineKind::Contour => 1.0,
+        LineKind::Border => 0.9,
+        LineKind::Crease | LineKind::Wrinkle => 0.6,
+    };
+    let pairs = line.samples.windows(2).filter(|w| w[0].visible && w[1].visible);
+    pairs.map(|w| w[0].pixel.distance(w[1].pixel) * (of_kind + 2.0 * outline(&w[0]))).sum()
+}
+
+/// Direction at each sample.
+fn ways(samples: &[Sample], closed: bool) -> Vec<Vec2> {
+    let n = samples.len();
+    (0..n)
+        .map(|i| {
+            let (a, b) = match closed {
+                true => ((i + n - 1) % n, (i + 1) % n),
+                false => (i.saturating_sub(1), (i + 1).min(n - 1)),
+            };
+            (samples[b].pixel - samples[a].pixel).normalize_or_zero()
+        })
+        .collect()
+}
+
+/// Samples of lines that are drawn, by cells of the picture.
+struct Drawn {
+    cell: f32,
+    places: HashMap<[i32; 2], Vec<(Vec2, Vec2)>>,
+}
+
+impl Drawn {
+    fn of(&self, p: Vec2) -> [i32; 2] {
+        (p / self.cell).floor().to_array().map(|v| v as i32)
+    }
+
+    fn add(&mut self, pixel: Vec2, way: Vec2) {
+        let cell = self.of(pixel);
+        let places = self.places.entry(cell).or_default();
+        // A few are as good as all.
+        if !places
+            .iter()
+            .any(|(p, w)| p.distance(pixel) < 0.5 * self.cell.min(4.0) && w.dot(way).abs() > 0.99)
+        {
+            places.push((pixel, way));
+        }
+    }
+
+    fn is_crowded(&self, pixel: Vec2, way: Vec2, reach: f32) -> bool {
+        let [x, y] = self.of(pixel);
+        (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| [x, y])).any(|cell| {
+            self.places.get(&cell).is_some_and(|places| {
+                places.iter().any(|(p, w)| p.distance(pixel) < reach && w.dot(way).abs() > PARALLEL)
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contour::Anchor;
+
+    fn line(y: f32, tilt: f32, length: f32, gap: f32) -> SampledLine {
+        let samples = (0..(length / 2.0) as usize)
+            .map(|i| Sample {
+                pixel: Vec2::new(2.0 * i as f32, y + tilt * 2.0 * i as f32),
+                depth: 1.0,
+                outward: Vec2::Y,
+                visible: true,
+                gap,
+                silhouette: true,
+                anchor: Anchor { vertices: [0; 2], part: 0.0 },
+            })
+            .collect();
+        SampledLine { kind: LineKind::Crease, draw: 0, shape: 1, samples, closed: false, facet: 2.0 }
+    }
+
+    #[test]
+    fn of_lines_that_crowd_the_important_one_stays() {
+        let all =
+            || vec![line(0.0, 0.0, 200.0, 0.0), line(3.0, 0.0, 180.0, 1.0), line(60.0, 0.0, 180.0, 0.0)];
+        let mut lines = all();
+        select(&mut lines, 0.3, 1.0);
+        assert_eq!(lines.len(), 2, "one of the two that are three pixels apart");
+        assert!(lines.iter().any(|l| l.samples[0].pixel.y == 3.0), "the outline");
+        let mut lines = all();
+        select(&mut lines, 1.0, 1.0);
+        assert_eq!(lines.len(), 3);
+        // One that crosses is no double.
+        let mut lines = vec![line(0.0, 0.0, 200.0, 0.0), line(-100.0, 1.0, 200.0, 0.0)];
+        select(&mut lines, 0.3, 1.0);
+        assert_eq!(lines.len(), 2);
+        let mut lines = vec![line(0.0, 0.0, 20.0, 0.0)];
+        select(&mut lines, 0.0, 1.0);
+        assert!(lines.is_empty(), "a crumb");
+    }
+}

@@ -1,0 +1,317 @@
+//! Strokes: lines in the picture with pressure, dryness and ink along them, as a brush has them.
+//!
+//! A stroke is what the brush draws from where it is set down to where it is lifted. Xu, Yang and Wu 2012 give each point
+//! pressure, angle, dryness and intensity (PADI); here they are curves over the arc length, times the pressure that the
+//! direction of the outline asks for (their circular mapping).
+
+use crate::contour::LineKind;
+use crate::control::Controls;
+use crate::visibility::{STEP, Sample, SampledLine};
+use glam::{Vec2, Vec3};
+use yugen_motion::noise::noise;
+use yugen_optics::random::{hash_combine, unit_f32};
+
+/// A point of a stroke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrokePoint {
+    /// Pixels.
+    pub pixel: Vec2,
+    /// Along the camera's axis.
+    pub depth: f32,
+    /// Arc length from the beginning, pixels.
+    pub s: f32,
+    /// How the brush is pressed on the paper, 0 to 1.
+    pub pressure: f32,
+    /// Lack of water, 0 to 1.
+    pub dryness: f32,
+    /// Density of ink, 0 to 1 and a little more.
+    pub ink: f32,
+    /// Half the width, pixels.
+    pub radius: f32,
+}
+
+/// A stroke of the brush.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stroke {
+    /// What it follows.
+    pub kind: LineKind,
+    /// Index of the draw.
+    pub draw: u32,
+    /// The shape, counted from one.
+    pub shape: u32,
+    /// Random numbers of the stroke are hashes of it; it is the stroke's identity from frame to frame.
+    pub id: u32,
+    /// In order.
+    pub points: Vec<StrokePoint>,
+    /// The last point is followed by the first.
+    pub closed: bool,
+    /// Part of its lines that separate the object from what is behind, 0 to 1, by how far that is.
+    pub weight: f32,
+}
+
+impl Stroke {
+    /// Pixels from the first point to the last, and back to the first where it is closed.
+    pub fn length(&self) -> f32 {
+        self.points.last().map_or(0.0, |p| p.s) + if self.closed { self.closing() } else { 0.0 }
+    }
+
+    fn closing(&self) -> f32 {
+        match (self.points.first(), self.points.last()) {
+            (Some(a), Some(b)) => a.pixel.distance(b.pixel),
+            _ => 0.0,
+        }
+    }
+}
+
+/// What strokes depend on besides their lines.
+#[derive(Clone, Copy, Debug)]
+pub struct Hand {
+    /// The controls.
+    pub controls: Controls,
+    /// Pixels that stand for one in a picture of 1080 lines.
+    pub unit: f32,
+    /// Nearest and farthest depth of what is seen.
+    pub depths: [f32; 2],
+    /// Where in the picture (y down) light goes to, unit: outlines there are pressed harder.
+    pub shade: Vec2,
+    /// Same seed, same strokes.
+    pub seed: u32,
+}
+
+/// Half the width of a brush that is fully pressed, pixels in a picture of 1080 lines: a middle brush on a sheet as high as
+/// an arm is long.
+const RADIUS: f32 = 9.0;
+/// The same of one that barely touches.
+const LEAST_RADIUS: f32 = 0.7;
+/// Load of a stroke at ink one: thick ink, which reflects as much as velvet.
+const INK: f32 = 1.8;
+/// How the width grows with pressure.
+const RADIUS_POWER: f32 = 1.2;
+/// Standard deviation of the smoothing along a line, pixels: it takes the steps of faces out of a contour.
+const SMOOTHING: f32 = 3.0;
+
+impl Hand {
+    /// Half the width at a pressure.
+    pub fn radius(&self, pressure: f32) -> f32 {
+        let most = RADIUS * self.controls.size * self.unit;
+        let least = LEAST_RADIUS * self.unit * self.controls.size.min(1.0);
+        least + (most - least) * pressure.clamp(0.0, 1.3).powf(RADIUS_POWER)
+    }
+
+    /// How near something at a depth is: 1 in front, 0 behind.
+    pub fn nearness(&self, depth: f32) -> f32 {
+        let [near, far] = self.depths;
+        // By the reciprocal, as what is seen shrinks; nothing is gained by telling apart what is equally far.
+        if far - near < 1e-3 * far.abs() {
+            return 1.0;
+        }
+        ((1.0 / depth.max(1e-20) - 1.0 / far) / (1.0 / near - 1.0 / far)).clamp(0.0, 1.0)
+    }
+
+    /// Strokes of a line: one for each run that is seen, broken at corners.
+    pub fn strokes(&self, line: &SampledLine) -> Vec<Stroke> {
+        let (runs, closed) = line.runs();
+        let mut strokes = Vec::new();
+        for run in runs {
+            // The steps of a coarse contour are as long as its faces; those of folds are meant.
+            let steps = if line.kind == LineKind::Contour { 0.8 * line.facet } else { 0.0 };
+            let sigma = steps.max(SMOOTHING * self.unit.max(0.5)).min(5.0 * SMOOTHING * self.unit.max(0.5));
+            let smooth = smoothed(&run, closed, sigma);
+            for (samples, closed) in at_corners(smooth, closed, self.unit) {
+                if let Some(stroke) = self.stroke(line, &samples, closed) {
+                    strokes.push(stroke);
+                }
+            }
+        }
+        strokes
+    }
+
+    /// Pressure, dryness and ink along a line.
+    fn stroke(&self, line: &SampledLine, samples: &[Sample], closed: bool) -> Option<Stroke> {
+        let first = samples.first()?;
+        let [v, w] = first.anchor.vertices;
+        let place = hash_combine(hash_combine(v, w), line.kind as u32);
+        let id = hash_combine(self.seed, hash_combine(line.draw, place));
+        let mut points: Vec<StrokePoint> = Vec::with_capacity(samples.len());
+        let mut s = 0.0;
+        for (i, sample) in samples.iter().enumerate() {
+            if i > 0 {
+                s += sample.pixel.distance(samples[i - 1].pixel);
+            }
+            let Sample { pixel, depth, .. } = *sample;
+            points.push(StrokePoint { pixel, depth, s, pressure: 0.0, dryness: 0.0, ink: 0.0, radius: 0.0 });
+        }
+        let behind = |s: &Sample| if s.silhouette { smoothstep(0.0, 0.25, s.gap) } else { 0.0 };
+        let weight = samples.iter().map(behind).sum::<f32>() / samples.len() as f32;
+        let mut stroke =
+            Stroke { kind: line.kind, draw: line.draw, shape: line.shape, id, points, closed, weight };
+        self.press(&mut stroke, samples);
+        Some(stroke)
+    }
+
+    /// Fills in what the brush does along the stroke.
+    fn press(&self, stroke: &mut Stroke, samples: &[Sample]) {
+        let c = &self.controls;
+        let length = stroke.length().max(1e-3);
+        let u = self.unit;
+        let random = |k: u32| unit_f32(hash_combine(stroke.id, k));
+        // Interior folds, creases and borders are drawn with less weight than what stands out against the distance.
+        let of_kind = match stroke.kind {
+            LineKind::Contour => 0.62,
+            LineKind::Crease | LineKind::Wrinkle => 0.5,
+            LineKind::Border => 0.6,
+        };
+        let full = self.radius(1.0);
+        // The brush is set down within two to five of its half widths and lifted over up to fourteen.
+        let entry = (0.12 * length).clamp(2.0 * full, 5.0 * full).min(0.35 * length);
+        let exit = (0.3 * length).clamp(4.0 * full, 14.0 * full).min(0.5 * length);
+        // A short stroke is a light one: the brush has no way to sink in.
+        let reach = smoothstep(0.0, 1.0, length / (12.0 * full));
+        let hidden_tip = random(1) < 0.6;
+        // How far a load of ink goes, pixels of a picture of 1080 lines: from a hand's breadth to the whole sheet.
+        let runs_dry = (250.0 + 900.0 * c.water) * (0.7 + 0.6 * random(2)) * u * c.size.sqrt();
+        let along = |s: f32, wave: f32, k: u32| {
+            let seed = (stroke.id.wrapping_add(k * 0x9e37) & 0xfff) as f32 * 0.173;
+            noise(Vec3::new(s / (wave * u), seed, 0.5)).0 / 0.6
+        };
+        let outside =
+            |i: usize| if samples[i].silhouette { smoothstep(0.0, 0.25, samples[i].gap) } else { 0.0 };
+        for i in 0..stroke.points.len() {
+            let s = stroke.points[i].s;
+            let depth = stroke.points[i].depth;
+            let near = self.nearness(depth);
+            let sample = &samples[i.min(samples.len() - 1)];
+
+            let kind = of_kind + (1.0 - of_kind) * outside(i);
+            let shade = sample.outward.dot(self.shade);
+            // A sin(θ − φ) + T with its maximum on the side away from the light.
+            let circular = 0.66 + 0.34 * shade;
+            let (rise, fall) = ((s / entry).clamp(0.0, 1.0), ((length - s) / exit).clamp(0.0, 1.0));
+            let tip = if hidden_tip {
+                0.45 + 0.55 * (1.0 - (1.0 - rise).powf(2.5))
+            } else {
+                0.12 + 0.88 * rise.powf(0.8)
+            };
+            let lift = 0.06 + 0.94 * smoothstep(0.0, 1.0, fall.powf(0.85));
+            let ends = tip * lift;
+            let swell = 1.0 + 0.16 * (-((s - entry) / (1.2 * entry)).powi(2)).exp();
+            let sway = 1.0 + 0.28 * along(s, 130.0, 3) + 0.12 * c.roughness * along(s, 23.0, 4);
+            let varied = circular * swell * sway * (0.35 + 0.65 * reach);
+            // Without contrast the hand keeps its pressure.
+            let pressure = (0.6 + c.contrast * 1.6 * (varied - 0.6)).max(0.08) * ends;
+            let pressure = (pressure * kind * (0.55 + 0.45 * near.powf(0.5 * c.distance))).clamp(0.0, 1.25);
+
+            let spent = 1.0 - (-s / runs_dry).exp();
+            let flick = (1.0 - fall).powi(2);
+            let dryness = c.dryness * (0.5 + 0.9 * spent + 0.9 * flick + 0.35 * along(s, 180.0, 5));
+            let far = 1.0 - c.distance * 0.8 * (1.0 - near);
+            let load = (0.75 + 0.5 * random(7)) * (1.0 - 0.4 * spent) * (0.5 + 0.5 * kind);
+            let ink = INK * c.ink * c.contour * load * far;
+
+            let point = &mut stroke.points[i];
+            point.pressure = pressure;
+            point.dryness = dryness.clamp(0.0, 1.0);
+            point.ink = ink.max(0.0);
+            point.radius = self.radius(pressure);
+        }
+        // The hand wavers across the way.
+        let waver = 1.3 * c.roughness * u;
+        if waver > 0.0 {
+            let moved: Vec<Vec2> = (0..stroke.points.len())
+                .map(|i| {
+                    let s = stroke.points[i].s;
+                    stroke.points[i].pixel + tangent(&stroke.points, i).perp() * waver * along(s, 60.0, 6)
+                })
+                .collect();
+            // A closed stroke must meet its beginning.
+            let fade =
+                |s: f32| if stroke.closed { (s.min(length - s) / (60.0 * u)).clamp(0.0, 1.0) } else { 1.0 };
+            for (point, moved) in stroke.points.iter_mut().zip(moved) {
+                point.pixel = point.pixel.lerp(moved, fade(point.s));
+            }
+        }
+    }
+}
+
+/// Unit, along the stroke.
+pub fn tangent(points: &[StrokePoint], i: usize) -> Vec2 {
+    let (a, b) = (i.saturating_sub(1), (i + 1).min(points.len() - 1));
+    (points[b].pixel - points[a].pixel).normalize_or(Vec2::X)
+}
+
+/// Hermite's cubic between two edges.
+pub fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
+    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// A run with its places smoothed along it by a Gaussian; the ends of an open one stay. Sharp turns are smoothed less, so
+/// that corners remain.
+fn smoothed(run: &[Sample], closed: bool, sigma: f32) -> Vec<Sample> {
+    let n = run.len();
+    let reach = ((2.5 * sigma / STEP as f32).ceil() as usize).max(1);
+    let mut out = run.to_vec();
+    for i in 0..n {
+        // An open line is smoothed over what lies on both sides alike, so that it does not shrink.
+        let most = if closed { reach.min((n - 1) / 2) } else { reach.min(i).min(n - 1 - i) };
+        let (mut sum, mut outward, mut weights) = (run[i].pixel, run[i].outward, 1.0);
+        let (mut forward, mut backward) = (0.0, 0.0);
+        let at = |k: isize| ((i as isize + k).rem_euclid(n as isize)) as usize;
+        for k in 1..=most as isize {
+            let (a, b) = (at(k), at(-k));
+            forward += run[a].pixel.distance(run[at(k - 1)].pixel);
+            backward += run[b].pixel.distance(run[at(1 - k)].pixel);
+            let far = 0.5 * (forward + backward);
+            let weight = (-0.5 * (far / sigma).powi(2)).exp();
+            sum += weight * (run[a].pixel + run[b].pixel);
+            outward += weight * (run[a].outward + run[b].outward);
+            weights += 2.0 * weight;
+        }
+        out[i].pixel = sum / weights;
+        out[i].outward = outward.normalize_or(run[i].outward);
+    }
+    out
+}
+
+/// Length on both sides over which the turn of a line is judged, pixels of a picture of 1080 lines.
+const CORNER_REACH: f32 = 7.0;
+/// Turn at which the brush is lifted: 55 degrees within twice that length, which no wrist follows.
+const CORNER: f32 = 0.57;
+
+/// The line in pieces between its corners.
+fn at_corners(run: Vec<Sample>, closed: bool, unit: f32) -> Vec<(Vec<Sample>, bool)> {
+    let n = run.len();
+    let k = ((CORNER_REACH * unit / STEP as f32).round() as usize).max(2);
+    if n < 2 * k + 2 {
+        return vec![(run, closed)];
+    }
+    let straight = |i: usize| -> f32 {
+        let (a, b) = if closed { ((i + n - k) % n, (i + k) % n) } else { (i - k, i + k) };
+        let (p, q, r) = (run[a].pixel, run[i].pixel, run[b].pixel);
+        (q - p).normalize_or_zero().dot((r - q).normalize_or_zero())
+    };
+    let inside = if closed { 0..n } else { k..n - k };
+    let turn: Vec<f32> = (0..n).map(|i| if inside.contains(&i) { straight(i) } else { 1.0 }).collect();
+    let sharpest = |i: usize| {
+        (1..=k).all(|d| {
+            let neighbours = [(i + d) % n, (i + n - d) % n];
+            turn[i] <= turn[neighbours[0]] && turn[i] < turn[neighbours[1]]
+        })
+    };
+    let corners: Vec<usize> = (0..n).filter(|i| turn[*i] < CORNER && sharpest(*i)).collect();
+    let Some(&first) = corners.first() else { return vec![(run, closed)] };
+    let mut pieces = Vec::new();
+    if closed {
+        for (j, &from) in corners.iter().enumerate() {
+            let to = corners.get(j + 1).copied().unwrap_or(first + n);
+            pieces.push(((from..=to).map(|i| run[i % n]).collect(), false));
+        }
+    } else {
+        let cuts: Vec<usize> =
+            std::iter::once(0).chain(corners.iter().copied()).chain(std::iter::once(n - 1)).collect();
+        for pair in cuts.windows(2) {
+            pieces.push((run[pair[0]..=pair[1]].to_vec(), false));
+        }
+    }
+    pieces
+}

@@ -1,0 +1,110 @@
+//! Scenes that nobody would paint: a picture or a clear sentence, never a panic.
+
+use glam::{Mat4, Vec2, Vec3};
+use std::sync::Arc;
+use yugen_ink::painter::{Painter, Style};
+use yugen_realtime::{Gpu, StageError};
+use yugen_scene::{
+    Camera, Film, Filter, FovAxis, Geometry, Light, Material, Mesh, Projection, Scene, Shape, Value,
+    look_along, primitives,
+};
+
+/// `None` after saying why; with `REQUIRE_GPU=1` a panic instead.
+fn gpu() -> Option<Gpu> {
+    match Gpu::open() {
+        Ok(gpu) => Some(gpu),
+        Err(e @ StageError::NoAdapter) if std::env::var("REQUIRE_GPU").is_ok_and(|v| v == "1") => {
+            panic!("REQUIRE_GPU=1, but {e}")
+        }
+        Err(e) => {
+            println!("skipped: {e}");
+            None
+        }
+    }
+}
+
+fn camera(eye: Vec3) -> Camera {
+    Camera {
+        name: "test".into(),
+        to_world: look_along(eye, -eye.normalize_or(Vec3::Z), Vec3::Y),
+        projection: Projection::Perspective {
+            fov_x: 0.8,
+            fov_axis: FovAxis::X,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            principal_point: Vec2::ZERO,
+        },
+        near_far: [0.01, 100.0],
+        film: Film { width: 160, height: 120, crop: None, filter: Filter::Box },
+        samples_per_pixel: 1,
+    }
+}
+
+fn scene(shapes: Vec<Shape>) -> Scene {
+    Scene {
+        materials: vec![Material::lambert(Value::Rgb(Vec3::splat(0.5)))],
+        shapes,
+        lights: vec![Light::Directional {
+            direction: Vec3::new(1.0, -1.0, -1.0).normalize(),
+            irradiance: Vec3::ONE,
+        }],
+        ..Scene::default()
+    }
+}
+
+fn shape(mesh: Mesh, to_world: Mat4) -> Shape {
+    Shape::new("it", Geometry::Mesh(Arc::new(mesh)), to_world, 0)
+}
+
+/// How many strokes a scene has, of a picture that is finite.
+fn strokes(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Result<usize, String> {
+    let painter = Painter::new(&gpu.device, &gpu.queue, scene, camera, Style::default(), 2);
+    let mut painter = painter.map_err(|e| e.to_string())?;
+    let painting = painter.paint(camera).map_err(|e| e.to_string())?;
+    let picture = painter.image(true).map_err(|e| e.to_string())?;
+    assert!(picture.data.iter().all(|v| v.is_finite() && *v >= 0.0));
+    let literal = painter.paint_literally(camera).map_err(|e| e.to_string())?;
+    assert!(literal.data.iter().all(|v| (0.0..=1.0).contains(v)));
+    Ok(painting.strokes.len())
+}
+
+#[test]
+fn scenes_that_nobody_would_paint_are_painted_or_refused() {
+    let Some(gpu) = gpu() else { return };
+    let far = camera(Vec3::new(1.0, 1.5, 4.0));
+    let ball = || primitives::ball(32);
+    let at = |m: Mat4| scene(vec![shape(ball(), m)]);
+    let plain = strokes(&gpu, &at(Mat4::IDENTITY), &far).unwrap();
+    assert!(plain > 0);
+    // Mirrored and inside out it has the same outline.
+    assert_eq!(strokes(&gpu, &at(Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0))), &far), Ok(plain));
+    let mut inside_out = ball();
+    inside_out.normals.iter_mut().for_each(|n| *n = -*n);
+    inside_out.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    assert_eq!(strokes(&gpu, &scene(vec![shape(inside_out, Mat4::IDENTITY)]), &far), Ok(plain));
+    // From inside there is no outline; behind the eye and very far there is nothing; in a point there is no size.
+    assert_eq!(strokes(&gpu, &at(Mat4::IDENTITY), &camera(Vec3::new(0.1, 0.0, 0.2))), Ok(0));
+    assert_eq!(strokes(&gpu, &at(Mat4::from_translation(Vec3::Z * 9.0)), &far), Ok(0));
+    assert_eq!(strokes(&gpu, &at(Mat4::from_translation(Vec3::Z * -1e6)), &far), Ok(0));
+    assert!(strokes(&gpu, &at(Mat4::from_scale(Vec3::splat(1e-6))), &far).is_ok());
+    assert_eq!(strokes(&gpu, &scene(Vec::new()), &far), Ok(0));
+
+    // Three wings on an edge, a triangle without area, one twice.
+    let torn = Mesh {
+        positions: vec![Vec3::ZERO, Vec3::Y, Vec3::X, Vec3::Z, -Vec3::X, Vec3::Y * 2.0],
+        triangles: vec![[0, 1, 2], [0, 1, 3], [1, 0, 4], [0, 1, 5], [0, 1, 2], [2, 2, 2]],
+        ..Mesh::default()
+    };
+    assert!(strokes(&gpu, &scene(vec![shape(torn, Mat4::IDENTITY)]), &far).unwrap() > 0);
+
+    let mut nan = ball();
+    nan.positions[3].x = f32::NAN;
+    let said = strokes(&gpu, &scene(vec![shape(nan, Mat4::IDENTITY)]), &far).unwrap_err();
+    assert!(said.contains("shape 'it': vertex 3 is not finite"), "{said}");
+    let mut none = far.clone();
+    none.film.width = 0;
+    assert!(strokes(&gpu, &at(Mat4::IDENTITY), &none).unwrap_err().contains("no pixels"));
+    let mut flat = far;
+    flat.to_world = Mat4::from_scale(Vec3::new(1.0, 0.0, 1.0));
+    assert!(strokes(&gpu, &at(Mat4::IDENTITY), &flat).unwrap_err().contains("cannot be inverted"));
+}
