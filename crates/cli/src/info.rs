@@ -1,6 +1,7 @@
 //! `yugen info`: what a file holds.
 
 mod facts;
+mod motion;
 mod scene;
 
 use crate::{argument, json};
@@ -11,13 +12,14 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, About};
 use yugen_archive::formats::mixed::Functions;
+use yugen_archive::formats::motion::Loaded;
 use yugen_archive::formats::relightable::{Colouring, DEFAULT_MAX_TEXELS};
 use yugen_archive::formats::relit_contents::Contents;
 use yugen_archive::formats::relit_files;
 use yugen_archive::formats::stack::{self, Folder, Response};
 use yugen_archive::formats::{
-    FORMATS, btf, colour_chart, exif, exposures, goniometer, goniometer_csv, instrument, load_scene, lp,
-    merl, neural_brdf, obj, pca_basis, ply, readings, response, rgl, serialized, wif,
+    self, FORMATS, btf, colour_chart, exif, exposures, goniometer, goniometer_csv, instrument, load_scene,
+    lp, merl, neural_brdf, obj, pca_basis, ply, readings, response, rgl, serialized, wif,
 };
 use yugen_archive::{Error, list_folder, read_bounded};
 use yugen_optics::{ColourSpace, Vec3};
@@ -26,7 +28,7 @@ use yugen_scene::Mesh;
 use yugen_scene::nearest;
 
 /// Tells what a file or a folder holds: a scene, a mesh, a stack of photographs, a picture, the maps of a cloth, RTI, a
-/// measured table, a weave, a list.
+/// measured table, a weave, motion, a list.
 ///
 /// `yugen info scene.xml` says what it is, how large, and what is in it: cameras, lights, materials, textures with
 /// their memory, animations; channels, colours and metadata of a picture; angles of a table.
@@ -67,6 +69,7 @@ const TELLERS: &[Teller] = &[
     Teller { extensions: &["gonio"], tell: gonio_table },
     Teller { extensions: &["f32"], tell: encodings },
     Teller { extensions: &["pca"], tell: basis },
+    Teller { extensions: &["bvh", "c3d", "trc", "asf", "amc", "tsv"], tell: movement },
     Teller { extensions: &["csv", "txt"], tell: list },
 ];
 
@@ -144,6 +147,17 @@ impl Info {
         });
         Ok(facts.list("animations", moving))
     }
+}
+
+/// A file of motion, for verbs that read it in their own way.
+pub fn of_motion(file: &Path, loaded: &Loaded) -> Facts {
+    Facts::default().say("file", file.display().to_string()).and(motion::facts(loaded))
+}
+
+fn movement(file: &Path) -> Result<Facts> {
+    let options = formats::motion::Options { guess: true, ..Default::default() };
+    let loaded = formats::motion::load(file, &options)?;
+    Ok(motion::facts(&loaded))
 }
 
 fn bytes_of(file: &Path) -> Result<Vec<u8>> {
@@ -511,6 +525,9 @@ fn basis(file: &Path) -> Result<Facts> {
 /// A text of numbers, told by its columns: the first reader that understands it.
 fn list(file: &Path) -> Result<Facts> {
     let bytes = bytes_of(file)?;
+    if formats::motion::recognises(&bytes, file) {
+        return movement(file);
+    }
     let kind = |kind: &str| Facts::default().say("kind", kind);
     if let Ok(all) = exposures::read(&bytes, file) {
         let mut lights: Vec<&str> = all.iter().map(|e| e.light.as_str()).collect();

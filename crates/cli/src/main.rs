@@ -13,6 +13,7 @@ mod info;
 mod ink;
 mod json;
 mod log;
+mod motion;
 mod noh;
 mod numbered;
 mod progress;
@@ -55,6 +56,8 @@ Common cases:
   yugen capture calibrate STACK                       where the lamps stood, from a chrome ball
   yugen capture fit STACK -o cloth.btf                what each texel of the cloth reflects
   yugen capture relight cloth.btf --light 1,1,1 -o lit.png
+  yugen motion info take.c3d                          what a motion capture holds
+  yugen motion preview dance.bvh -o dance.mp4         a film of it, as sticks
   yugen noh stage --preset national -o stage.toml     a Noh stage between fires";
 
 #[derive(Subcommand)]
@@ -67,6 +70,8 @@ enum Verb {
     Brdf(brdf::Brdf),
     #[command(subcommand)]
     Capture(capture::Capture),
+    #[command(subcommand)]
+    Motion(motion::Motion),
     #[command(subcommand)]
     Noh(noh::Noh),
     Ink(ink::Ink),
@@ -121,6 +126,7 @@ fn main() -> ExitCode {
         Verb::Info(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
         Verb::Capture(verb) => verb.run(),
+        Verb::Motion(verb) => verb.run(),
         Verb::Noh(verb) => verb.run(),
         Verb::Ink(verb) => verb.run(),
     };

@@ -1,18 +1,21 @@
 //! `yugen noh`: what a performance of Noh needs around the costume.
 
 use crate::json;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use yugen_archive::formats::labels::Labels;
-use yugen_archive::formats::{gltf, toml};
+use yugen_archive::formats::{btf, gltf, toml};
 use yugen_archive::{check_outputs, check_writable};
 use yugen_noh::{
-    Basis, DIMENSIONS, Dimension, Entry, FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour, PRESETS, Preset,
-    RoofCover, RoofForm, Stage,
+    Basis, DIMENSIONS, Dimension, Entry, FIRE_CANDELA, FIRE_KELVIN, Finish, FireLight, Hour, PRESETS, Preset,
+    Robe, RoofCover, RoofForm, Stage,
 };
+use yugen_optics::ColourSpace;
+use yugen_reflectance::btf::Btf;
 
 /// Builds what surrounds a performance: stage.
 // What a verb is for stands at its arguments.
@@ -57,6 +60,17 @@ pub struct StageVerb {
     /// afterwards [default: flames in .toml, points in .glb, which has no flames].
     #[arg(long, value_parser = ["flames", "balls", "points", "out"], value_name = "HOW")]
     fires: Option<String>,
+
+    /// Hangs a karaori of this cloth on a rack in the middle of the stage: maps (.btf, as `yugen capture weave` writes
+    /// them), and how many millimetres they are wide where the file does not say, or for another size of the pattern.
+    /// Cameras robe, robe_near and thread look at it. A file that does not say has 16 texels to a millimetre.
+    #[arg(long, value_name = "FILE[:MM]")]
+    robe: Option<String>,
+
+    /// How the maps of the robe's cloth reflect: ward_gmd, paper (the paper's equations to the letter), ward_duer,
+    /// beckmann, ggx or, to compare, the isotropic blinn_phong [default: what the file says].
+    #[arg(long, value_name = "FORM", requires = "robe")]
+    form: Option<String>,
 
     /// The presets, and every dimension with its value, range and source.
     #[arg(long)]
@@ -107,7 +121,13 @@ impl StageVerb {
         };
         check_writable(output)?;
         check_outputs([output.as_path()])?;
-        let stage = Stage::new(preset, dimensions)?;
+        let mut stage = Stage::new(preset, dimensions)?;
+        if let Some(robe) = &self.robe {
+            if glb {
+                bail!("glTF has no maps of a cloth; write a stage with a robe as .toml");
+            }
+            stage = stage.with_robe(cloth(robe, self.form.as_deref())?);
+        }
         let light = match (self.fires.as_deref(), glb) {
             (Some("flames"), _) | (None, false) => FireLight::Flames,
             (Some("balls"), _) => FireLight::Balls,
@@ -162,6 +182,25 @@ impl StageVerb {
     }
 }
 
+/// The cloth of a robe, from FILE[:MM].
+fn cloth(text: &str, form: Option<&str>) -> Result<Robe> {
+    let (file, mm) = match text.rsplit_once(':') {
+        // A colon may belong to the name.
+        Some((file, mm)) if !mm.contains(['/', '\\', '.']) || mm.parse::<f32>().is_ok() => {
+            let mm: f32 = mm.parse().with_context(|| {
+                format!("--robe {text}: expected FILE[:MM], the millimetres that the maps are wide, as in cloth.btf:30")
+            })?;
+            (file, Some(mm))
+        }
+        _ => (text, None),
+    };
+    let (maps, about) = btf::load(Path::new(file), ColourSpace::default())?;
+    // What `yugen capture weave` weaves where nobody says.
+    let texel = about.texel_mm.unwrap_or(1.0 / 16.0);
+    let width = mm.unwrap_or(texel * maps.width as f32);
+    Ok(Robe::new(Arc::new(maps), 1e-3 * width, form.unwrap_or(&about.form))?)
+}
+
 fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
@@ -189,8 +228,10 @@ fn labels(stage: &Stage) -> Labels {
             ]
         })
         .collect();
-    // Each finish has two materials: a normal map, which shapes name, and what it turns.
-    let materials = stage.finishes().iter().flat_map(|f| [f.name().to_string(), String::new()]).collect();
+    // Shapes name the first material of a finish.
+    let names =
+        |f: &Finish| std::iter::once(f.name().to_string()).chain(vec![String::new(); f.materials() - 1]);
+    let materials = stage.finishes().iter().flat_map(names).collect();
     let preset = stage.layout().preset;
     let about = vec![
         pair("stage", &format!("{} ({})", preset.en, preset.ja)),
@@ -318,9 +359,39 @@ fn page() -> String {
             );
         }
     }
-    let stage = Stage::preset(PRESETS[0].name);
-    out.push_str("\n## Parts\n\nNames of nodes and shapes, with the basis in the preset `national`.\n\n| name | Japanese | romaji | English | basis | material |\n|---|---|---|---|---|---|\n");
-    for p in stage.iter().flat_map(Stage::parts) {
+    let head = "| name | Japanese | romaji | English | basis | material |\n|---|---|---|---|---|---|\n";
+    let mut stage = Stage::preset(PRESETS[0].name).ok();
+    let bare = stage.as_ref().map_or(0, |s| s.parts().len());
+    let none = Btf { width: 1, height: 1, colour_space: ColourSpace::default(), texels: vec![btf::NOTHING] };
+    if let Ok(robe) = Robe::new(Arc::new(none), 1e-2, &btf::About::default().form) {
+        stage = stage.map(|s| s.with_robe(robe));
+    }
+    let _ = write!(
+        out,
+        "\n## Parts\n\nNames of nodes and shapes, with the basis in the preset `national`.\n\n{head}"
+    );
+    for (i, p) in stage.iter().flat_map(Stage::parts).enumerate() {
+        if i == bare {
+            let forms: Vec<String> = Robe::forms().map(|(name, _)| format!("`{name}`")).collect();
+            let _ = write!(
+                out,
+                "\n## A robe\n\n\
+                 `yugen capture weave kinran --repeats 3x2 -o kinran`, then `yugen noh stage --robe kinran/cloth.btf -o \
+                 stage.toml` hangs a karaori of that cloth on a lacquered rack on the main floor, its back to the front \
+                 seats, where no pillar keeps the light of the front fires from it. `--robe FILE:MM` says how many \
+                 millimetres the maps are wide; without, the file's own size counts. A larger number makes a larger \
+                 pattern, for what is to be seen from the seats: `cloth.btf:90` has hexagons of three centimetres \
+                 instead of one.\n\n\
+                 The robe is cut out of rectangles as wide as the loom wove, lined, and bent without stretching; (u, v) \
+                 are metres on the cloth, the warp runs down, and every panel begins elsewhere on the bolt. Cameras: \
+                 `robe` (all of it, from the front), `robe_near`, `thread` (four centimetres). They are near the light: \
+                 an exposure of -6.5 stops shows the cloth. `--form` chooses how the maps reflect, so that two files \
+                 that differ by it are the comparison of Wakita et al., Fig. 13: {}. \
+                 Other textures become coarser where the maps are so large that a WebGPU device would not bind all at \
+                 once.\n\n{head}",
+                forms.join(", ")
+            );
+        }
         let basis = if p.basis == Basis::Measured { "measured" } else { "assumed" };
         let _ = writeln!(
             out,

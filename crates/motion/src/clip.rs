@@ -93,6 +93,21 @@ impl Curve {
         self.property
     }
 
+    /// What is between its keys.
+    pub fn interpolation(&self) -> Interpolation {
+        self.interpolation
+    }
+
+    /// Seconds of its keys.
+    pub fn times(&self) -> &[f32] {
+        &self.times
+    }
+
+    /// The numbers of its keys, key after key, tangents of cubic ones included.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
     /// Seconds of the first and of the last key.
     pub fn span(&self) -> [f32; 2] {
         [self.times[0], self.times[self.times.len() - 1]]

@@ -60,6 +60,7 @@ const JAANUS: &str = "JAANUS, 'butai': 5.7 m square; National Noh Theatre: 5.4 m
 const NOHBUTAI: &str = "nohbutai.com, on the building of Noh stages";
 const USUAL: &str = "usual in photographs of stages; no dimensioned source was found";
 const KAGARIBI: &str = "no dimensioned source was found; after photographs of modern stands";
+const RACK: &str = "no dimensioned source was found; after photographs of racks in museums";
 
 /// All dimensions.
 pub const DIMENSIONS: &[Dimension] = &[
@@ -259,6 +260,55 @@ pub const DIMENSIONS: &[Dimension] = &[
         KAGARIBI,
         "of the front fires from the corners of the stage, on the diagonal's x and z alike",
     ),
+    row(
+        "robe_length",
+        "m",
+        [1.4, 1.2, 1.7],
+        Measured,
+        "Tokugawa Art Museum 125, karaori of the 17th century",
+        "of a robe from the shoulder to the hem (take)",
+    ),
+    row(
+        "robe_half_span",
+        "m",
+        [0.712, 0.6, 0.84],
+        Measured,
+        "Tokugawa Art Museum 125, karaori of the 17th century",
+        "of a robe from the centre of the back to the cuff (yuki): half a back and a sleeve, as wide as each other",
+    ),
+    row(
+        "robe_loom",
+        "m",
+        [0.38, 0.34, 0.43],
+        Measured,
+        "M. Bethe, Ritsumeikan ArtWiki: about 38 cm in the Edo period",
+        "width of the cloth of a robe as it is woven; what a panel does not show lies in its seams",
+    ),
+    row(
+        "robe_sleeve",
+        "m",
+        [0.53, 0.4, 0.75],
+        Assumed,
+        "usual in photographs of karaori; no dimensioned source was found",
+        "height of a robe's sleeve, sewn to the body all along",
+    ),
+    row(
+        "robe_collar",
+        "m",
+        [0.065, 0.05, 0.09],
+        Assumed,
+        "usual in photographs of karaori; no dimensioned source was found",
+        "width of a robe's collar, folded",
+    ),
+    row(
+        "rack_height",
+        "m",
+        [1.68, 1.4, 2.0],
+        Assumed,
+        RACK,
+        "of the rack (iko) from the floor to the top of its rail",
+    ),
+    row("rack_width", "m", [1.56, 1.3, 1.9], Assumed, RACK, "of the rack between its posts"),
 ];
 
 /// One of three ways to measure a stage.
@@ -449,6 +499,38 @@ impl Dimensions {
                 "{} steps up to a floor of {} m rise {rise:.2} m each; at most 0.3 m can be climbed",
                 d("steps"),
                 d("floor_height")
+            ));
+        }
+        let loom = d("robe_half_span") / 2.0 + 2.0 * crate::robe::SEAM;
+        if loom > d("robe_loom") + 1e-4 {
+            return say(format_args!(
+                "a robe with robe_half_span = {} m needs cloth {loom:.3} m wide, seams included, and robe_loom is {} m; make \
+                 the robe narrower or the cloth wider",
+                d("robe_half_span"),
+                d("robe_loom")
+            ));
+        }
+        if d("robe_sleeve") > 0.6 * d("robe_length") {
+            return say(format_args!(
+                "a sleeve of robe_sleeve = {} m is too long for a robe of {} m; at most six tenths",
+                d("robe_sleeve"),
+                d("robe_length")
+            ));
+        }
+        if d("robe_length") + 0.05 > d("rack_height") {
+            return say(format_args!(
+                "a robe of robe_length = {} m lies on the floor below a rack of rack_height = {} m; raise the rack or \
+                 shorten the robe",
+                d("robe_length"),
+                d("rack_height")
+            ));
+        }
+        if 2.0 * d("robe_half_span") + 0.05 > d("rack_width") {
+            return say(format_args!(
+                "a robe with robe_half_span = {} m does not fit between posts rack_width = {} m apart; it needs {:.2} m",
+                d("robe_half_span"),
+                d("rack_width"),
+                2.0 * d("robe_half_span") + 0.05
             ));
         }
         if d("pine_ichi") < d("pine_ni") || d("pine_ni") < d("pine_san") {

@@ -46,14 +46,17 @@ impl Finish {
             Self::Curtain => {
                 Gloss { sheen: Vec3::splat(0.16), sheen_roughness: 0.45, specular: 0.5, matt: None }
             }
+            Self::Lining => {
+                Gloss { sheen: Vec3::new(0.16, 0.05, 0.03), sheen_roughness: 0.4, specular: 0.5, matt: None }
+            }
             Self::Bark | Self::PineBark | Self::Log => Gloss { specular: 0.4, ..PLAIN },
             _ => PLAIN,
         }
     }
 
-    /// Its texture. `gravel` is the mean albedo of gravel.
-    pub(crate) fn surface(self, gravel: f32) -> Surface {
-        match self {
+    /// Its texture, if it has one of ours. `gravel` is the mean albedo of gravel.
+    pub(crate) fn surface(self, gravel: f32) -> Option<Surface> {
+        Some(match self {
             Self::Floor => floor(),
             Self::Timber => timber(),
             Self::Bark => bark(),
@@ -71,7 +74,11 @@ impl Finish {
             Self::Needles => needles(),
             Self::PineBark => scales(),
             Self::Bamboo => culm(),
-        }
+            Self::Lacquer => lacquer(),
+            Self::Gilt => gilt(),
+            Self::Lining => lining(),
+            Self::Cloth => return None,
+        })
     }
 }
 
@@ -383,6 +390,52 @@ fn culm() -> Surface {
     })
 }
 
+/// Black lacquer, polished by hand (roiro): nearly a mirror, which swells a little.
+fn lacquer() -> Surface {
+    Surface::bake(128, 128, Vec2::splat(0.3), |p| {
+        let q = p / 0.3;
+        let cloud = fbm(q * 4.0, [4; 2], 3, 191);
+        Texel {
+            colour: Vec3::new(0.010, 0.008, 0.007),
+            roughness: 0.10 + 0.03 * cloud,
+            metallic: 0.0,
+            height: 2e-5 * noise(q * 7.0, [7; 2], 194),
+        }
+    })
+}
+
+/// Copper, fire-gilt and punched with small rings (nanako); worn in places.
+fn gilt() -> Surface {
+    let (gold, worn) = (Vec3::new(0.95, 0.66, 0.26), Vec3::new(0.60, 0.36, 0.20));
+    Surface::bake(256, 256, Vec2::splat(0.04), |p| {
+        let q = p / 0.04;
+        let patch = smooth(0.1, 0.6, fbm(q * 3.0, [3; 2], 4, 201));
+        let cell = q * 32.0 - (q * 32.0).floor() - 0.5;
+        let dome = (1.0 - (cell.length() / 0.46).powi(2)).max(0.0).sqrt();
+        Texel {
+            colour: mix(gold, worn, 0.6 * patch) * (0.75 + 0.25 * smooth(0.0, 0.4, dome)),
+            roughness: 0.24 + 0.14 * patch,
+            metallic: 1.0,
+            height: 1.6e-4 * dome,
+        }
+    })
+}
+
+/// Red silk in plain weave, dyed with safflower (momi).
+fn lining() -> Surface {
+    let red = srgb(0xb03024);
+    Surface::bake(128, 128, Vec2::splat(0.05), |p| {
+        let q = p / 0.05;
+        let thread = noise(q * Vec2::new(60.0, 90.0), [60, 90], 211);
+        Texel {
+            colour: red * (1.0 + 0.08 * thread + 0.05 * fbm(q * 3.0, [3; 2], 2, 212)),
+            roughness: 0.5,
+            metallic: 0.0,
+            height: 2e-5 * thread,
+        }
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -395,7 +448,10 @@ mod tests {
     #[test]
     fn textures_are_reflectances_no_larger_than_needed_and_tile() {
         for finish in Finish::ALL {
-            let s = finish.surface(0.55);
+            let Some(s) = finish.surface(0.55) else {
+                assert_eq!(finish, Finish::Cloth);
+                continue;
+            };
             assert!(s.width <= 1024 && s.height <= 1024 && s.texels.len() == s.width * s.height);
             for t in &s.texels {
                 assert!(
@@ -432,7 +488,7 @@ mod tests {
     #[test]
     fn gravel_throws_back_what_the_table_says() {
         for albedo in [0.5, 0.55, 0.6] {
-            let s = Finish::Gravel.surface(albedo);
+            let s = Finish::Gravel.surface(albedo).unwrap();
             let mean =
                 s.texels.iter().map(|t| t.colour.element_sum() / 3.0).sum::<f32>() / s.texels.len() as f32;
             assert!((mean - albedo).abs() < 0.005, "{mean} {albedo}");

@@ -16,6 +16,7 @@ mod painting;
 mod part;
 mod pattern;
 mod preset;
+mod robe;
 mod roof;
 pub mod solid;
 mod timber;
@@ -27,6 +28,7 @@ pub use fire_stand::FireStand;
 pub use layout::Layout;
 pub use part::{Finish, Part};
 pub use preset::{PRESETS, Preset, RoofCover, RoofForm};
+pub use robe::{Robe, RobeError};
 pub use view::{FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour, SceneError};
 
 /// A stage, built.
@@ -34,6 +36,7 @@ pub use view::{FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour, SceneError};
 pub struct Stage {
     layout: Layout,
     parts: Vec<Part>,
+    robe: Option<Robe>,
 }
 
 impl Stage {
@@ -48,7 +51,23 @@ impl Stage {
         garden::parts(&mut out);
         fire_stand::parts(&mut out);
         let parts = out.parts;
-        Ok(Self { layout, parts })
+        Ok(Self { layout, parts, robe: None })
+    }
+
+    /// With a robe on a rack in the middle of the main floor, its back to the front seats; in place of one that hangs
+    /// there already.
+    pub fn with_robe(mut self, robe: Robe) -> Self {
+        if self.robe.replace(robe).is_none() {
+            let mut out = part::Parts { layout: &self.layout, parts: std::mem::take(&mut self.parts) };
+            robe::parts(&mut out);
+            self.parts = out.parts;
+        }
+        self
+    }
+
+    /// The cloth of the robe that hangs there, if one does.
+    pub fn robe(&self) -> Option<&Robe> {
+        self.robe.as_ref()
     }
 
     /// A preset as it stands in the table.

@@ -43,11 +43,19 @@ pub enum Finish {
     PineBark,
     /// Bamboo poles.
     Bamboo,
+    /// Black lacquer, polished.
+    Lacquer,
+    /// Gilt copper.
+    Gilt,
+    /// Silk that lines a robe.
+    Lining,
+    /// The cloth of a robe, from maps: see [`crate::Robe`].
+    Cloth,
 }
 
 impl Finish {
     /// All of them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 21] = [
         Self::Floor,
         Self::Timber,
         Self::Bark,
@@ -65,6 +73,10 @@ impl Finish {
         Self::Needles,
         Self::PineBark,
         Self::Bamboo,
+        Self::Lacquer,
+        Self::Gilt,
+        Self::Lining,
+        Self::Cloth,
     ];
 
     /// In files.
@@ -87,7 +99,16 @@ impl Finish {
             Self::Needles => "pine_needles",
             Self::PineBark => "pine_bark",
             Self::Bamboo => "bamboo",
+            Self::Lacquer => "lacquer",
+            Self::Gilt => "gilt",
+            Self::Lining => "lining",
+            Self::Cloth => "cloth",
         }
+    }
+
+    /// How many materials of a scene it is: a normal map, which shapes name, and what that turns; maps of a cloth are one.
+    pub fn materials(self) -> usize {
+        if self == Self::Cloth { 1 } else { 2 }
     }
 }
 

@@ -23,7 +23,8 @@ impl Grain {
         Self { tile, offset: Vec2::new(unit(1), unit(2)) }
     }
 
-    fn at(&self, metres: Vec2) -> Vec2 {
+    /// A place on the solid as (u, v).
+    pub fn at(&self, metres: Vec2) -> Vec2 {
         metres / self.tile + self.offset
     }
 }
@@ -334,8 +335,20 @@ impl Solids {
         let (rows, columns) = (outside.len(), outside[0].len());
         let down = lengths(&outside.iter().map(|r| r[columns / 2]).collect::<Vec<_>>());
         let right = lengths(&outside[rows - 1]);
-        let uv = |i: usize, j: usize| grain.at(Vec2::new(right[j], down[i]));
-        self.surface(outside, &uv, smooth, [false; 2]);
+        self.sheet(outside, inside, &|i, j| grain.at(Vec2::new(right[j], down[i])), smooth, grain);
+    }
+
+    /// A [`Solids::shell`] whose points have a (u, v) of their own, the same on both sides; the grain is of the rim.
+    pub fn sheet(
+        &mut self,
+        outside: &Grid,
+        inside: &Grid,
+        uv: &dyn Fn(usize, usize) -> Vec2,
+        smooth: bool,
+        grain: Grain,
+    ) {
+        let (rows, columns) = (outside.len(), outside[0].len());
+        self.surface(outside, uv, smooth, [false; 2]);
         let mirrored: Grid = inside.iter().map(|r| r.iter().rev().copied().collect()).collect();
         self.surface(&mirrored, &|i, j| uv(i, columns - 1 - j), smooth, [false; 2]);
         // Once around the rim, counter-clockwise from outside.

@@ -3,7 +3,7 @@
 use crate::layout::{BEAM, TIE};
 use crate::part::Finish;
 use crate::pattern::Surface;
-use crate::{FireStand, Stage};
+use crate::{FireStand, Robe, Stage};
 use glam::{Mat4, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f32::consts::{PI, TAU};
@@ -69,14 +69,19 @@ fn blackbody_colour(space: ColourSpace, kelvin: f64) -> Vec3 {
 
 impl Stage {
     /// The stage with its materials, cameras and lights. Shapes are the parts in their order, first; those of fires come
-    /// after them. Each of [`Stage::finishes`] has two materials, in that order: a normal map, which shapes name, and what it
-    /// turns.
+    /// after them. Each of [`Stage::finishes`] has [`Finish::materials`], in that order.
     pub fn scene(&self, hour: Hour, fire_light: FireLight) -> Result<Scene, SceneError> {
         let mut scene = Scene { working_space: ColourSpace::default(), ..Scene::default() };
         let mut materials: BTreeMap<Finish, MaterialId> = BTreeMap::new();
-        for (finish, surface) in self.surfaces() {
+        let mut surfaces = self.surfaces();
+        fit(&mut surfaces, self.robe().map_or(0, Robe::bytes));
+        for (finish, surface) in surfaces {
             materials.insert(finish, scene.materials.len());
-            material(&mut scene, finish, &surface)?;
+            match (surface, self.robe()) {
+                (Some(surface), _) => material(&mut scene, finish, &surface)?,
+                (None, Some(robe)) => robe.material(&mut scene),
+                (None, None) => {}
+            }
         }
         for part in self.parts() {
             let geometry = Geometry::Mesh(part.mesh.clone());
@@ -116,7 +121,7 @@ impl Stage {
     }
 
     /// Their textures. Each is a function of nothing but itself: the same bits for any number of threads.
-    fn surfaces(&self) -> Vec<(Finish, Surface)> {
+    fn surfaces(&self) -> Vec<(Finish, Option<Surface>)> {
         let albedo = self.layout().get("gravel_albedo");
         let finishes = self.finishes();
         let queue = std::sync::atomic::AtomicUsize::new(0);
@@ -191,7 +196,7 @@ impl Stage {
         let wide = l.hw.max(l.hd);
         let bridge = l.bridge(0.55 * l.get("bridge_length"), 0.0, 1.0);
         let beam = l.head() + TIE + BEAM;
-        let views = [
+        let mut views = vec![
             ("shomen", Vec3::new(0.0, eye, l.hd + 10.5), Vec3::new(-1.1, 2.35, -1.0), 58.0),
             ("waki-shomen", Vec3::new(-l.hw - 7.4, eye, 2.6), Vec3::new(0.4, 1.9, -0.6), 62.0),
             ("naka-shomen", Vec3::new(-l.hw - 5.6, eye, l.hd + 7.4), Vec3::new(-1.2, 2.1, -1.0), 62.0),
@@ -214,6 +219,9 @@ impl Stage {
             ("old-pine", Vec3::new(0.0, 1.5, 0.6), Vec3::new(0.0, 1.6, l.rear), 62.0),
             ("basket", first.foot + Vec3::new(0.5, 0.35, 1.0), first.foot + Vec3::new(0.0, -0.18, 0.0), 42.0),
         ];
+        if self.robe().is_some() {
+            views.extend(crate::robe::views(l));
+        }
         views
             .into_iter()
             .map(|(name, from, to, fov)| Camera {
@@ -231,6 +239,31 @@ impl Stage {
                 samples_per_pixel: 64,
             })
             .collect()
+    }
+}
+
+/// Most bytes of all textures with their pyramids: every WebGPU device binds 128 MiB at once, and a sky comes as well.
+const MOST_BYTES: usize = 120 << 20;
+
+/// What renderers keep of a finish: colours, normals, roughness and metal, 16 bytes a texel, with their pyramids.
+fn bytes(finish: Finish, surface: &Surface) -> usize {
+    let texels = surface.texels.len();
+    (texels + texels / finish.relief().pow(2) + texels / 8) * 16 * 4 / 3
+}
+
+/// Makes room for so many bytes of a cloth: the largest textures become coarser, not the floor's, which it hangs above.
+fn fit(surfaces: &mut [(Finish, Option<Surface>)], cloth: usize) {
+    let size =
+        |(finish, surface): &(Finish, Option<Surface>)| surface.as_ref().map_or(0, |s| bytes(*finish, s));
+    while surfaces.iter().map(size).sum::<usize>() + cloth > MOST_BYTES {
+        let others = surfaces.iter_mut().filter(|s| s.0 != Finish::Floor);
+        match others.max_by_key(|s| size(s)) {
+            Some((_, Some(surface))) if surface.width.min(surface.height) >= 128 => {
+                *surface = surface.reduced(2)
+            }
+            // A cloth so large is for the reference renderer.
+            _ => break,
+        }
     }
 }
 

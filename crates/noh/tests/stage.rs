@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 use yugen_noh::solid::{Solids, check_closed};
-use yugen_noh::{DIMENSIONS, FIRE_CANDELA, FireLight, Hour, MeasuredAt, PRESETS, Part, Preset, Stage};
+use yugen_noh::{
+    DIMENSIONS, FIRE_CANDELA, Finish, FireLight, Hour, MeasuredAt, PRESETS, Part, Preset, Robe, Stage,
+};
 
 fn part<'a>(stage: &'a Stage, id: &str) -> &'a Part {
     stage.parts().iter().find(|p| p.id == id).unwrap_or_else(|| panic!("no part {id}"))
@@ -237,4 +239,214 @@ fn the_scene_has_seats_and_fires_of_the_stated_strength() {
     for (a, b) in stage.parts().iter().zip(again.parts()) {
         assert!(a.mesh.positions == b.mesh.positions && a.mesh.uvs == b.mesh.uvs, "{}", a.id);
     }
+}
+
+/// Maps of one texel, 10 mm wide.
+fn robe() -> Robe {
+    let texel = yugen_reflectance::btf::Texel {
+        diffuse: Vec3::splat(0.3),
+        specular: Vec3::splat(0.2),
+        normal: Vec3::Z,
+        tangent: Vec3::X,
+        sigma: glam::Vec2::new(0.3, 0.2),
+        confidence: 1.0,
+    };
+    let colour_space = yugen_optics::ColourSpace::default();
+    let maps = yugen_reflectance::btf::Btf { width: 1, height: 1, colour_space, texels: vec![texel] };
+    Robe::new(maps.into(), 0.01, "ward_gmd").unwrap()
+}
+
+/// Area of a triangle in space, and of its place on the cloth, negative where that is mirrored.
+fn areas(part: &Part, t: &[u32; 3]) -> [f32; 2] {
+    let [a, b, c] = t.map(|i| part.mesh.positions[i as usize]);
+    let [u, v, w] = t.map(|i| part.mesh.uvs[i as usize]);
+    [0.5 * (b - a).cross(c - a).length(), -0.5 * (v - u).perp_dot(w - u)]
+}
+
+#[test]
+fn a_robe_is_as_long_and_wide_as_the_table_says() {
+    for changes in [
+        &[][..],
+        &[("robe_length", 1.25), ("robe_half_span", 0.66), ("robe_sleeve", 0.45), ("rack_height", 1.5)],
+    ] {
+        let preset = Preset::find("national").unwrap();
+        let mut d = preset.dimensions();
+        for (key, value) in changes {
+            d.set(key, *value).unwrap();
+        }
+        let stage = Stage::new(preset, d.clone()).unwrap().with_robe(robe());
+        let near = |key: &str, found: f32| {
+            assert!((found - d.get(key)).abs() < 0.01, "{key}: {found} instead of {}", d.get(key));
+        };
+        let at = |id: &str| bounds(part(&stage, id));
+        // Along the sleeves' top the cloth is flat.
+        near("robe_half_span", at("sode-migi")[1].x);
+        near("robe_half_span", -at("sode-hidari")[0].x);
+        // From the top over the quarter of a circle, 25 mm in radius, that the shoulder is.
+        let shoulder = 0.025 * (std::f32::consts::FRAC_PI_2 - 1.0);
+        for id in ["ushiro-migoro-migi", "ushiro-migoro-hidari", "mae-migoro-migi", "mae-migoro-hidari"] {
+            near("robe_length", at(id)[1].y - at(id)[0].y + shoulder);
+        }
+        near("robe_sleeve", at("sode-migi")[1].y - at("sode-migi")[0].y + shoulder);
+        // The floor below the rack is a centimetre higher than in the middle; the robe is 4 mm thick on the rail.
+        let floor = stage.layout().floor(middle(part(&stage, "iko")).z);
+        near("rack_height", at("sode-migi")[1].y - 0.004 - floor);
+        let posts: Vec<f32> = part(&stage, "iko").mesh.positions.iter().map(|p| p.x.abs()).collect();
+        let inner =
+            posts.iter().filter(|x| **x > at("sode-migi")[1].x + 0.01).fold(f32::MAX, |m, x| m.min(*x));
+        near("rack_width", 2.0 * inner + 0.008);
+        // It is sewn on 4 mm below the shoulder and stands nearly upright.
+        near("robe_collar", at("eri")[1].y - at("sode-migi")[1].y + 0.004);
+        assert!(at("uraji")[0].y > floor + 0.05, "it lies on the floor");
+    }
+}
+
+/// Warp runs down, weft across, in metres: a square metre of (u, v) is one of cloth, and no cloth is seen in a mirror. Each panel begins elsewhere on the bolt.
+#[test]
+fn the_cloth_of_a_robe_lies_straight_on_its_grain() {
+    let stage = Stage::preset("national").unwrap().with_robe(robe());
+    let mut offsets = Vec::new();
+    for part in stage.parts().iter().filter(|p| p.finish == Finish::Cloth) {
+        check_closed(&part.mesh).unwrap();
+        let mesh = &part.mesh;
+        let (mut on_cloth, mut in_space, mut worst) = (0.0, 0.0, 0.0f32);
+        for t in &mesh.triangles {
+            let [space, cloth] = areas(part, t);
+            // The rim, 0.7 mm wide, has no grain, and the inner side is the cloth from behind.
+            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+            let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+            if cloth <= 0.0 || 2.0 * space / longest < 1e-3 {
+                continue;
+            }
+            let [u, v, w] = t.map(|i| mesh.uvs[i as usize]);
+            // dp/du and dp/dv of the triangle.
+            let m = glam::Mat2::from_cols(v - u, w - u).inverse();
+            let du = (b - a) * m.x_axis.x + (c - a) * m.x_axis.y;
+            let dv = (b - a) * m.y_axis.x + (c - a) * m.y_axis.y;
+            if part.id != "eri" {
+                // Weft across, warp up the front, over the shoulder and down the back.
+                assert!(du.x > 0.5 && dv.x.abs() < 0.3, "{}: {du} {dv}", part.id);
+                assert!(dv.y > 0.6 || dv.y < -0.6 || dv.z > 0.6, "{}: {dv}", part.id);
+            }
+            worst = worst.max((du.length() - 1.0).abs()).max((dv.length() - 1.0).abs());
+            on_cloth += cloth;
+            in_space += space;
+        }
+        // Areas differ by 0.3 % at most; single triangles beside seams and folds by 13 %. The collar turns around the neck.
+        assert!((in_space / on_cloth - 1.0f32).abs() < 0.01, "{}: {in_space} m2 of {on_cloth}", part.id);
+        assert!(part.id == "eri" || worst < 0.3, "{}: {worst}", part.id);
+        offsets.push(mesh.uvs[0]);
+    }
+    assert_eq!(offsets.len(), 9);
+    for (i, a) in offsets.iter().enumerate() {
+        assert!(offsets[..i].iter().all(|b| a.distance(*b) > 0.01));
+    }
+}
+
+/// Where a ray first meets a part of the stage.
+fn first(stage: &Stage, from: Vec3, way: Vec3) -> Option<(f32, &Part)> {
+    let mut best: Option<(f32, &Part)> = None;
+    for part in stage.parts() {
+        for t in &part.mesh.triangles {
+            let [a, b, c] = t.map(|i| part.mesh.positions[i as usize]);
+            let n = (b - a).cross(c - a);
+            let far = (a - from).dot(n) / way.dot(n);
+            let p = from + way * far;
+            let inside = [(a, b), (b, c), (c, a)].iter().all(|(a, b)| (*b - *a).cross(p - *a).dot(n) >= 0.0);
+            if inside && far > 0.0 && best.is_none_or(|b| far < b.0) {
+                best = Some((far, part));
+            }
+        }
+    }
+    best
+}
+
+#[test]
+fn near_views_of_the_robe_see_its_cloth_and_fires_do() {
+    let stage = Stage::preset("national").unwrap();
+    assert!(!stage.cameras().iter().any(|c| c.name.starts_with("robe")));
+    let parts = stage.parts().len();
+    let stage = stage.with_robe(robe());
+    let cameras = stage.cameras();
+    let mut widths = Vec::new();
+    for name in ["robe", "robe_near", "thread"] {
+        let camera = cameras.iter().find(|c| c.name == name).unwrap();
+        let (from, way) = (camera.to_world.w_axis.truncate(), camera.to_world.z_axis.truncate());
+        let (far, part) = first(&stage, from, way).unwrap();
+        assert_eq!(part.finish, Finish::Cloth, "{name} sees {}", part.id);
+        let yugen_scene::Projection::Perspective { fov_x, .. } = camera.projection else { panic!("{name}") };
+        widths.push(2.0 * far * (0.5 * fov_x).tan());
+    }
+    // The whole rack; a forearm; a few centimetres.
+    assert!(
+        widths[0] > 2.0 && (0.3..0.6).contains(&widths[1]) && (0.02..0.06).contains(&widths[2]),
+        "{widths:?}"
+    );
+    // No pillar stands between the back of the robe and the fires at the front corners.
+    for fire in &stage.fires()[..2] {
+        for x in [-0.3, 0.0, 0.3] {
+            let from = fire.foot + Vec3::Y * 0.3;
+            let to =
+                Vec3::new(x, 1.0, cameras.iter().find(|c| c.name == "robe").unwrap().to_world.w_axis.z - 4.2);
+            let (_, part) = first(&stage, from, (to - from).normalize()).unwrap();
+            assert_eq!(part.finish, Finish::Cloth, "{} is in the way", part.id);
+        }
+    }
+    // Another robe takes the place of the first.
+    let hung = stage.parts().len();
+    assert!(hung > parts && stage.with_robe(robe()).parts().len() == hung);
+}
+
+#[test]
+fn a_cloth_that_makes_no_robe_is_refused_with_the_reason() {
+    let maps = || yugen_reflectance::btf::Btf {
+        width: 0,
+        height: 0,
+        colour_space: yugen_optics::ColourSpace::default(),
+        texels: Vec::new(),
+    };
+    let say = |width: f32, form: &str| Robe::new(maps().into(), width, form).unwrap_err().to_string();
+    assert!(say(0.03, "blin_phong").contains("did you mean 'blinn_phong'?"));
+    assert!(say(0.03, "ashikhmin2000").contains("no form 'ashikhmin2000'"));
+    for width in [0.0, -1.0, f32::NAN, f32::INFINITY, 100.0] {
+        assert!(say(width, "ggx").contains("from 0.1 to 10000 mm"));
+    }
+}
+
+/// Maps of many texels make other textures coarser, the floor's last: all must fit into what a WebGPU device binds.
+#[test]
+fn textures_make_room_for_the_maps_of_a_robe() {
+    let bytes = |stage: Stage| -> (usize, usize) {
+        let scene = stage.scene(Hour::Night, FireLight::Out).unwrap();
+        let of = |t: &yugen_scene::Texture| match t {
+            yugen_scene::Texture::Image { image, .. } => image.width * image.height * 16 * 4 / 3,
+            yugen_scene::Texture::Cloth { maps, .. } => maps.texels.len() * 48 * 4 / 3,
+            other => panic!("{other:?}"),
+        };
+        let largest = |t: &yugen_scene::Texture| match t {
+            yugen_scene::Texture::Image { image, .. } => image.width * image.height,
+            _ => 0,
+        };
+        (scene.textures.iter().map(of).sum(), scene.textures.iter().map(largest).max().unwrap())
+    };
+    let stage = || Stage::preset("national").unwrap();
+    let mut maps = yugen_reflectance::btf::Btf {
+        width: 600,
+        height: 600,
+        colour_space: yugen_optics::ColourSpace::default(),
+        texels: Vec::new(),
+    };
+    let texel = yugen_reflectance::btf::Texel {
+        diffuse: Vec3::ZERO,
+        specular: Vec3::ZERO,
+        normal: Vec3::Z,
+        tangent: Vec3::X,
+        sigma: glam::Vec2::splat(0.3),
+        confidence: 1.0,
+    };
+    maps.texels = vec![texel; 600 * 600];
+    let (bare, floor) = bytes(stage());
+    let (hung, largest) = bytes(stage().with_robe(Robe::new(maps.into(), 0.03, "ggx").unwrap()));
+    assert!(bare + 600 * 600 * 64 > 128 << 20, "it would fit anyway: {bare}");
+    assert!(hung < 124 << 20 && largest == floor, "{} MiB, {largest}", hung >> 20);
 }

@@ -21,6 +21,7 @@ pub mod polygon;
 pub mod prepared;
 pub mod primitives;
 mod shape;
+mod sticks;
 mod texture;
 
 pub use attributes::MissingAttribute;
@@ -36,6 +37,7 @@ pub use material::{Material, ModelBuilder, TurnedNormals};
 pub use mesh::Mesh;
 pub use names::{nearest, suggest};
 pub use shape::{Geometry, Shape};
+pub use sticks::SticksError;
 pub use texture::{Texture, TextureFilter, Value, Wrap};
 
 use std::sync::Arc;

@@ -102,18 +102,27 @@ impl<'a> Table<'a> {
 
     /// A finite number.
     pub fn number(&self, row: &Row, column: usize) -> Result<f32, Error> {
+        let number = self.parsed(row, column).filter(|v: &f32| v.is_finite());
+        number.ok_or_else(|| self.not_finite(row, column))
+    }
+
+    /// A finite number, with all its digits.
+    pub fn double(&self, row: &Row, column: usize) -> Result<f64, Error> {
+        let number = self.parsed(row, column).filter(|v: &f64| v.is_finite());
+        number.ok_or_else(|| self.not_finite(row, column))
+    }
+
+    fn parsed<T: std::str::FromStr>(&self, row: &Row, column: usize) -> Option<T> {
         let cell = self.text(row, column);
-        let number = match self.comma && cell.contains(',') {
-            true => cell.replace(',', ".").parse(),
-            false => cell.parse(),
-        };
-        number.ok().filter(|v: &f32| v.is_finite()).ok_or_else(|| {
-            let short: String = cell.chars().take(40).collect();
-            self.invalid(
-                row,
-                format!("'{short}' in column '{}' is not a finite number", self.columns[column]),
-            )
-        })
+        match self.comma && cell.contains(',') {
+            true => cell.replace(',', ".").parse().ok(),
+            false => cell.parse().ok(),
+        }
+    }
+
+    fn not_finite(&self, row: &Row, column: usize) -> Error {
+        let short: String = self.text(row, column).chars().take(40).collect();
+        self.invalid(row, format!("'{short}' in column '{}' is not a finite number", self.columns[column]))
     }
 
     /// Three numbers in neighbouring columns.

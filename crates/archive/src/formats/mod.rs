@@ -23,6 +23,7 @@ pub mod merl;
 pub mod mesh;
 pub mod mitsuba;
 pub mod mixed;
+pub mod motion;
 pub mod mtl;
 pub mod neural_brdf;
 mod numbers;
@@ -101,11 +102,18 @@ pub fn features() -> Vec<(&'static str, Vec<Feature>)> {
         ),
         ("Zemax and ASAP BSDF: keywords", instrument::zemax::FEATURES.to_vec()),
         ("ASTM E1392 and E2387: columns", instrument::astm::FEATURES.to_vec()),
+        ("BVH: keywords", motion::bvh::FEATURES.to_vec()),
+        ("C3D: groups of parameters", motion::c3d::FEATURES.to_vec()),
+        ("TRC: fields of the header", motion::trc::FEATURES.to_vec()),
+        ("Acclaim ASF and AMC: sections and degrees of freedom", motion::acclaim::FEATURES.to_vec()),
+        ("OptiTrack Motive CSV: types of columns", motion::motive::FEATURES.to_vec()),
+        ("Vicon CSV: sections", motion::vicon::FEATURES.to_vec()),
+        ("Qualisys TSV: lines of the header", motion::qualisys::FEATURES.to_vec()),
         ("ALTA: parametrisations of directions and values", instrument::alta::FEATURES.to_vec()),
     ]
 }
 
-/// Reads a scene in the format that the extension of its file names. A mesh is one, too.
+/// Reads a scene in the format that the extension of its file names. A mesh is one, too, and so is motion.
 pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     let Some(format) = FORMATS.iter().find(|f| f.extensions.contains(&extension.as_str())) else {
@@ -113,7 +121,11 @@ pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
         if meshes().any(|e| e == extension) {
             return load_mesh(path, options);
         }
-        let known = FORMATS.iter().flat_map(|f| f.extensions).copied().chain(meshes());
+        let motions = || motion::FORMATS.iter().flat_map(|f| f.extensions).copied();
+        if motions().any(|e| e == extension) {
+            return load_motion(path, options);
+        }
+        let known = FORMATS.iter().flat_map(|f| f.extensions).copied().chain(meshes()).chain(motions());
         return Err(match path.is_dir() {
             true => Error::io(path, std::io::ErrorKind::IsADirectory.into()),
             false => Error::unknown(Place::file(path), "scene file extension", &extension, known),
@@ -167,6 +179,20 @@ fn load_mesh(path: &Path, options: &Options) -> Result<Scene, Error> {
         ));
     }
     Ok(scene)
+}
+
+/// Motion as sticks; what its file does not say of unit and axes is guessed.
+fn load_motion(path: &Path, options: &Options) -> Result<Scene, Error> {
+    if let Some((name, _)) = options.defines.first() {
+        let problem = format!("motion has no parameters, so '{name}' cannot be given a value");
+        return Err(Error::invalid(Place::file(path), problem));
+    }
+    let axes = options.up.and_then(|up| motion::up(if up == mesh::Up::Z { 'z' } else { 'y' }));
+    let loaded = motion::load(path, &motion::Options { axes, guess: true, ..motion::Options::default() })?;
+    for doubt in &loaded.doubts {
+        tracing::warn!("{}: {doubt}", path.display());
+    }
+    motion::scene(&loaded.motion, path)
 }
 
 /// The largest file that is read as a whole: a mesh of some fifty million triangles.

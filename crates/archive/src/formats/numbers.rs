@@ -178,6 +178,15 @@ impl<'a> Scanner<'a> {
         &rest[..n]
     }
 
+    /// What is left of the line up to an opening brace, as a name.
+    pub(crate) fn next_name(&mut self) -> String {
+        self.blanks();
+        let rest = &self.bytes[self.at..];
+        let n = rest.iter().position(|&b| b == b'\n' || b == b'{').unwrap_or(rest.len());
+        self.at += n;
+        String::from_utf8_lossy(rest[..n].trim_ascii()).into_owned()
+    }
+
     /// The next byte, if it is `byte`, is taken.
     #[inline]
     pub(crate) fn take(&mut self, byte: u8) -> bool {

@@ -4,6 +4,7 @@
 
 mod capture;
 mod meshes;
+mod motion;
 mod pictures;
 mod scenes;
 mod tables;

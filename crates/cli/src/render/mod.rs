@@ -10,11 +10,12 @@ mod sequence;
 use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
 use checkpoint::{Checkpoint, Pace, command_to_go_on};
-use clap::Args;
+use clap::{Args, FromArgMatches};
 use indicatif::HumanDuration;
 use interrupt::Interrupt;
 pub use parse::{rate, seconds, size};
 pub use sequence::RATE;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yugen_archive::check_outputs;
@@ -32,7 +33,8 @@ use yugen_transport::render::{Action, Budget, Job, Options};
 /// `--resume` with a larger `--spp` adds samples to a picture that is done.
 #[derive(Args)]
 pub struct Render {
-    /// The scene file, or a mesh (.obj, .ply, .serialized), which is shown under a sun and a sky.
+    /// The scene file, or a mesh (.obj, .ply, .serialized), which is shown under a sun and a sky, or motion (.bvh, .c3d, …),
+    /// which is shown as sticks.
     scene: PathBuf,
 
     /// The picture: .exr keeps everything (layers, wide gamut); .hdr; .png and .jpg are for display. A scene that moves
@@ -133,7 +135,8 @@ pub struct Render {
     #[command(flatten)]
     reading: argument::Reading,
 
-    /// Which way is up in a mesh (.obj, .ply, .serialized) that is rendered as it is [default: y].
+    /// Which way is up in a mesh (.obj, .ply, .serialized) or motion (.bvh, .c3d, …) that is rendered as it is [default: y; of
+    /// motion as its file says].
     #[arg(long, value_name = "AXIS", value_parser = ["y", "z"])]
     up: Option<String>,
 
@@ -167,17 +170,33 @@ pub struct Render {
 }
 
 impl Render {
+    /// Of words as they would be typed; the first is not looked at.
+    pub fn parse(words: Vec<OsString>) -> Result<Self> {
+        let parsed = Self::augment_args(clap::Command::new("render")).try_get_matches_from(words)?;
+        Ok(Self::from_arg_matches(&parsed)?)
+    }
+
     /// Does it.
     pub fn run(self) -> Result<()> {
+        self.run_with(Self::load)
+    }
+
+    /// Does it with a scene that is there already.
+    pub fn run_on(self, scene: Scene) -> Result<()> {
+        self.run_with(|_| Ok(scene))
+    }
+
+    fn run_with(self, load: impl FnOnce(&Self) -> Result<Scene>) -> Result<()> {
         self.check_sequence()?;
         self.display.of(&self.output, ColourSpace::default())?;
         if self.is_sequence() {
-            return self.run_sequence(self.load()?);
+            let scene = load(&self)?;
+            return self.run_sequence(scene);
         }
         image::can_write(&self.output)?;
         let checkpoint = Checkpoint::beside(&self.output, &self)?;
         let started = Instant::now();
-        let mut scene = self.load()?;
+        let mut scene = load(&self)?;
         if let Some(seconds) = self.at {
             let posed = scene.pose(self.animation.as_deref(), seconds as f32);
             posed.with_context(|| self.scene.display().to_string())?;

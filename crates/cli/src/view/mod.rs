@@ -35,7 +35,8 @@ mod with_window {
     /// without hands: `yugen view scene.xml --do "orbit 30 10; light 2 off; reference; wait 64; save shot.png; quit"`.
     #[derive(Args)]
     pub struct View {
-        /// The scene file, or a mesh (.obj, .ply, .serialized), which is shown under a sun and a sky.
+        /// The scene file, or a mesh (.obj, .ply, .serialized), which is shown under a sun and a sky, or motion (.bvh,
+        /// .c3d, …), which is shown as sticks.
         scene: PathBuf,
 
         /// Pixels of the window.
@@ -62,7 +63,8 @@ mod with_window {
         #[command(flatten)]
         reading: argument::Reading,
 
-        /// Which way is up in a mesh (.obj, .ply, .serialized) [default: y].
+        /// Which way is up in a mesh (.obj, .ply, .serialized) or motion (.bvh, .c3d, …) [default: y; of motion as its file
+        /// says].
         #[arg(long, value_name = "AXIS", value_parser = ["y", "z"])]
         up: Option<String>,
     }

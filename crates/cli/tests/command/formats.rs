@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 use yugen_archive::formats::support::{Feature, Support};
-use yugen_archive::formats::{FORMATS, MESH_FORMATS, features, image, measured};
+use yugen_archive::formats::{FORMATS, MESH_FORMATS, features, image, measured, motion};
 
 fn extensions(all: &[&str]) -> String {
     all.iter().map(|e| format!("`.{e}`")).collect::<Vec<_>>().join(", ")
@@ -44,6 +44,14 @@ fn page() -> String {
     for (name, files, model, written) in measured::formats() {
         let written = if written { "yes" } else { "no" };
         writeln!(out, "| {name} | {} | `{model}` | {written} |", extensions(files)).unwrap();
+    }
+    out.push_str("\n## Motion\n\nFor `yugen motion`, and shown as sticks by `yugen render` and `yugen view`. Tables are told apart by how they begin.\n\n| format | files |\n| --- | --- |\n");
+    for f in motion::FORMATS {
+        writeln!(out, "| {} | {} |", f.name, extensions(f.extensions)).unwrap();
+    }
+    out.push_str("\n| written | file | how |\n| --- | --- | --- |\n");
+    for w in motion::WRITTEN {
+        writeln!(out, "| {} | {} | {} |", w.name, extensions(&[w.extension]), w.doc).unwrap();
     }
     for (title, table) in features() {
         assert!(!table.is_empty(), "{title}");

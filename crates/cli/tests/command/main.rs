@@ -14,6 +14,7 @@ mod info;
 mod ink;
 mod lecture;
 mod messages;
+mod motion;
 mod noh;
 mod normals;
 mod overwrite;

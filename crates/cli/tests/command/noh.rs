@@ -46,10 +46,65 @@ fn what_is_wrong_is_said_before_anything_is_written() {
         ("noh stage -o a.obj", &["a.obj: a stage is written as .toml or .glb"]),
         ("noh stage -o none/a.toml", &["none/a.toml"]),
         ("noh stage --hour noon -o a.toml", &["night, dusk"]),
+        ("noh stage --robe none.btf -o a.toml", &["none.btf"]),
+        ("noh stage --robe none.btf:wide -o a.toml", &["--robe none.btf:wide", "FILE[:MM]", "cloth.btf:30"]),
+        ("noh stage --robe none.btf -o a.glb", &["glTF has no maps of a cloth", ".toml"]),
+        ("noh stage --form ggx -o a.toml", &["--robe"]),
+        (
+            "noh stage --set robe_half_span=0.84 -o a.toml",
+            &["needs cloth 0.444 m wide", "robe_loom is 0.38 m"],
+        ),
+        (
+            "noh stage --set robe_sleeve=0.75 --set robe_length=1.2 -o a.toml",
+            &["a sleeve of robe_sleeve = 0.75 m"],
+        ),
+        ("noh stage --set rack_height=1.4 -o a.toml", &["lies on the floor"]),
+        ("noh stage --set rack_width=1.3 -o a.toml", &["does not fit between posts"]),
     ] {
         refused(yugen_in(&folder, line), words);
     }
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
+}
+
+/// The cloth of a robe is written with the scene, of the size that was given, and read again.
+#[test]
+fn a_robe_hangs_on_the_stage() {
+    let folder = scratch("noh-robe");
+    good(yugen_in(&folder, "capture weave kinran --size 32x32 -o kinran"));
+    let made =
+        report(yugen_in(&folder, "noh stage --robe kinran/cloth.btf:8 --form blinn_phong --json -o a.toml"));
+    let parts = made["parts"].as_array().unwrap();
+    let of = |id: &str| parts.iter().find(|p| p["id"] == id).unwrap_or_else(|| panic!("no {id}"));
+    assert_eq!(
+        (&of("sode-hidari")["material"], &of("sode-hidari")["ja"]),
+        (&"cloth".into(), &"唐織袖（左）".into())
+    );
+    assert_eq!((&of("iko")["material"], &of("uraji")["material"]), (&"lacquer".into(), &"lining".into()));
+    for name in ["robe", "robe_near", "thread"] {
+        assert!(made["cameras"].as_array().unwrap().contains(&name.into()), "{name}");
+    }
+    // What stands there, and that the maps repeat `scale` times in a metre.
+    let written = |file: &str, words: &str, scale: f32| {
+        let text = std::fs::read_to_string(folder.join(file)).unwrap();
+        let (_, after) = text.split_once(words).unwrap_or_else(|| panic!("{file}: no {words}"));
+        let line = after.lines().find_map(|l| l.strip_prefix("scale = [")).unwrap();
+        let read: Vec<f32> = line.trim_end_matches(']').split(", ").map(|v| v.parse().unwrap()).collect();
+        assert!(read.len() == 2 && read.iter().all(|v| (v / scale - 1.0).abs() < 1e-5), "{file}: {line}");
+    };
+    written("a.toml", "btf = \"a/cloth.btf\"\nform = \"blinn_phong\"\n", 125.0);
+    // Without a number, the width that the file has: 2 mm.
+    good(yugen_in(&folder, "noh stage --robe kinran/cloth.btf -o b.toml"));
+    written("b.toml", "btf = \"b/cloth.btf\"\nform = \"ward_gmd\"\n", 500.0);
+    good(yugen_in(&folder, "info a.toml"));
+    refused(
+        yugen_in(&folder, "noh stage --robe kinran/cloth.btf --form blin -o c.toml"),
+        &["no form 'blin'", "blinn_phong"],
+    );
+    refused(
+        yugen_in(&folder, "noh stage --robe kinran/cloth.btf:0 -o c.toml"),
+        &["0 mm wide", "0.1 to 10000 mm"],
+    );
+    assert!(!folder.join("c.toml").exists());
 }
 
 /// Both files are read by our own reader, with every part by its name; a picture of one is not black.

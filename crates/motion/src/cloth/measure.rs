@@ -51,6 +51,12 @@ impl Cloth {
         Stretch { median: at(0.5), p999: at(0.999), worst: at(1.0) }
     }
 
+    /// Edges that go through triangles of which they have no corner, with the number of the triangle: where cloth passes through
+    /// itself.
+    pub fn crossings(&self, positions: &[Vec3]) -> Vec<([u32; 2], u32)> {
+        super::contact::crossings(positions, &self.sheet.triangles)
+    }
+
     /// Energies at these positions and velocities.
     pub fn energy(
         &self,

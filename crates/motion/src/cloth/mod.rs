@@ -8,6 +8,7 @@
 //! Metres, seconds, kilograms. The weft runs along u of the flat cloth and the warp along v.
 
 mod body;
+mod contact;
 mod fabric;
 mod lattice;
 mod measure;

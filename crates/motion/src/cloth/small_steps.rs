@@ -7,6 +7,7 @@
 //! would be softer the finer the mesh. And everything is laid out so that threads and lanes have work ([`super::order`]).
 
 use super::body::{Placed, Solid, Stance};
+use super::contact::Contacts;
 use super::lattice::{BLOCK, Lattices};
 use super::order::Order;
 use super::sweep::{Hinges, Link, Springs};
@@ -14,6 +15,7 @@ use super::team::{Parts, Team};
 use super::{Cloth, ClothError, Hinge, Step};
 use glam::{Vec3, Vec4};
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// How [`SmallSteps`] works.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +26,8 @@ pub struct Settings {
     pub substeps: u32,
     /// Coarse levels; without, a cloth stretches under its weight the more the finer it is.
     pub coarse: bool,
+    /// Whether cloth touches cloth.
+    pub contact: bool,
     /// Threads; the result does not depend on them.
     pub threads: usize,
 }
@@ -31,7 +35,7 @@ pub struct Settings {
 impl Default for Settings {
     /// 20 substeps of a sixtieth of a second, on one thread.
     fn default() -> Self {
-        Self { seconds: 1.0 / 60.0, substeps: 20, coarse: true, threads: 1 }
+        Self { seconds: 1.0 / 60.0, substeps: 20, coarse: true, contact: false, threads: 1 }
     }
 }
 
@@ -88,6 +92,9 @@ pub struct SmallSteps {
     placed: Vec<Placed>,
     /// Of places, which bodies are near.
     near: Vec<u64>,
+    contacts: Option<Contacts>,
+    /// Whether pairs must be found again.
+    stale: AtomicBool,
 }
 
 /// What one thread works on alone.
@@ -156,6 +163,8 @@ impl SmallSteps {
             attached_of[strip_of(*place as usize)].push(i as u32);
         }
         let [strips, borders] = tasks;
+        let contacts =
+            if settings.contact { Contacts::new(&cloth, &order, !attached.is_empty()) } else { None };
         Ok(Self {
             positions: cloth.sheet.positions.clone(),
             u: vec![Vec4::ZERO; n],
@@ -178,6 +187,8 @@ impl SmallSteps {
             stances: Vec::new(),
             placed: Vec::new(),
             near: vec![0; n],
+            contacts,
+            stale: AtomicBool::new(true),
         })
     }
 
@@ -232,6 +243,7 @@ impl SmallSteps {
                 self.positions[v] = *x;
             }
         }
+        self.stale.store(true, Ordering::Relaxed);
     }
 
     /// One step. Nothing is allocated but what threads need.
@@ -261,6 +273,9 @@ impl SmallSteps {
         let [friction, gap] = [self.cloth.friction[0], 0.5 * self.cloth.thickness];
         let seconds = self.settings.seconds;
         let near = Parts::new(&mut self.near);
+        let touching = self.contacts.is_some();
+        let contacts = Parts::new(self.contacts.as_mut().map_or(&mut [], std::slice::from_mut));
+        let stale = &self.stale;
         let calm_seconds = self.settings.calm_seconds();
         let h = self.settings.seconds / n as f32;
         let (x, u, v) = (Parts::new(&mut self.x), Parts::new(&mut self.u), Parts::new(&mut self.v));
@@ -291,9 +306,9 @@ impl SmallSteps {
             }
         };
         #[allow(unsafe_code)]
-        let finish = |k: usize, s: u32| unsafe {
+        let carry = |k: usize, s: u32| unsafe {
             let range = &strips[k].range;
-            let (x, u, v, lost) = (x.part(range), u.part(range), v.part(range), lost.part(range));
+            let (x, u) = (x.part(range), u.part(range));
             if has_lattices {
                 let lattice = &lattices.read(&(0..1))[0];
                 for (u, place) in u.iter_mut().zip(range.clone()) {
@@ -317,6 +332,23 @@ impl SmallSteps {
                             *x += shift.extend(0.0);
                         }
                     }
+                }
+            }
+        };
+        #[allow(unsafe_code)]
+        let finish = |k: usize| unsafe {
+            let range = &strips[k].range;
+            let (x, u, v, lost) = (x.part(range), u.part(range), v.part(range), lost.part(range));
+            if touching {
+                let contacts = &contacts.read(&(0..1))[0];
+                let mut far = false;
+                for ((x, u), place) in
+                    x.iter().zip(u.iter_mut()).zip(range.clone()).filter(|(_, p)| inverse[*p] > 0.0)
+                {
+                    far |= contacts.hold(place, *x, u);
+                }
+                if far {
+                    stale.store(true, Ordering::Relaxed);
                 }
             }
             for (((x, u), v), lost) in x.iter_mut().zip(u).zip(v).zip(lost) {
@@ -369,40 +401,69 @@ impl SmallSteps {
         };
         Team::run(self.settings.threads, |team| {
             for s in 0..n {
-                if s % CALM == 0 {
-                    team.each(strips.len(), |k| {
-                        match s {
-                            0 => look(k),
-                            s => finish(k, s - 1),
+                let calms = s % CALM == 0;
+                team.each(strips.len(), |k| {
+                    match s {
+                        0 => look(k),
+                        _ => {
+                            if !touching {
+                                carry(k, s - 1);
+                            }
+                            finish(k);
                         }
+                    }
+                    if calms {
                         drag(k);
                         calm(&strips[k]);
-                    });
-                    team.each(borders.len(), |k| calm(&borders[k]));
-                    team.each(strips.len(), |k| begin(k, s));
-                } else {
-                    team.each(strips.len(), |k| {
-                        finish(k, s - 1);
+                    } else if !touching {
                         begin(k, s);
+                    }
+                });
+                if calms {
+                    team.each(borders.len(), |k| calm(&borders[k]));
+                }
+                if touching {
+                    #[allow(unsafe_code)]
+                    team.each(1, |_| unsafe {
+                        if stale.swap(false, Ordering::Relaxed) {
+                            contacts.part(&(0..1))[0].find(x.read(&(0..x.len())));
+                        }
                     });
+                }
+                if calms || touching {
+                    team.each(strips.len(), |k| begin(k, s));
                 }
                 team.each(borders.len(), join);
-                if !has_lattices {
-                    continue;
+                if has_lattices {
+                    #[allow(unsafe_code)]
+                    team.each(nodes.div_ceil(BLOCK), |k| unsafe {
+                        let block = k * BLOCK..nodes.min((k + 1) * BLOCK);
+                        let (x, u) = (x.read(&(0..x.len())), u.read(&(0..u.len())));
+                        lattices.read(&(0..1))[0].centres(k, x, u, centres.part(&block));
+                    });
+                    #[allow(unsafe_code)]
+                    team.each(1, |_| unsafe {
+                        let (x, u) = (x.read(&(0..x.len())), u.read(&(0..u.len())));
+                        lattices.part(&(0..1))[0].solve(centres.read(&(0..nodes)), x, u);
+                    });
                 }
-                #[allow(unsafe_code)]
-                team.each(nodes.div_ceil(BLOCK), |k| unsafe {
-                    let block = k * BLOCK..nodes.min((k + 1) * BLOCK);
-                    let (x, u) = (x.read(&(0..x.len())), u.read(&(0..u.len())));
-                    lattices.read(&(0..1))[0].centres(k, x, u, centres.part(&block));
-                });
-                #[allow(unsafe_code)]
-                team.each(1, |_| unsafe {
-                    let (x, u) = (x.read(&(0..x.len())), u.read(&(0..u.len())));
-                    lattices.part(&(0..1))[0].solve(centres.read(&(0..nodes)), x, u);
-                });
+                if touching {
+                    team.each(strips.len(), |k| carry(k, s));
+                    #[allow(unsafe_code)]
+                    team.each(1, |_| unsafe {
+                        let (x, u) = (x.read(&(0..x.len())), u.part(&(0..u.len())));
+                        let contacts = &mut contacts.part(&(0..1))[0];
+                        contacts.solve(x, u, inverse);
+                        contacts.follow(x, u);
+                    });
+                }
             }
-            team.each(strips.len(), |k| finish(k, n - 1));
+            team.each(strips.len(), |k| {
+                if !touching {
+                    carry(k, n - 1);
+                }
+                finish(k);
+            });
         });
         for (x, v) in self.x.iter().zip(&self.order.vertex) {
             self.positions[*v as usize] = x.truncate();

@@ -1,5 +1,6 @@
 //! Writes a scene as TOML, with its meshes (PLY) and pictures (PNG, EXR) in a folder of the same name beside it.
 
+use crate::formats::btf;
 use crate::formats::image::{self, WriteOptions};
 use crate::formats::labels::Labels;
 use crate::formats::ply;
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_motion::fire::Fire;
 use yugen_optics::Image;
-use yugen_reflectance::ParamType;
+use yugen_reflectance::{Choice, Kind, ParamType};
 use yugen_scene::{
     Camera, Geometry, Light, Material, MaterialId, Projection, Scene, Texture, TextureFilter, TextureId,
     Value, Wrap,
@@ -23,8 +24,8 @@ pub fn folder(path: &Path) -> PathBuf {
 }
 
 /// Writes `scene` to `path`. Cameras, fires, point and directional lights, constant and pictured environments, meshes and
-/// spheres, models with numbers, colours and pictures, normal maps, two-sided and one-sided materials are written;
-/// anything else is an error that names it. A mesh is called after its file, whose name is that of the shape in plain
+/// spheres, models with numbers, colours and pictures, maps of cloths, normal maps, two-sided and one-sided materials are
+/// written; anything else is an error that names it. A mesh is called after its file, whose name is that of the shape in plain
 /// letters. The scene file is written last: where it is, all of its files are.
 pub fn write(path: &Path, scene: &Scene, labels: &Labels) -> Result<(), Error> {
     let folder = folder(path);
@@ -67,6 +68,14 @@ fn quoted(text: &str) -> String {
 
 fn triple(v: Vec3) -> String {
     format!("[{}, {}, {}]", v.x, v.y, v.z)
+}
+
+fn wrap_name(wrap: Wrap) -> &'static str {
+    match wrap {
+        Wrap::Repeat => "repeat",
+        Wrap::Mirror => "mirror",
+        Wrap::Clamp => "clamp",
+    }
 }
 
 impl Writer<'_> {
@@ -245,10 +254,43 @@ impl Writer<'_> {
                     }
                     return Ok(());
                 }
+                Some(Material::Cloth { texture, form }) => {
+                    let text = self.cloth(*texture, *form, &name)?;
+                    out.push_str(&text);
+                    return Ok(());
+                }
                 _ => break,
             }
         }
         Err(self.cannot(format!("the material '{name}' is of a kind that is not written")))
+    }
+
+    /// The maps of a cloth as a file of their own, and how they lie.
+    fn cloth(&mut self, id: TextureId, form: Choice, owner: &str) -> Result<String, Error> {
+        let Some(Texture::Cloth { maps, wrap, to_uv }) = self.scene.textures.get(id) else {
+            return Err(self.cannot(format!("the cloth '{owner}' has no maps")));
+        };
+        let m = to_uv.matrix2;
+        if m.x_axis.y != 0.0 || m.y_axis.x != 0.0 {
+            return Err(self.cannot(format!("the maps of '{owner}' are turned")));
+        }
+        let names = match Kind::Noh.param("form").map(|(_, p)| p.kind) {
+            Ok(ParamType::Choice(names)) => names,
+            _ => &[],
+        };
+        let about = btf::About { source: format!("of the scene {}", self.name), ..btf::About::default() };
+        let file = self.file(owner, "btf");
+        btf::save(&self.folder.join(&file), maps, &about)?;
+        Ok(format!(
+            "btf = {}\nform = {}\nscale = [{}, {}]\noffset = [{}, {}]\nwrap = \"{}\"\n",
+            quoted(&format!("{}/{file}", self.name)),
+            quoted(names.get(form.index() as usize).copied().unwrap_or_default()),
+            m.x_axis.x,
+            m.y_axis.y,
+            to_uv.translation.x,
+            to_uv.translation.y,
+            wrap_name(*wrap),
+        ))
     }
 
     fn value(&mut self, value: &Value, raw: bool, owner: &str, what: &str) -> Result<String, Error> {
@@ -285,11 +327,7 @@ impl Writer<'_> {
             TextureFilter::Bilinear => "bilinear",
             TextureFilter::Mip => "mip",
         };
-        let wrap = match wrap {
-            Wrap::Repeat => "repeat",
-            Wrap::Mirror => "mirror",
-            Wrap::Clamp => "clamp",
-        };
+        let wrap = wrap_name(*wrap);
         let channel = channel
             .and_then(|c| image.channels.get(c))
             .map(|c| format!(", channel = {}", quoted(c)))

@@ -1,0 +1,12 @@
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use yugen_archive::formats::motion::{Angles, Options, trc};
+
+fuzz_target!(|data: &[u8]| {
+    let options = Options { rate: Some(50.0), angles: Some(Angles::Helical), ..Options::default() };
+    if let Ok((motion, _)) = trc::read(data, "fuzz.trc".as_ref(), &options) {
+        // What is read has a size.
+        assert!(motion.size().height >= 0.0);
+    }
+});
