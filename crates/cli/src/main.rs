@@ -16,6 +16,7 @@ mod noh;
 mod numbered;
 mod progress;
 mod render;
+mod simulate;
 mod view;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -46,6 +47,7 @@ const COMMON: &str = "\
 Common cases:
   yugen render scene.xml -o picture.exr               a scene to a picture
   yugen render fox.glb -o walk.mp4 --animation Walk   its animation to a film
+  yugen simulate scene.toml --cloth robe -o robe.pc2  its cloth in motion
   yugen view scene.xml                                the same in a window, to turn and to change
   yugen info FILE                                     what a scene, stack, picture, table or weave holds
   yugen brdf fit material.binary                      which model meets a measurement best
@@ -59,6 +61,7 @@ Common cases:
 enum Verb {
     Render(render::Render),
     Film(film::Film),
+    Simulate(simulate::Simulate),
     View(view::View),
     Info(info::Info),
     #[command(subcommand)]
@@ -114,6 +117,7 @@ fn main() -> ExitCode {
     let outcome = match yugen.verb {
         Verb::Render(verb) => verb.run(),
         Verb::Film(verb) => verb.run(),
+        Verb::Simulate(verb) => verb.run(),
         Verb::View(verb) => verb.run(),
         Verb::Info(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),
