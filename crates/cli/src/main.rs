@@ -18,6 +18,7 @@ mod noh;
 mod numbered;
 mod progress;
 mod render;
+mod simulate;
 mod view;
 
 use clap::{Command, CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -48,6 +49,7 @@ const COMMON: &str = "\
 Common cases:
   yugen render scene.xml -o picture.exr               a scene to a picture
   yugen render fox.glb -o walk.mp4 --animation Walk   its animation to a film
+  yugen simulate scene.toml --cloth robe -o robe.pc2  its cloth in motion
   yugen view scene.xml                                the same in a window, to turn and to change
   yugen ink scene.glb -o painting.png                 the same by brush, on paper
   yugen info FILE                                     what a scene, stack, picture, table or weave holds
@@ -64,6 +66,7 @@ Common cases:
 enum Verb {
     Render(render::Render),
     Film(film::Film),
+    Simulate(simulate::Simulate),
     View(view::View),
     Info(info::Info),
     #[command(subcommand)]
@@ -122,6 +125,7 @@ fn main() -> ExitCode {
     let outcome = match yugen.verb {
         Verb::Render(verb) => verb.run(),
         Verb::Film(verb) => verb.run(),
+        Verb::Simulate(verb) => verb.run(),
         Verb::View(verb) => verb.run(),
         Verb::Info(verb) => verb.run(),
         Verb::Brdf(verb) => verb.run(),

@@ -28,6 +28,7 @@ pub mod mtl;
 pub mod neural_brdf;
 mod numbers;
 pub mod obj;
+pub mod pc2;
 pub mod pca_basis;
 pub mod ply;
 pub mod ptm;

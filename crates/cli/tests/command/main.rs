@@ -22,6 +22,7 @@ mod render;
 mod render_interrupt;
 mod render_realtime;
 mod sequence;
+mod simulate;
 #[cfg(feature = "view")]
 mod view;
 
@@ -131,6 +132,7 @@ fn help_teaches() {
         ("capture relight", "whose centre lies where the camera is"),
         ("capture rti", "hemispherical harmonics"),
         ("noh stage", "--set side=5.7"),
+        ("simulate", "(u, v) of the cloth are its pattern"),
     ] {
         let help = good(yugen_in(".".as_ref(), &format!("{line} --help")));
         // Lines are broken to the width of the terminal.

@@ -4,7 +4,7 @@
 //! that crosses it between two of them is found on its way.
 
 use super::ClothError;
-use glam::{IVec3, Mat3, Quat, Vec3};
+use glam::{IVec3, Mat3, Mat4, Quat, Vec3};
 use std::sync::Arc;
 
 /// What a body is made of, in its own coordinates.
@@ -30,6 +30,14 @@ pub struct Stance {
     pub rotation: Quat,
     /// Its origin in the world, m.
     pub origin: Vec3,
+}
+
+impl Stance {
+    /// What a matrix does besides scaling.
+    pub fn of(to_world: &Mat4) -> Self {
+        let (_, rotation, origin) = to_world.to_scale_rotation_translation();
+        Self { rotation: if rotation.is_finite() { rotation.normalize() } else { Quat::IDENTITY }, origin }
+    }
 }
 
 impl Default for Stance {

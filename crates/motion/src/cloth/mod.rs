@@ -18,6 +18,7 @@ mod small_steps;
 mod springs;
 mod sweep;
 mod team;
+mod weld;
 
 pub use body::{Field, Solid, Stance};
 pub use fabric::{Fabric, PRESETS, Preset, QUANTITIES, Quantity};
@@ -26,6 +27,7 @@ pub use measure::{Energy, Stretch};
 pub use provot::Provot;
 pub use small_steps::{Settings, SmallSteps};
 pub use springs::{Along, Hinge, Spring};
+pub use weld::Welded;
 
 /// Triangles that know their place in the flat cloth.
 #[derive(Clone, Debug, Default)]
