@@ -1,7 +1,7 @@
 //! Ashikhmin, Premože and Shirley 2000, "A Microfacet-based BRDF Generator".
 
-use crate::gaussian_light::SlopeLobe;
 use crate::ashikhmin_g;
+use crate::gaussian_light::SlopeLobe;
 use crate::halfway::{half_vector, pdf_gaussian_reflection, sample_gaussian_reflection};
 use crate::microfacet::f_schlick;
 use crate::model::{Choice, Laws, Model, ModelError, Sample, Spec, params};

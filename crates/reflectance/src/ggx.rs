@@ -1,8 +1,8 @@
 //! Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding the
 //! Masking-Shadowing Function in Microfacet-Based BRDFs": the rough mirror most programs agree on.
 
-use crate::gaussian_light::SlopeLobe;
 use crate::energy;
+use crate::gaussian_light::SlopeLobe;
 use crate::halfway::half_vector;
 use crate::microfacet::{DISTRIBUTIONS, MASKINGS, Microfacets, f_schlick};
 use crate::model::{Choice, Laws, Model, ModelError, Sample, Spec, Terms, params};

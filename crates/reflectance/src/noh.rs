@@ -1,9 +1,9 @@
 //! Wakita et al., "Digital Archiving of Takigi Noh Based on Reflectance Analysis".
 
-use crate::gaussian_light::SlopeLobe;
 use crate::ashikhmin_g;
 use crate::ashikhmin_premoze_shirley::f_ashikhmin2000;
 use crate::blinn_phong::normaliser;
+use crate::gaussian_light::SlopeLobe;
 use crate::halfway::{
     half_vector, lobe_share, pdf_cosine_power, pdf_gaussian_reflection, pdf_reflected, reflect,
     sample_cosine_power, sample_gaussian_reflection, squared_slope,
