@@ -388,7 +388,8 @@ fn page() -> String {
                  an exposure of -6.5 stops shows the cloth. `--form` chooses how the maps reflect, so that two files \
                  that differ by it are the comparison of Wakita et al., Fig. 13: {}. \
                  Other textures become coarser where the maps are so large that a WebGPU device would not bind all at \
-                 once.\n\n{head}",
+                 once.\n\n\
+                 ![The back of the robe as blinn_phong and as ward_gmd](images/robe_forms.jpg)\n\n{head}",
                 forms.join(", ")
             );
         }
