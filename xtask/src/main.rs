@@ -75,7 +75,7 @@ const WASM_PACKAGES: &[(&str, &str)] =
 const WASM_LIBRARY: &str = "/usr/lib/rustlib/src/rust/library/std/Cargo.toml";
 
 /// The rooms that a browser runs.
-const WASM_ROOMS: &[&str] = &["optics", "reflectance", "motion", "scene", "realtime"];
+const WASM_ROOMS: &[&str] = &["optics", "reflectance", "motion", "scene", "realtime", "ink"];
 
 fn setup() -> Outcome {
     if install(DEBIAN_PACKAGES)? {

@@ -49,7 +49,7 @@ pub struct Simulate {
     pattern: Option<Vec2>,
 
     /// Vertices within R metres of X,Y,Z are attached, and go where the scene takes them; may be repeated.
-    #[arg(long, value_name = "X,Y,Z,R", value_parser = pin)]
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = pin, allow_hyphen_values = true)]
     pin: Vec<[f32; 4]>,
 
     /// A ground at this height, m.
