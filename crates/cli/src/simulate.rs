@@ -15,13 +15,13 @@ use yugen_archive::{atomic_write, check_outputs, check_writable};
 use yugen_motion::cloth::{
     Along, Cloth, Fabric, Field, PRESETS, Settings, Sheet, SmallSteps, Solid, Stance, Step,
 };
-use yugen_optics::{Vec2, Vec3};
+use yugen_optics::{Mat4, Vec2, Vec3};
 use yugen_scene::{Geometry, Mesh, Scene, suggest};
 
 /// Lets cloth of a scene fall, hang and lie, and writes where it goes.
 ///
-/// `yugen simulate scene.toml --cloth robe -o robe.pc2` takes every shape whose name begins with `robe` for cloth and all other
-/// meshes and spheres for bodies. (u, v) of the cloth are its pattern: threads run along them. What an animation of the scene moves
+/// `yugen simulate scene.toml --cloth robe -o robe.pc2` takes every mesh and rectangle whose name begins with `robe` for cloth and all
+/// other meshes and spheres for bodies. (u, v) of the cloth are its pattern: threads run along them. What an animation of the scene moves
 /// as it is moves here too. Out: .pc2 (a point cache, in the world's coordinates) or numbered meshes, `-o robe_%04d.obj`.
 #[derive(Args)]
 pub struct Simulate {
@@ -117,6 +117,23 @@ struct Garment {
     /// Number of each shape in the scene, its name and how many vertices it has.
     shapes: Vec<(usize, String, usize)>,
     mesh: Mesh,
+}
+
+/// Cells along the longer side of a rectangle that is cloth.
+const SHEET: f32 = 64.0;
+
+/// A rectangle in square cells, nearly.
+fn sheet(to_world: Mat4) -> Mesh {
+    let sides = [to_world.x_axis, to_world.y_axis].map(|side| side.truncate().length());
+    let cell = sides[0].max(sides[1]) / SHEET;
+    let cells = sides.map(|side| if side > 0.0 { (side / cell).round().clamp(1.0, SHEET) as u32 } else { 1 });
+    let flat = Sheet::rectangle(Vec3::new(-1.0, -1.0, 0.0), Vec3::X, Vec3::Y, Vec2::splat(2.0), cells);
+    Mesh {
+        uvs: flat.positions.iter().map(|p| 0.5 * p.truncate() + 0.5).collect(),
+        positions: flat.positions,
+        triangles: flat.triangles,
+        ..Mesh::default()
+    }
 }
 
 /// What of a scene is a body.
@@ -328,7 +345,7 @@ impl Simulate {
     }
 
     fn garment(&self, scene: &Scene) -> Result<Garment> {
-        let is_mesh = |g: &Geometry| matches!(g, Geometry::Mesh(_));
+        let is_mesh = |g: &Geometry| matches!(g, Geometry::Mesh(_) | Geometry::Rectangle);
         let extension = self.scene.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let alone = formats::MESH_FORMATS.iter().any(|(_, e)| e.contains(&extension.as_str()));
         if self.cloth.is_none() && !alone {
@@ -340,7 +357,11 @@ impl Simulate {
         }
         let mut garment = Garment { shapes: Vec::new(), mesh: Mesh::default() };
         for (i, shape) in scene.shapes.iter().enumerate() {
-            let Geometry::Mesh(mesh) = &shape.geometry else { continue };
+            let mesh = match &shape.geometry {
+                Geometry::Mesh(mesh) => mesh.clone(),
+                Geometry::Rectangle => Arc::new(sheet(shape.to_world)),
+                _ => continue,
+            };
             // A mesh file by itself is framed on a floor of ours.
             if !self.is_cloth(&shape.name) || (alone && self.cloth.is_none() && mesh.uvs.is_empty()) {
                 continue;
@@ -355,7 +376,7 @@ impl Simulate {
             let name = self.cloth.clone().unwrap_or_default();
             let known = scene.shapes.iter().filter(|s| is_mesh(&s.geometry)).map(|s| s.name.as_str());
             bail!(
-                "no mesh of {} has a name that begins with '{name}'{}",
+                "no mesh or rectangle of {} has a name that begins with '{name}'{}",
                 self.scene.display(),
                 suggest(&name, known)
             );
@@ -391,7 +412,13 @@ impl Simulate {
                 Geometry::Sphere => {
                     (Solid::Capsule { ends: [Vec3::ZERO; 2], radii: [scale.abs().max_element(); 2] }, None)
                 }
-                _ => continue,
+                _ => {
+                    tracing::warn!(
+                        "cloth passes through '{}', which is neither a mesh nor a sphere; --ground Y gives it a floor",
+                        shape.name
+                    );
+                    continue;
+                }
             };
             bodies.push(Body { shape: i, mesh, solid });
         }

@@ -59,6 +59,13 @@ fn a_sheet_falls_on_a_ball_and_is_written() {
         "simulate sheet.obj --pin -0.3,0.25,-0.3,0.01 --fabric hemp --frames 3 -o c_%02d.obj",
     ));
     assert!(good(yugen_in(&folder, "info c_02.obj")).contains("289"));
+    // A rectangle is divided, and one that is no cloth is said to be in nobody's way.
+    let scene = "[[shape]]\nname = \"sheet\"\ntype = \"rectangle\"\nsize = [0.4, 0.2]\nfacing = [0, 1, 0]\n\n\
+                 [[shape]]\nname = \"floor\"\ntype = \"rectangle\"\nfacing = [0, 1, 0]\nat = [0, -1, 0]\n";
+    std::fs::write(folder.join("r.toml"), scene).unwrap();
+    let run = yugen_in(&folder, "simulate r.toml --cloth sheet --frames 2 --json -o r.pc2");
+    assert!(run.success && run.err.contains("cloth passes through 'floor'"), "{}", run.err);
+    assert!(run.out.contains(&format!("\"vertices\":{}", 65 * 33)), "{}", run.out);
 }
 
 #[test]
@@ -68,7 +75,7 @@ fn what_is_no_cloth_is_said_before_anything_is_written() {
     let before = std::fs::read_dir(&folder).unwrap().count();
     for (line, words) in [
         ("simulate a.toml -o a.pc2", &["which shapes are cloth", "--cloth"][..]),
-        ("simulate a.toml --cloth clth -o a.pc2", &["no mesh of a.toml", "'clth'"]),
+        ("simulate a.toml --cloth clth -o a.pc2", &["no mesh or rectangle of a.toml", "'clth'"]),
         ("simulate a.toml --cloth cloth -o a.abc", &["written as .pc2 or"]),
         ("simulate a.toml --cloth cloth -o a.obj", &["needs a number in its name"]),
         ("simulate a.toml --cloth cloth --fabric sil -o a.pc2", &["silk"]),
