@@ -3,6 +3,7 @@
 use glam::{Vec2, Vec3};
 use yugen_motion::noise::noise;
 use yugen_optics::random::Pcg32;
+use yugen_optics::special::smoothstep;
 
 /// Texels across a mask.
 pub const TEXELS: usize = 128;
@@ -46,7 +47,7 @@ impl Footprint {
             .map(|i| {
                 let p = at(i);
                 let rim = support(p) + (0.05 + 0.16 * roughness) * fbm(p * 3.1, layer);
-                let inside = smooth(1.0, 0.8, rim);
+                let inside = smoothstep(1.0, 0.8, rim);
                 if inside == 0.0 {
                     return 0.0;
                 }
@@ -65,11 +66,6 @@ impl Footprint {
         let diffused = diffuse(&bristles, at, layer);
         Self { bristles, diffused }
     }
-}
-
-fn smooth(a: f32, b: f32, x: f32) -> f32 {
-    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// Tips of bristles, at least so far apart that none stands on another; how much ink each has and how wide it is.
@@ -139,7 +135,7 @@ fn diffuse(bristles: &[f32], at: impl Fn(usize) -> Vec2, layer: f32) -> Vec<f32>
         .collect();
     let [most, steepest] = [&warped, &slope].map(|v| v.iter().copied().fold(1e-6, f32::max));
     // Nothing at the border of the mask, where a stamp ends.
-    let inside = |i: usize| smooth(0.98 * EXTENT, 0.8 * EXTENT, at(i).length());
+    let inside = |i: usize| smoothstep(0.98 * EXTENT, 0.8 * EXTENT, at(i).length());
     (0..TEXELS * TEXELS)
         .map(|i| ((warped[i] / most + 0.35 * slope[i] / steepest) / 1.2 * inside(i)).clamp(0.0, 1.0))
         .collect()

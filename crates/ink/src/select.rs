@@ -1,10 +1,10 @@
 //! Which lines are drawn. A painter leaves out: where lines crowd, the more important ones stand for the rest.
 
 use crate::contour::LineKind;
-use crate::stroke::smoothstep;
 use crate::visibility::{Cleaning, Sample, SampledLine};
 use glam::Vec2;
 use std::collections::HashMap;
+use yugen_optics::special::smoothstep;
 
 /// Lines nearer to one another than this and in the same direction are one, at no detail and at all, pixels of a picture of
 /// 1080 lines.

@@ -10,6 +10,7 @@ use crate::visibility::{STEP, Sample, SampledLine};
 use glam::{Vec2, Vec3};
 use yugen_motion::noise::noise;
 use yugen_optics::random::{hash_combine, unit_f32};
+use yugen_optics::special::smoothstep;
 
 /// A point of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -237,12 +238,6 @@ impl Hand {
 pub fn tangent(points: &[StrokePoint], i: usize) -> Vec2 {
     let (a, b) = (i.saturating_sub(1), (i + 1).min(points.len() - 1));
     (points[b].pixel - points[a].pixel).normalize_or(Vec2::X)
-}
-
-/// Hermite's cubic between two edges.
-pub fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
-    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// A run with its places smoothed along it by a Gaussian; the ends of an open one stay. Sharp turns are smoothed less, so

@@ -4,6 +4,7 @@
 use crate::projection::Projection;
 use crate::visibility::DepthMap;
 use glam::{DVec2, Vec2, Vec3};
+use yugen_optics::special::smoothstep;
 use yugen_optics::{ColourSpace, Image};
 use yugen_scene::Aov;
 
@@ -178,7 +179,7 @@ pub fn in_shades(darkness: f32) -> f32 {
             let middle = 0.5 * (s[0] + s[1]);
             // Half of each step is flat.
             let half = 0.25 * (s[1] - s[0]);
-            (s[1] - s[0]) * crate::stroke::smoothstep(middle - half, middle + half, darkness)
+            (s[1] - s[0]) * smoothstep(middle - half, middle + half, darkness)
         })
         .sum()
 }

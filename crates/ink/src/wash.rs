@@ -5,12 +5,12 @@ use crate::footprint::VARIANTS;
 use crate::projection::Projection;
 use crate::scatter::scatter;
 use crate::stamp::Stamp;
-use crate::stroke::smoothstep;
 use crate::tone::{Tones, in_shades, share};
 use crate::visibility::DepthMap;
 use glam::Vec2;
 use std::collections::HashSet;
 use yugen_optics::random::{hash_combine, unit_f32};
+use yugen_optics::special::smoothstep;
 use yugen_scene::prepared::Rows;
 
 /// Half the width of a print, pixels of a picture of 1080 lines: two and a half times a wrinkle's.

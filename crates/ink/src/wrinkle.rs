@@ -4,13 +4,14 @@ use crate::contour::LineKind;
 use crate::control::Controls;
 use crate::projection::Projection;
 use crate::scatter::{Place, scatter};
-use crate::stroke::{Stroke, StrokePoint, smoothstep};
+use crate::stroke::{Stroke, StrokePoint};
 use crate::tone::Tones;
 use crate::visibility::DepthMap;
 use glam::{Vec2, Vec3};
 use std::collections::HashSet;
 use yugen_motion::noise::noise;
 use yugen_optics::random::{hash_combine, unit_f32};
+use yugen_optics::special::smoothstep;
 use yugen_scene::prepared::Rows;
 
 /// A manner of wrinkles.

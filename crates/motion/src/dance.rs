@@ -562,7 +562,7 @@ pub fn measure(moved: &SkeletalMotion, noise: &Noise) -> Result<Take, crate::Ske
     for frame in 0..moved.frames {
         let poses = moved.poses(frame)?;
         for (i, track) in tracks.iter_mut().enumerate() {
-            let mut vector = |size: f32| Vec3::from_array(std::array::from_fn(|_| size * gaussian(&mut rng)));
+            let mut vector = |size: f32| Vec3::from_array(std::array::from_fn(|_| size * rng.normal()));
             let position = poses[i].position + poses[i].rotation * middle(i) + vector(noise.position);
             let rotation = Quat::from_scaled_axis(vector(noise.rotation)) * poses[i].rotation;
             track.samples.push(Some(RigidPose { position, rotation: rotation.normalize() }));
@@ -581,12 +581,6 @@ pub fn measure(moved: &SkeletalMotion, noise: &Noise) -> Result<Take, crate::Ske
         bodies: Tracks { rate: moved.rate, start: 0.0, frames: moved.frames, tracks },
         ..Take::default()
     })
-}
-
-/// Of mean 0 and standard deviation 1 (Box and Muller 1958).
-fn gaussian(rng: &mut Pcg32) -> f32 {
-    let (u, v) = (1.0 - rng.next_f32(), rng.next_f32());
-    (-2.0 * u.max(1e-30).ln()).sqrt() * (std::f32::consts::TAU * v).cos()
 }
 
 #[cfg(test)]

@@ -3,11 +3,12 @@
 use crate::garden::GRAVEL;
 use crate::painting;
 use crate::part::Finish;
-use crate::pattern::{Surface, Texel, fbm, lattice, nearest, noise, smooth, srgb};
+use crate::pattern::{Surface, Texel, fbm, lattice, nearest, noise, srgb};
 use crate::roof::BARK;
 use crate::timber::WOOD;
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
+use yugen_optics::special::smoothstep;
 
 /// Texels along an edge of most textures. Renderers keep 16 bytes a texel: with these sizes all textures of a stage, with
 /// their pyramids, stay below the 128 MiB that every WebGPU device binds at once.
@@ -90,7 +91,7 @@ fn mix(a: Vec3, b: Vec3, t: f32) -> Vec3 {
 /// How dark a growth ring is at its phase: early wood darkens slowly to late wood, which ends at once.
 fn ring(phase: f32) -> f32 {
     let f = phase - phase.floor();
-    smooth(0.35, 0.92, f) * (1.0 - smooth(0.95, 1.0, f))
+    smoothstep(0.35, 0.92, f) * (1.0 - smoothstep(0.95, 1.0, f))
 }
 
 /// Two plane-sawn boards of hinoki side by side, polished by feet in white socks. Each is a plane cut through a log
@@ -172,14 +173,14 @@ fn bark() -> Surface {
         let tone = lattice(piece.rem_euclid(pieces), wrapped, 64);
         let joint = {
             let g = x + warp - (x + warp).floor();
-            smooth(0.0, 0.02, g.min(1.0 - g))
+            smoothstep(0.0, 0.02, g.min(1.0 - g))
         };
         let fibre = noise(Vec2::new(420.0 * u, 24.0 * v), [420, 24], 65)
             + 0.5 * noise(Vec2::new(210.0 * u, 60.0 * v), [210, 60], 66);
         let weather = 0.5 + 0.9 * fbm(Vec2::new(5.0 * u, 5.0 * v), [5, 5], 4, 67);
         let mut colour = mix(fresh, weathered, 0.65 * weather + 0.5 * (tone - 0.5));
         // The lower edge catches light, what lies under it is dark.
-        let shade = smooth(0.0, 0.30, f);
+        let shade = smoothstep(0.0, 0.30, f);
         colour = mix(deep, colour, 0.4 + 0.6 * shade)
             * (0.8 + 0.4 * tone)
             * (1.0 + 0.3 * fibre)
@@ -201,7 +202,7 @@ fn copper() -> Surface {
         let streak = noise(Vec2::new(48.0 * u, 3.0 * v), [48, 3], 72);
         // Sheets overlap in courses.
         let f = 4.0 * v - (4.0 * v).floor();
-        let seam = 1.0 - smooth(0.0, 0.015, f.min(1.0 - f));
+        let seam = 1.0 - smoothstep(0.0, 0.015, f.min(1.0 - f));
         Texel {
             colour: mix(brown, green, 0.25 + 0.9 * cloud + 0.3 * streak) * (1.0 - 0.4 * seam),
             roughness: 0.55 + 0.15 * cloud,
@@ -244,7 +245,7 @@ fn stones(albedo: f32) -> Surface {
         }
         colour *= 1.0 + 0.07 * speck;
         // Less light comes out from between stones.
-        colour *= 0.3 + 0.7 * smooth(0.15, 0.75, h);
+        colour *= 0.3 + 0.7 * smoothstep(0.15, 0.75, h);
         Texel { colour, roughness: 0.9, metallic: 0.0, height: 0.0075 * h + 0.00012 * speck }
     });
     let mean = |s: &Surface| {
@@ -282,14 +283,14 @@ fn iron() -> Surface {
     let (scale, rust) = (srgb(0x4a4644), srgb(0x5c3a26));
     Surface::bake(N / 2, N / 2, Vec2::splat(0.4), |p| {
         let q = p / 0.4;
-        let patch = smooth(0.02, 0.35, fbm(q * 6.0, [6; 2], 5, 121));
+        let patch = smoothstep(0.02, 0.35, fbm(q * 6.0, [6; 2], 5, 121));
         let (d, _, gap) = nearest(q * 16.0, [16; 2], 0.9, 122);
         let grit = noise(q * 200.0, [200; 2], 123);
         Texel {
             colour: mix(scale, rust, 0.85 * patch) * (1.0 + 0.15 * grit),
             roughness: 0.48 + 0.3 * patch + 0.06 * grit,
             metallic: 0.85 * (1.0 - patch),
-            height: 0.0009 * d * smooth(0.0, 0.3, gap) + 0.00012 * grit * (0.3 + patch),
+            height: 0.0009 * d * smoothstep(0.0, 0.3, gap) + 0.00012 * grit * (0.3 + patch),
         }
     })
 }
@@ -299,12 +300,12 @@ fn log() -> Surface {
     let (wood, char, ash) = (srgb(0x6a4426), srgb(0x211b16), srgb(0x8d8880));
     Surface::bake(N / 2, N / 2, Vec2::splat(0.5), |p| {
         let q = p / 0.5;
-        let burnt = smooth(-0.75, -0.2, fbm(q * 3.0, [3; 2], 4, 131));
+        let burnt = smoothstep(-0.75, -0.2, fbm(q * 3.0, [3; 2], 4, 131));
         // Char cracks into blocks along the grain.
         let (_, [i, j], gap) = nearest(q * Vec2::new(26.0, 44.0), [26, 44], 0.9, 132);
-        let crack = smooth(0.0, 0.25, gap);
+        let crack = smoothstep(0.0, 0.25, gap);
         let fibre = noise(q * Vec2::new(8.0, 150.0), [8, 150], 133);
-        let dust = smooth(0.55, 0.95, lattice(i, j, 134)) * burnt * 0.12;
+        let dust = smoothstep(0.55, 0.95, lattice(i, j, 134)) * burnt * 0.12;
         let charred = mix(char * (0.5 + 0.5 * crack), ash, dust);
         Texel {
             colour: mix(wood * (1.0 + 0.25 * fibre), charred, burnt),
@@ -331,13 +332,13 @@ fn curtain() -> Surface {
         let band = 5.0 * p.x / size.x;
         let i = (band as usize).min(4);
         // A seam between two widths.
-        let seam = smooth(0.0, 0.012, (band - band.floor()).min(1.0 - (band - band.floor())));
+        let seam = smoothstep(0.0, 0.012, (band - band.floor()).min(1.0 - (band - band.floor())));
         // Diamonds with a flower in each: where the weave turns, it shines otherwise.
         let q = p / 0.11;
         let diamond = Vec2::new(q.x + q.y * 0.8, q.x - q.y * 0.8);
         let cell = diamond - diamond.floor() - 0.5;
         let flower = cell.length() * (1.0 + 0.28 * (5.0 * cell.y.atan2(cell.x)).cos());
-        let figure = smooth(0.34, 0.30, flower) + smooth(0.46, 0.49, cell.x.abs().max(cell.y.abs()));
+        let figure = smoothstep(0.34, 0.30, flower) + smoothstep(0.46, 0.49, cell.x.abs().max(cell.y.abs()));
         let thread = noise(p / 0.004, [500, 683], 151);
         Texel {
             colour: colours[i] * (0.94 + 0.14 * figure + 0.05 * thread) * (0.6 + 0.4 * seam),
@@ -364,7 +365,7 @@ fn scales() -> Surface {
         let q = p / 0.35;
         let warp = Vec2::new(noise(q * 9.0, [9; 2], 171), noise(q * 9.0, [9; 2], 172)) * 0.05;
         let (_, [i, j], gap) = nearest((q + warp) * Vec2::new(7.0, 14.0), [7, 14], 0.9, 173);
-        let flat = smooth(0.02, 0.28, gap);
+        let flat = smoothstep(0.02, 0.28, gap);
         let layers = noise(q * Vec2::new(30.0, 60.0), [30, 60], 174);
         Texel {
             colour: mix(crack, plate * (0.75 + 0.5 * lattice(i, j, 175)) * (1.0 + 0.2 * layers), flat),
@@ -379,7 +380,7 @@ fn culm() -> Surface {
     let colour = srgb(0xb09a5a);
     Surface::bake(128, 512, Vec2::splat(1.0), |p| {
         let f = 5.0 * p.x - (5.0 * p.x).floor();
-        let node = 1.0 - smooth(0.0, 0.05, f.min(1.0 - f));
+        let node = 1.0 - smoothstep(0.0, 0.05, f.min(1.0 - f));
         let streak = noise(Vec2::new(4.0 * p.x, 90.0 * p.y), [4, 90], 181);
         Texel {
             colour: colour * (1.0 - 0.45 * node + 0.12 * streak),
@@ -409,11 +410,11 @@ fn gilt() -> Surface {
     let (gold, worn) = (Vec3::new(0.95, 0.66, 0.26), Vec3::new(0.60, 0.36, 0.20));
     Surface::bake(256, 256, Vec2::splat(0.04), |p| {
         let q = p / 0.04;
-        let patch = smooth(0.1, 0.6, fbm(q * 3.0, [3; 2], 4, 201));
+        let patch = smoothstep(0.1, 0.6, fbm(q * 3.0, [3; 2], 4, 201));
         let cell = q * 32.0 - (q * 32.0).floor() - 0.5;
         let dome = (1.0 - (cell.length() / 0.46).powi(2)).max(0.0).sqrt();
         Texel {
-            colour: mix(gold, worn, 0.6 * patch) * (0.75 + 0.25 * smooth(0.0, 0.4, dome)),
+            colour: mix(gold, worn, 0.6 * patch) * (0.75 + 0.25 * smoothstep(0.0, 0.4, dome)),
             roughness: 0.24 + 0.14 * patch,
             metallic: 1.0,
             height: 1.6e-4 * dome,

@@ -1,10 +1,11 @@
 //! The paintings: the old pine on the mirror board, in three panels, and bamboo on the side wall. Mineral colours on
 //! planks of hinoki: malachite for needles and leaves, ochre and burnt earth for the trunk, shell white for lichen.
 
-use crate::pattern::{Surface, Texel, fbm, lattice, noise, smooth, srgb};
+use crate::pattern::{Surface, Texel, fbm, lattice, noise, srgb};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 use yugen_optics::random::Pcg32;
+use yugen_optics::special::smoothstep;
 
 /// Texels of a panel: 3.3 mm each.
 const ACROSS: usize = 512;
@@ -36,10 +37,10 @@ impl Canvas {
                 + 0.004 * fbm(Vec2::new(1.5 * x + 64.0, across * 14.0 + 8.0), [256; 2], 3, s);
             let years = r / 0.0052 + noise(Vec2::new(r / 0.03, 0.5), [64; 2], s + 9);
             let g = years - years.floor();
-            let late_wood = smooth(0.3, 0.9, g) * (1.0 - smooth(0.94, 1.0, g));
+            let late_wood = smoothstep(0.3, 0.9, g) * (1.0 - smoothstep(0.94, 1.0, g));
             let fibre = noise(Vec2::new(40.0 * x + 512.0, p.y / 0.004), [4096; 2], s + 3);
             let cloud = fbm(Vec2::new(1.2 * x + 32.0, 3.0 * p.y), [256; 2], 3, s + 5);
-            let joint = smooth(0.0, 0.006, f.min(1.0 - f));
+            let joint = smoothstep(0.0, 0.006, f.min(1.0 - f));
             let colour = (early + (late - early) * (0.55 * late_wood))
                 * (1.0 + 0.06 * fibre + 0.1 * cloud)
                 * (0.4 + 0.6 * joint);
@@ -262,13 +263,14 @@ fn trunk(canvas: &mut Canvas, limb: &Limb, seed: u32) {
         let tone = lattice(row.floor() as i32, column.floor() as i32, seed + 3);
         // Round: light from the upper left.
         let round = 0.5 - 0.5 * side * 0.85;
-        let mut colour = dark + (base - dark) * round + (light - base) * smooth(0.55, 0.95, round) * 0.6;
+        let mut colour = dark + (base - dark) * round + (light - base) * smoothstep(0.55, 0.95, round) * 0.6;
         colour *= 0.85 + 0.3 * tone;
-        colour += (line - colour) * (smooth(0.40, 0.47, oval) * (1.0 - smooth(0.47, 0.53, oval)) * 0.75);
+        colour +=
+            (line - colour) * (smoothstep(0.40, 0.47, oval) * (1.0 - smoothstep(0.47, 0.53, oval)) * 0.75);
         let spot = fbm(p * 13.0 + 64.0, [8192; 2], 3, seed + 4);
-        colour += (lichen - colour) * (smooth(0.34, 0.48, spot) * 0.55);
-        colour += (line - colour) * (smooth(0.86, 0.93, edge) * 0.85);
-        Some((colour, smooth(1.0, 0.975, edge)))
+        colour += (lichen - colour) * (smoothstep(0.34, 0.48, spot) * 0.55);
+        colour += (line - colour) * (smoothstep(0.86, 0.93, edge) * 0.85);
+        Some((colour, smoothstep(1.0, 0.975, edge)))
     });
 }
 
@@ -322,10 +324,10 @@ fn needles(canvas: &mut Canvas, middle: Vec2, half: Vec2, seed: u32) {
             if t > 0.78 && gap > (1.0 - t) / 0.22 {
                 return None;
             }
-            let mut colour = deep + (green - deep) * smooth(0.1, 0.75, t);
+            let mut colour = deep + (green - deep) * smoothstep(0.1, 0.75, t);
             colour += (pale - colour)
-                * (smooth(0.5, 1.0, t) * (0.25 + 0.5 * tone) * (1.0 - smooth(0.25, 0.7, gap)));
-            colour += (line - colour) * (smooth(0.62, 0.98, gap) * smooth(0.25, 0.6, t) * 0.75);
+                * (smoothstep(0.5, 1.0, t) * (0.25 + 0.5 * tone) * (1.0 - smoothstep(0.25, 0.7, gap)));
+            colour += (line - colour) * (smoothstep(0.62, 0.98, gap) * smoothstep(0.25, 0.6, t) * 0.75);
             Some((colour * (0.85 + 0.3 * lattice(i as i32, 2, key)), 1.0))
         });
     }
@@ -345,15 +347,15 @@ pub fn bamboo() -> Surface {
             let (d, along, side) = limb.at(p)?;
             let joint = along / (0.40 + 0.03 * k as f32) + 0.3 * k as f32;
             let f = (joint - joint.floor()).min(joint.ceil() - joint) * 0.4;
-            let swell = 1.0 + 0.16 * smooth(0.02, 0.0, f);
+            let swell = 1.0 + 0.16 * smoothstep(0.02, 0.0, f);
             if d > swell {
                 return None;
             }
-            let mut colour = stem + (shade - stem) * smooth(-0.2, 0.9, side);
+            let mut colour = stem + (shade - stem) * smoothstep(-0.2, 0.9, side);
             colour *= 0.9 + 0.2 * noise(Vec2::new(3.0 * along + 64.0, 14.0 * side + 64.0), [4096; 2], 611);
-            colour += (srgb(0xd8dcc0) - colour) * (smooth(0.014, 0.006, f) * 0.6);
-            colour +=
-                (line - colour) * (smooth(0.004, 0.002, f) * 0.9).max(smooth(0.88, 0.97, d / swell) * 0.7);
+            colour += (srgb(0xd8dcc0) - colour) * (smoothstep(0.014, 0.006, f) * 0.6);
+            colour += (line - colour)
+                * (smoothstep(0.004, 0.002, f) * 0.9).max(smoothstep(0.88, 0.97, d / swell) * 0.7);
             Some((colour, 1.0))
         });
         // Leaves in groups of three to five, hanging.
@@ -381,8 +383,8 @@ pub fn bamboo() -> Surface {
                     let mut colour =
                         srgb(0x2d6a4c) * (0.75 + 0.6 * tone) * (1.0 - 0.2 * (off > 0.0) as u32 as f32);
                     colour += (line - colour)
-                        * (smooth(0.75, 1.0, off.abs() / half) * 0.6)
-                            .max(smooth(0.0016, 0.0, off.abs()) * 0.5);
+                        * (smoothstep(0.75, 1.0, off.abs() / half) * 0.6)
+                            .max(smoothstep(0.0016, 0.0, off.abs()) * 0.5);
                     Some((colour, 1.0))
                 });
             }

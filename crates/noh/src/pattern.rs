@@ -13,12 +13,6 @@ fn fade(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
-/// From 0 to 1 between two edges.
-pub fn smooth(low: f32, high: f32, x: f32) -> f32 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
 /// Gradient noise on a lattice that repeats after `period` cells; about ±0.7.
 pub fn noise(p: Vec2, period: [i32; 2], seed: u32) -> f32 {
     let cell = p.floor();

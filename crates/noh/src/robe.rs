@@ -7,12 +7,13 @@
 
 use crate::layout::Layout;
 use crate::part::{Finish, Parts};
-use crate::pattern::{fbm, noise, smooth};
+use crate::pattern::{fbm, noise};
 use crate::solid::{Axes, Grain, Grid, Solids, rectangle};
 use glam::{Affine2, Vec2, Vec3};
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 use yugen_optics::random::{hash_combine, unit_f32};
+use yugen_optics::special::smoothstep;
 use yugen_reflectance::btf::{Btf, Moments};
 use yugen_reflectance::{Choice, Kind, ParamType};
 use yugen_scene::{Material, Scene, Texture, Wrap, suggest};
@@ -160,11 +161,12 @@ impl Hang {
     /// How nearly the layers of back and front meet: at the seams of the sides, below and at the ends of the sleeves.
     fn shut(&self, s: f32, t: f32) -> f32 {
         let (s, t) = (s.abs(), t.abs());
-        let below = smooth(self.sleeve - 0.22, self.sleeve, t);
+        let below = smoothstep(self.sleeve - 0.22, self.sleeve, t);
         if s < self.width {
-            return below * smooth(self.width - 0.13, self.width, s);
+            return below * smoothstep(self.width - 0.13, self.width, s);
         }
-        let cuff = smooth(CUFF, CUFF + 0.08, t) * smooth(2.0 * self.width - 0.09, 2.0 * self.width, s);
+        let cuff =
+            smoothstep(CUFF, CUFF + 0.08, t) * smoothstep(2.0 * self.width - 0.09, 2.0 * self.width, s);
         1.0 - (1.0 - below) * (1.0 - cuff)
     }
 
@@ -178,13 +180,13 @@ impl Hang {
                 let d = (s - at - drift * t) / width;
                 // The table is for a robe of 1.4 m and sleeves of .53 m.
                 let scale = if *to > 1.0 { self.length / 1.4 } else { self.sleeve / 0.53 };
-                height * (-0.5 * d * d).exp() * smooth(from * scale, to * scale, t).sqrt()
+                height * (-0.5 * d * d).exp() * smoothstep(from * scale, to * scale, t).sqrt()
             })
             .sum();
         // Long waves along the warp, and what handling leaves.
         let waves = 0.0035 * noise(Vec2::new(s / 0.19, t / 0.6) + 40.0, [4096; 2], seed)
             + 0.0022 * fbm(Vec2::new(s / 0.075, t / 0.26) + 40.0, [4096; 2], 2, seed + 1);
-        (folds + waves) * smooth(0.04, 0.16, t)
+        (folds + waves) * smoothstep(0.04, 0.16, t)
     }
 
     /// How far in front of the rail's middle the outside is.
@@ -202,7 +204,7 @@ impl Hang {
     fn seam(&self, s: f32, t: f32) -> f32 {
         let along = |at: f32| (-((s.abs() - at) / 0.0045).powi(2)).exp();
         let pull = 1.0 + 0.5 * noise(Vec2::new(t / 0.03, 3.0 * s) + 60.0, [8192; 2], 91);
-        0.0013 * pull * smooth(0.01, 0.06, t.abs()) * (along(0.0) + along(self.width))
+        0.0013 * pull * smoothstep(0.01, 0.06, t.abs()) * (along(0.0) + along(self.width))
     }
 
     /// The places of a row: as wide as the cloth is, less what folds take.
@@ -236,7 +238,7 @@ impl Hang {
     /// How far a front half lies to the outside of where it would without the other: the wearer's left, at −x, covers
     /// the right.
     fn lap(&self, s: f32, left: bool) -> f32 {
-        let beyond = smooth(-0.06, 0.02, if left { s } else { -s });
+        let beyond = smoothstep(-0.06, 0.02, if left { s } else { -s });
         if left { 0.006 * beyond } else { -0.009 * beyond }
     }
 }
@@ -305,7 +307,7 @@ impl Hang {
             let mut places = self.row(*t, &columns);
             if let Some(left) = lap {
                 for (p, s) in places.iter_mut().zip(&columns) {
-                    p.z -= self.lap(*s, left) * smooth(0.05, 0.25, t.abs());
+                    p.z -= self.lap(*s, left) * smoothstep(0.05, 0.25, t.abs());
                 }
             }
             sheet.places.push(places);
@@ -366,7 +368,7 @@ impl Hang {
         }
         for f in even(0.05, 1.0, 0.05) {
             // Over the rail to the far side.
-            let (x, down) = (0.055 + (NECK - 0.055) * smooth(0.0, 1.0, f), 0.016 - 0.05 * f);
+            let (x, down) = (0.055 + (NECK - 0.055) * smoothstep(0.0, 1.0, f), 0.016 - 0.05 * f);
             half.push((neck(x, down.abs(), down.signum()), Vec3::new(-0.8 * f, 1.0 - 0.6 * f, -0.12)));
         }
         let slope = Vec2::new(NECK + OVERLAP, COLLAR_END).normalize();
@@ -376,7 +378,7 @@ impl Hang {
                 .map(|t| {
                     let s = side * self.edge(t);
                     let p = self.row(-t, &[s])[0];
-                    let lap = self.lap(s, side < 0.0) * smooth(0.05, 0.25, t);
+                    let lap = self.lap(s, side < 0.0) * smoothstep(0.05, 0.25, t);
                     (p - Vec3::Z * (0.0045 + lap), Vec3::new(-slope.y, slope.x, 0.0))
                 })
                 .collect()

@@ -8,6 +8,12 @@ use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 /// Euler-Mascheroni constant γ.
 pub const EULER_GAMMA: f64 = 0.577_215_664_901_532_9;
 
+/// Hermite's cubic from 0 to 1 between the edges `a` and `b`, as the shaders' function of this name.
+pub fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
+    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// Error function, 2/√π ∫₀ˣ exp(−t²) dt.
 pub fn erf(x: f64) -> f64 {
     libm::erf(x)

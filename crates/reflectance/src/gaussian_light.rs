@@ -11,6 +11,7 @@
 use crate::Bsdf;
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
+use yugen_optics::special::erf_f32;
 
 /// The same in WGSL.
 pub const GAUSSIAN_LIGHT_WGSL: &str = include_str!("gaussian_light.wgsl");
@@ -60,18 +61,8 @@ fn above_zero(mean: f32, deviation: f32) -> (f32, f32) {
     }
     let x = mean / deviation;
     let density = 0.398_942_3 * (-0.5 * x * x).exp();
-    let probability = 0.5 * erfc(-x * FRAC_1_SQRT_2);
+    let probability = 0.5 + 0.5 * erf_f32(x * FRAC_1_SQRT_2);
     ((mean * probability + deviation * density).max(0.0), probability)
-}
-
-/// 1 − erf. Abramowitz and Stegun 1964, 7.1.26: 1.5e-7 at most.
-fn erfc(x: f32) -> f32 {
-    let t = 1.0 / (1.0 + 0.327_591_1 * x.abs());
-    let p = t
-        * (0.254_829_592
-            + t * (-0.284_496_736 + t * (1.421_413_741 + t * (-1.453_152_027 + t * 1.061_405_429))));
-    let half = p * (-x * x).exp();
-    if x < 0.0 { 2.0 - half } else { half }
 }
 
 impl Bsdf<'_> {
@@ -88,7 +79,7 @@ impl Bsdf<'_> {
 
         let up = spread(Vec3::Z);
         let (cos, share) = above_zero(w.z, up.z.max(0.0).sqrt());
-        if share <= 1e-6 {
+        if share <= 1e-5 {
             return Vec3::ZERO;
         }
         // Of a broad lobe f is looked up where the light is, or what of it is above the horizon.
@@ -131,7 +122,7 @@ fn narrow(lobe: &SlopeLobe, wo: Vec3, w: Vec3, up: Vec3, spread: impl Fn(Vec3) -
     // What is left of the spread upwards, of what may be below the horizon.
     let taken = (sum.z * cx.z * cx.z - 2.0 * sum.y * cx.z * cy.z + sum.x * cy.z * cy.z) * per_det;
     let (cos, share) = above_zero(at.z, (up.z - taken).max(0.0).sqrt());
-    if share <= 1e-6 {
+    if share <= 1e-5 {
         return (at, 0.0);
     }
     (Vec3::new(at.x, at.y, cos / share).normalize(), cos * weight)
@@ -161,11 +152,7 @@ mod tests {
 
     fn normals(count: usize) -> Vec<Vec3> {
         let mut rng = Pcg32::new(7, 1);
-        let mut one = || {
-            let (r, a) = ((-2.0 * (1.0 - rng.next_f32()).ln()).sqrt(), 2.0 * PI * rng.next_f32());
-            r * a.cos()
-        };
-        (0..count).map(|_| Vec3::new(one(), one(), one())).collect()
+        (0..count).map(|_| Vec3::from_array(std::array::from_fn(|_| rng.normal()))).collect()
     }
 
     /// Views and surfaces at random, a light as wide as an eighth of a bonfire at 5 m. Root mean square error over the mean.

@@ -37,16 +37,9 @@ fn above_zero(mean: f32, deviation: f32) -> vec2<f32> {
         return vec2<f32>(max(mean, 0.0), select(0.0, 1.0, mean > 0.0));
     }
     let x = mean / deviation;
-    let density = 0.3989423 * exp(-0.5 * x * x);
-    let probability = 0.5 * gaussian_erfc(-x * 0.70710678);
-    return vec2<f32>(max(mean * probability + deviation * density, 0.0), probability);
-}
-
-fn gaussian_erfc(x: f32) -> f32 {
-    let t = 1.0 / (1.0 + 0.3275911 * abs(x));
-    let p = t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))));
-    let half = p * exp(-x * x);
-    return select(half, 2.0 - half, x < 0.0);
+    let gauss = exp(-0.5 * x * x);
+    let probability = 0.5 * one_plus_erf(x * 0.70710678, gauss);
+    return vec2<f32>(max(mean * probability + deviation * (0.3989423 * gauss), 0.0), probability);
 }
 
 // Of directions, about w and across it.
@@ -74,7 +67,7 @@ fn gaussian_reflection(kind: u32, p: u32, t: u32, wo: vec3<f32>, light: Gaussian
     let w = light.mean * sqrt(per_d2);
     let up = gaussian_spread(light, w, per_d2, vec3<f32>(0.0, 0.0, 1.0));
     let above = above_zero(w.z, sqrt(max(up.z, 0.0)));
-    if (above.y <= 1e-6) {
+    if (above.y <= 1e-5) {
         return none;
     }
     let seen = normalize(vec3<f32>(w.xy, above.x / above.y));
@@ -106,7 +99,7 @@ fn gaussian_reflection(kind: u32, p: u32, t: u32, wo: vec3<f32>, light: Gaussian
     let narrow = above_zero(at.z, sqrt(max(up.z - taken, 0.0)));
     var wi = seen;
     var factor = 0.0;
-    if (narrow.y > 1e-6) {
+    if (narrow.y > 1e-5) {
         wi = normalize(vec3<f32>(at.xy, narrow.x / narrow.y));
         factor = narrow.x * weight;
     }

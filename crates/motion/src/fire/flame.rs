@@ -10,6 +10,7 @@ use crate::noise::{curl_noise, noise};
 use glam::{Mat3, UVec3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 use yugen_optics::random::Pcg32;
+use yugen_optics::special::smoothstep;
 
 /// The medium of a flame and the compute shader that makes cells of it: the twin of [`Flame::grid`]. To be put behind
 /// [`NOISE_WGSL`](crate::noise::NOISE_WGSL). Binding 0 of group 0 is [`Flame::rows`], binding 1 gets the cells, four
@@ -271,11 +272,6 @@ fn profile(height: f32) -> [f32; 3] {
     let (a, b) = (SHAPE[i - 1], SHAPE[i]);
     let t = ((height - a[0]) / (b[0] - a[0])).clamp(0.0, 1.0);
     [1, 2, 3].map(|k| a[k] + t * (b[k] - a[k]))
-}
-
-fn smoothstep(a: f32, b: f32, x: f32) -> f32 {
-    let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }
 
 /// A uniform cubic B-spline through `knots` control points at `t` from 0 to 1; the ends are held.

@@ -32,14 +32,8 @@ struct Truth {
     bodies: Tracks<RigidPose>,
 }
 
-fn gaussian(rng: &mut Pcg32) -> f32 {
-    // Box and Muller; one of the pair will do.
-    let (u, v) = (1.0 - rng.next_f32(), rng.next_f32());
-    (-2.0 * u.ln()).sqrt() * (std::f32::consts::TAU * v).cos()
-}
-
 fn vector(rng: &mut Pcg32, size: f32) -> Vec3 {
-    Vec3::from_array(std::array::from_fn(|_| size * gaussian(rng)))
+    Vec3::from_array(std::array::from_fn(|_| size * rng.normal()))
 }
 
 /// A performer who stands for .75 s and then moves all joints by so many degrees and walks in a circle; bodies are fixed
