@@ -10,6 +10,7 @@ mod fingerprint;
 pub mod flip;
 pub mod frame;
 pub mod image;
+pub mod linear;
 pub mod quadrature;
 pub mod random;
 pub mod special;

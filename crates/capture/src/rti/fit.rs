@@ -5,7 +5,6 @@
 //! have their own lights, and so systems of their own.
 
 use super::basis::{MOST, degree, evaluate};
-use super::solve::{cholesky, cholesky_solve};
 use super::{Encoding, RtiError, readings};
 use crate::lanes::{F, LANES};
 use crate::rows::for_rows;
@@ -13,6 +12,7 @@ use crate::{Lights, Stack};
 use glam::Vec3;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use yugen_archive::formats::relightable::{Basis, Colouring, Relightable};
+use yugen_optics::linear::{cholesky, cholesky_solve};
 
 /// What is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]

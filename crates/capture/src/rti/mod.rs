@@ -13,7 +13,6 @@ pub mod holdout;
 pub mod light;
 pub mod mixed;
 pub mod rbf;
-mod solve;
 
 pub use basis::evaluate;
 

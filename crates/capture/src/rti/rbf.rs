@@ -3,12 +3,12 @@
 //! What a texel shows under a new light is a weighted sum of what it showed under those of the stack. The weights
 //! are the same for all texels: a smooth function through the readings, with a plane in (x, y) under it.
 
-use super::solve::inverse;
 use super::{Encoding, RtiError, fit, readings};
 use crate::rows::for_rows;
 use crate::{Lights, Stack};
 use glam::Vec3;
 use yugen_archive::formats::relightable::{Basis, Colouring};
+use yugen_optics::linear::inverse;
 
 /// The radial function.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]

@@ -1,9 +1,9 @@
 //! Where two rigid bodies are joined: the point that moves least in both (Ehrig et al. 2006, "A survey of formal methods
 //! for determining the centre of rotation of ball joints", SCoRE).
 
-use super::linear::solve_spd;
 use crate::RigidPose;
 use glam::{DMat3, DVec3};
+use yugen_optics::linear::solve_spd;
 
 /// How much being near to the origins of both bodies weighs against being at rest in both, a frame. A joint lies within
 /// some .3 m of what marks it, and rests within a millimetre: (.001 / .3)², and a tenth of it, so that what is measured
@@ -51,7 +51,7 @@ pub(super) fn centre(pairs: &[(RigidPose, RigidPose)]) -> Option<Centre> {
             a[6 * (3 + j) + i] = v;
         }
     }
-    let x = solve_spd(&mut a, right)?;
+    let x = solve_spd(a.to_vec(), right)?;
     let at = [DVec3::new(x[0], x[1], x[2]), DVec3::new(x[3], x[4], x[5])];
     let off = |(one, two): &(RigidPose, RigidPose)| {
         let ((ra, pa), (rb, pb)) = (parts(one), parts(two));

@@ -6,8 +6,8 @@
 //! it.
 
 use super::filter::rotation_vector;
-use super::linear::solve_spd;
 use glam::{DQuat, DVec3};
+use yugen_optics::linear::solve_spd;
 
 /// A segment: a joint, the bone that leads to it, and the body that is on it.
 #[derive(Clone, Debug)]
@@ -80,7 +80,7 @@ pub(super) fn fit(segments: &[Segment], measured: &[Measured], start: State) -> 
         let step = loop {
             let mut damped = normal.clone();
             (0..n).for_each(|i| damped[i * n + i] *= 1.0 + damping);
-            let Some(step) = solve_spd(&mut damped, right.clone()) else { return state };
+            let Some(step) = solve_spd(damped, right.clone()) else { return state };
             let next = moved(&state, &step);
             let then = cost(segments, measured, &next);
             if then <= now {

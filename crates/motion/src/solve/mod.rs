@@ -10,7 +10,6 @@ mod clusters;
 mod filter;
 mod fit;
 mod gaps;
-mod linear;
 mod points;
 mod tree;
 

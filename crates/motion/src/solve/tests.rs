@@ -1,30 +1,8 @@
 use super::*;
 use crate::Track;
+use crate::dance::BONES;
 use glam::Vec3;
 use yugen_optics::random::Pcg32;
-
-/// The bones of a person of 1.7 m at rest, m: the joint of each of [`PERFORMER`] in its carrier.
-const BONES: [[f32; 3]; 19] = [
-    [0.0, 0.95, 0.0],
-    [0.0, 0.12, 0.0],
-    [0.0, 0.17, 0.01],
-    [0.0, 0.22, -0.01],
-    [0.0, 0.10, 0.02],
-    [0.03, 0.16, 0.03],
-    [0.15, 0.02, -0.03],
-    [0.29, 0.0, 0.0],
-    [0.25, 0.0, 0.0],
-    [-0.03, 0.16, 0.03],
-    [-0.15, 0.02, -0.03],
-    [-0.29, 0.0, 0.0],
-    [-0.25, 0.0, 0.0],
-    [0.09, -0.05, 0.0],
-    [0.0, -0.42, 0.0],
-    [0.0, -0.40, -0.02],
-    [-0.09, -0.05, 0.0],
-    [0.0, -0.42, 0.0],
-    [0.0, -0.40, -0.02],
-];
 
 struct Truth {
     /// Of each joint in its carrier, frame after frame.

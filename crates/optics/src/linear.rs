@@ -1,23 +1,30 @@
-//! Small dense systems, row by row in a slice.
+//! Small dense systems of equations, row by row in a slice.
 
 /// Cholesky's factor L of the symmetric, positive definite `a` (n x n), in its lower triangle; `None` where it is
 /// not positive definite.
 pub fn cholesky(mut a: Vec<f64>, n: usize) -> Option<Vec<f64>> {
     for i in 0..n {
-        for j in 0..=i {
-            let dot: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum();
-            let rest = a[i * n + j] - dot;
-            if i == j {
-                if rest.is_nan() || rest <= 0.0 {
-                    return None;
-                }
-                a[i * n + i] = rest.sqrt();
-            } else {
-                a[i * n + j] = rest / a[j * n + j];
-            }
+        let (above, rows) = a.split_at_mut(i * n);
+        let row = &mut rows[..n];
+        for j in 0..i {
+            let other = &above[j * n..j * n + n];
+            let dot: f64 = row[..j].iter().zip(&other[..j]).map(|(x, y)| x * y).sum();
+            row[j] = (row[j] - dot) / other[j];
         }
+        let rest = row[i] - row[..i].iter().map(|x| x * x).sum::<f64>();
+        if rest.is_nan() || rest <= 0.0 {
+            return None;
+        }
+        row[i] = rest.sqrt();
     }
     Some(a)
+}
+
+/// Solves A x = b of a symmetric, positive definite `a` by its lower triangle; `None` where it is not positive definite.
+pub fn solve_spd(a: Vec<f64>, mut b: Vec<f64>) -> Option<Vec<f64>> {
+    let n = b.len();
+    cholesky_solve(&cholesky(a, n)?, n, &mut b);
+    Some(b)
 }
 
 /// Solves L Lᵀ x = b in place.
@@ -68,7 +75,7 @@ pub fn inverse(mut a: Vec<f64>, n: usize) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use yugen_optics::random::Pcg32;
+    use crate::random::Pcg32;
 
     #[test]
     fn systems_are_solved_and_singular_ones_told() {
@@ -95,5 +102,17 @@ mod tests {
         singular.copy_within(0..n, n);
         assert!(inverse(singular, n).is_none());
         assert!(cholesky(spd.iter().map(|v| -v).collect(), n).is_none());
+    }
+
+    #[test]
+    fn a_system_is_solved_and_one_that_is_none_is_not() {
+        // B Bᵀ with B = (1 0 0, 2 1 0, -1 3 2).
+        let a = vec![1.0, 2.0, -1.0, 2.0, 5.0, 1.0, -1.0, 1.0, 14.0];
+        let want = [0.5, -2.0, 3.0];
+        let b = (0..3).map(|i| (0..3).map(|j| a[3 * i + j] * want[j]).sum()).collect();
+        let got = solve_spd(a, b).unwrap();
+        assert!(got.iter().zip(want).all(|(g, w)| (g - w).abs() < 1e-12), "{got:?}");
+        assert!(solve_spd(vec![1.0, 2.0, 2.0, 1.0], vec![1.0; 2]).is_none());
+        assert!(solve_spd(vec![f64::NAN], vec![1.0]).is_none());
     }
 }
