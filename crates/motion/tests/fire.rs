@@ -264,10 +264,10 @@ fn slabs_share_the_light_of_the_grid_among_their_points() {
     let one = grid.blobs(1, DVec3::Y)[0];
     let slabs = grid.slabs(8, 512, DVec3::Y);
     assert!(slabs.len() == 8 && slabs.iter().all(|s| s.points.len() == 512));
-    let power: DVec3 = slabs.iter().map(|s| s.power).sum();
+    let power: DVec3 = slabs.iter().map(|s| s.blob.power).sum();
     assert!((power / one.power - DVec3::ONE).abs().max_element() < 1e-9, "{power} {}", one.power);
     for slab in &slabs {
-        assert!((luminance(slab.power) / luminance(one.power) * 8.0 - 1.0).abs() < 1e-9);
+        assert!((luminance(slab.blob.power) / luminance(one.power) * 8.0 - 1.0).abs() < 1e-9);
     }
     // Points as a whole lie as the light does.
     let points = || slabs.iter().flat_map(|s| &s.points);
@@ -292,7 +292,7 @@ fn slabs_share_the_light_of_the_grid_among_their_points() {
     assert!(off < 0.15, "{off}");
     // Where nothing shines there is nothing to draw.
     let dark = Grid { data: vec![[0.0, 0.0, 0.0, 1.0]; grid.data.len()], ..grid };
-    assert!(dark.slabs(2, 4, DVec3::Y).iter().all(|s| s.points.is_empty() && s.power == DVec3::ZERO));
+    assert!(dark.slabs(2, 4, DVec3::Y).iter().all(|s| s.points.is_empty() && s.blob.power == DVec3::ZERO));
 }
 
 #[test]

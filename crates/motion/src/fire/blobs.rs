@@ -16,10 +16,10 @@ pub struct Blob {
 }
 
 /// A part of a flame as a light: its flux, and points from which equal shares of it come.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Slab {
-    /// Flux, as in [`Blob::power`].
-    pub power: DVec3,
+    /// All of it together.
+    pub blob: Blob,
     /// Middles of cells, m. One that is bright is there several times.
     pub points: Vec<DVec3>,
     /// To which sides it shines: as the whole flame does.
@@ -75,6 +75,13 @@ impl Moments {
         }
         let mean = self.first / self.weight;
         Blob { power: self.power, mean, covariance: self.second * (1.0 / self.weight) - outer(mean) }
+    }
+
+    /// The same of cells with these edges: one is as wide as it is, also where it is alone.
+    fn blob_of_cells(&self, cell: DVec3) -> Blob {
+        let mut blob = self.blob();
+        blob.covariance += DMat3::from_diagonal((cell * cell) / 12.0);
+        blob
     }
 }
 
@@ -182,15 +189,8 @@ impl Grid {
                 sums[slab + 1].add(&parts[i], t);
             }
         }
-        // A cell is as wide as it is, also where it is alone.
         let cell = self.cell().as_dvec3();
-        let least = DMat3::from_diagonal((cell * cell) / 12.0);
-        let blob = |s: &Moments| {
-            let mut blob = s.blob();
-            blob.covariance += least;
-            blob
-        };
-        sums.iter().map(blob).collect()
+        sums.iter().map(|s| s.blob_of_cells(cell)).collect()
     }
 
     /// `count` slabs of equal light (at least one) across `axis`, lowest first, with `points` points each: for renderers that
@@ -202,31 +202,33 @@ impl Grid {
         let mut order: Vec<(f64, usize)> =
             parts.iter().enumerate().map(|(i, p)| (axis.dot(p.first) / p.weight, i)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut slabs = vec![Slab { directivity, ..Slab::default() }; count];
+        let mut slabs = vec![(Moments::NONE, Vec::new()); count];
         let mut below = 0.0;
         for (_, i) in order {
             let part = &parts[i];
             let [from, to] = [below, below + part.weight].map(|w| w / all * count as f64);
             below += part.weight;
-            for (k, slab) in
+            for (k, (sum, all_points)) in
                 slabs.iter_mut().enumerate().skip(from as usize).take(to as usize - from as usize + 1)
             {
                 let inside = |w: f64| (w - k as f64).clamp(0.0, 1.0);
                 let [from, to] = [inside(from), inside(to)];
-                slab.power += part.power * ((to - from) / count as f64 * all / part.weight);
+                sum.add(part, (to - from) / count as f64 * all / part.weight);
                 // Systematic: point m stands in the middle of the m-th share.
                 let before = |w: f64| (w * points as f64 + 0.5).floor() as usize;
                 let times = before(to) - before(from);
-                slab.points.extend(std::iter::repeat_n(part.first / part.weight, times));
+                all_points.extend(std::iter::repeat_n(part.first / part.weight, times));
             }
         }
-        // What rounding has taken.
-        for slab in &mut slabs {
-            if let Some(last) = slab.points.last().copied() {
-                slab.points.resize(points, last);
+        let cell = self.cell().as_dvec3();
+        let slab = |(sum, mut all_points): (Moments, Vec<DVec3>)| {
+            // What rounding has taken.
+            if let Some(last) = all_points.last().copied() {
+                all_points.resize(points, last);
             }
-        }
-        slabs
+            Slab { blob: sum.blob_of_cells(cell), points: all_points, directivity }
+        };
+        slabs.into_iter().map(slab).collect()
     }
 
     /// Moments of the light of blocks of so many cells along each axis: those that shine; and to which sides all of it does.

@@ -200,7 +200,7 @@ mod tests {
         let (all, left) = (open.leaving(), grid.leaving());
         assert!((0.5..0.9).contains(&(left.y / all.y)), "{left} {all}");
         let slabs = grid.slabs(4, 64, DVec3::Y);
-        let sum: DVec3 = slabs.iter().map(|s| s.power).sum();
+        let sum: DVec3 = slabs.iter().map(|s| s.blob.power).sum();
         assert!((sum / left - DVec3::ONE).abs().max_element() < 1e-5, "{sum} {left}");
     }
 }

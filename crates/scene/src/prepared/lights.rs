@@ -114,8 +114,8 @@ pub enum LightSource<'a> {
         /// A sphere around solid things among them: how much light comes past those is known, and a ray for what stands in
         /// between need not go further.
         solid: (Vec3, f32),
-        /// Added to the square of the distance of a point. Next to a point of it there are as many others that are
-        /// further away; a sample that stands for all of them must not be as bright as if it alone were there.
+        /// Added to the square of the distance of the mean, scene units squared: within a light as wide as it is most of it is
+        /// further away than its middle.
         near: f32,
     },
     /// Cells that emit; see [`Light::Volume`].
@@ -229,14 +229,11 @@ impl<'a> LightSources<'a> {
                 // Where nothing shines it does not matter where, but there are always as many.
                 let mut places: Vec<Vec3> = slab.points.iter().map(place).collect();
                 places.resize(points, to_world.transform_point3(grid.lower));
-                // A quarter of what a disc as wide has on its axis, which darkens what is a metre away by some .2 %.
-                let each = 1.0 / points.max(1) as f32;
-                let middle = places.iter().sum::<Vec3>() * each;
-                let outer = |v: Vec3| Mat3::from_cols(v * v.x, v * v.y, v * v.z);
-                let scatter = places.iter().fold(Mat3::ZERO, |sum, p| sum + outer(*p - middle));
-                let spread = scatter * each;
-                let variance = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
-                let intensity = slab.power * (f64::from(scale) / (4.0 * std::f64::consts::PI));
+                let mean = to_world.transform_point3(slab.blob.mean.as_vec3());
+                let frame = Mat3::from_mat4(to_world);
+                let covariance = frame * slab.blob.covariance.as_mat3() * frame.transpose();
+                let variance = covariance.x_axis.x + covariance.y_axis.y + covariance.z_axis.z;
+                let intensity = slab.blob.power * (f64::from(scale) / (4.0 * std::f64::consts::PI));
                 let turn = Mat3::from_mat4(crate::rigid(to_world));
                 let Directivity { linear, quadratic } = slab.directivity;
                 self.sources.push(LightSource::Slab {
@@ -245,8 +242,9 @@ impl<'a> LightSources<'a> {
                     block,
                     intensity: intensity.as_vec3(),
                     directivity: (turn * linear.as_vec3(), turn * quadratic.as_mat3() * turn.transpose()),
-                    gaussian: (middle, spread + block * block.transpose() * (1.0 / 12.0)),
+                    gaussian: (mean, covariance),
                     solid,
+                    // A quarter of what a disc as wide has on its axis, which darkens what is a metre away by some .2 %.
                     near: 0.25 * variance,
                 });
             }
