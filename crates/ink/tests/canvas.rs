@@ -11,24 +11,10 @@ use yugen_ink::resolve::Resolve;
 use yugen_ink::stamp::{self, Stamp};
 use yugen_ink::stroke::{Stroke, StrokePoint};
 use yugen_optics::random::Pcg32;
-use yugen_realtime::{Gpu, StageError};
+use yugen_realtime::Gpu;
 
 const SIZE: [u32; 2] = [400, 120];
 const FULL: f32 = 24.0;
-
-/// `None` after saying why; with `REQUIRE_GPU=1` a panic instead.
-fn gpu() -> Option<Gpu> {
-    match Gpu::open() {
-        Ok(gpu) => Some(gpu),
-        Err(e @ StageError::NoAdapter) if std::env::var("REQUIRE_GPU").is_ok_and(|v| v == "1") => {
-            panic!("REQUIRE_GPU=1, but {e}")
-        }
-        Err(e) => {
-            println!("skipped: {e}");
-            None
-        }
-    }
-}
 
 fn canvas(gpu: &Gpu, roughness: f32, bleed: f32) -> Canvas {
     let materials = Materials {
@@ -75,7 +61,7 @@ fn inside(loads: &[[f32; 2]]) -> Vec<f32> {
 /// stamps leave it as it is, where blending them over one another would close it.
 #[test]
 fn flying_white_is_of_the_stroke_and_not_of_its_stamps() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let canvas = canvas(&gpu, 0.2, 0.0);
     let white = |layers: &[Vec<Stamp>; LAYERS]| {
         canvas.paint(layers);
@@ -121,7 +107,7 @@ fn flying_white_is_of_the_stroke_and_not_of_its_stamps() {
 /// Order does not matter: what is summed is, up to the rounding of sixteen bits, the same.
 #[test]
 fn stamps_may_come_in_any_order_and_the_same_give_the_same_bits() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let canvas = canvas(&gpu, 0.5, 0.0);
     let layers = stamps(&[stroke(0.5, 0.9, 1), stroke(0.7, 0.4, 2)]);
     let load = |layers: &[Vec<Stamp>; LAYERS]| {
@@ -145,7 +131,7 @@ fn stamps_may_come_in_any_order_and_the_same_give_the_same_bits() {
 /// The picture is the twin of `pigment::over`, and white where nothing is.
 #[test]
 fn the_picture_is_kubelka_and_munks() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let canvas = canvas(&gpu, 0.0, 0.0);
     canvas.paint(&stamps(&[stroke(0.0, 0.7, 9)]));
     let picture = canvas.picture().unwrap();
@@ -170,7 +156,7 @@ fn the_picture_is_kubelka_and_munks() {
 /// The flow on the GPU is that of the processor, step for step.
 #[test]
 fn the_flow_is_that_of_the_processor() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let (w, h) = (61u32, 37u32);
     let row = FlowRow::new([w, h]);
     let mut random = Pcg32::new(8, 2);
@@ -219,7 +205,7 @@ fn the_flow_is_that_of_the_processor() {
 /// What flows is not lost between pixels and cells: sums of a layer with and without.
 #[test]
 fn a_layer_that_flows_keeps_its_ink() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let sum = |bleed: f32| {
         let canvas = canvas(&gpu, 0.2, bleed);
         let mut layers: [Vec<Stamp>; LAYERS] = Default::default();

@@ -3,25 +3,11 @@
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_ink::painter::{Painter, Style};
-use yugen_realtime::{Gpu, StageError};
+use yugen_realtime::Gpu;
 use yugen_scene::{
     Camera, Film, Filter, FovAxis, Geometry, Light, Material, Mesh, Projection, Scene, Shape, Value,
     look_along, primitives,
 };
-
-/// `None` after saying why; with `REQUIRE_GPU=1` a panic instead.
-fn gpu() -> Option<Gpu> {
-    match Gpu::open() {
-        Ok(gpu) => Some(gpu),
-        Err(e @ StageError::NoAdapter) if std::env::var("REQUIRE_GPU").is_ok_and(|v| v == "1") => {
-            panic!("REQUIRE_GPU=1, but {e}")
-        }
-        Err(e) => {
-            println!("skipped: {e}");
-            None
-        }
-    }
-}
 
 fn camera(eye: Vec3) -> Camera {
     Camera {
@@ -70,7 +56,7 @@ fn strokes(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Result<usize, String> {
 
 #[test]
 fn scenes_that_nobody_would_paint_are_painted_or_refused() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let far = camera(Vec3::new(1.0, 1.5, 4.0));
     let ball = || primitives::ball(32);
     let at = |m: Mat4| scene(vec![shape(ball(), m)]);

@@ -8,7 +8,7 @@ use yugen_ink::literal;
 use yugen_ink::projection::Projection;
 use yugen_ink::topology::{Creases, Topology};
 use yugen_ink::visibility::{Cleaning, DepthMap, SampledLine, sample};
-use yugen_realtime::{Gpu, Options, Stage, StageError};
+use yugen_realtime::{Gpu, Options, Stage};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
     Aov, Camera, Film, Filter, FovAxis, Geometry, Material, Mesh, Projection as Kind, Scene, Shape, Value,
@@ -230,20 +230,6 @@ fn vertices_on_the_contour_do_no_harm() {
     });
 }
 
-/// `None` after saying why; with `REQUIRE_GPU=1` a panic instead.
-fn gpu() -> Option<Gpu> {
-    match Gpu::open() {
-        Ok(gpu) => Some(gpu),
-        Err(e @ StageError::NoAdapter) if std::env::var("REQUIRE_GPU").is_ok_and(|v| v == "1") => {
-            panic!("REQUIRE_GPU=1, but {e}")
-        }
-        Err(e) => {
-            println!("skipped: {e}");
-            None
-        }
-    }
-}
-
 /// Distance from the surface.
 fn distance(p: DVec3) -> f64 {
     DVec2::new(DVec2::new(p.x, p.y).length() - MAJOR, p.z).length() - MINOR
@@ -268,7 +254,7 @@ fn is_seen(eye: DVec3, p: DVec3, skip: f64) -> bool {
 /// Points truly seen that are hidden, and points truly hidden that are shown, as parts of either.
 #[test]
 fn what_is_seen_of_contours_is_what_rays_see() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     // Measured .3 % hidden and none shown, at both; the bar of the literature is 1 % and 5 %.
     for (across, most_hidden, most_shown) in [(24, 0.01, 0.02), (48, 0.01, 0.02)] {
         let size = [960, 540];

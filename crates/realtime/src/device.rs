@@ -30,6 +30,20 @@ impl Gpu {
         pollster::block_on(Self::on(&instance, None))
     }
 
+    /// [`Gpu::open`] for tests: `None` after saying why there is none, and with `REQUIRE_GPU=1` a panic instead.
+    pub fn for_tests() -> Option<Self> {
+        match Self::open() {
+            Ok(gpu) => Some(gpu),
+            Err(e) if std::env::var("REQUIRE_GPU").is_ok_and(|v| v == "1") => {
+                panic!("REQUIRE_GPU=1, but {e}")
+            }
+            Err(e) => {
+                println!("skipped: {e}");
+                None
+            }
+        }
+    }
+
     /// The fastest adapter that can show on `surface`, also a software one. Its device has the default limits of WebGPU,
     /// but buffers and textures as large as it takes, and timestamps where there are any.
     pub async fn on(instance: &Instance, surface: Option<&Surface<'_>>) -> Result<Self, StageError> {

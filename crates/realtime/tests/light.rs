@@ -5,26 +5,12 @@ use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_motion::fire::Grid;
 use yugen_optics::{ColourSpace, Image};
-use yugen_realtime::{Gpu, Options, Stage, StageError};
+use yugen_realtime::{Gpu, Options, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
     Camera, Film, Filter, FovAxis, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape, Value,
 };
-
-/// `None` after saying why; with `REQUIRE_GPU=1` a panic instead.
-fn gpu() -> Option<Gpu> {
-    match Gpu::open() {
-        Ok(gpu) => Some(gpu),
-        Err(e @ StageError::NoAdapter) if std::env::var("REQUIRE_GPU").is_ok_and(|v| v == "1") => {
-            panic!("REQUIRE_GPU=1, but {e}")
-        }
-        Err(e) => {
-            println!("skipped: {e}");
-            None
-        }
-    }
-}
 
 /// From (0, 0, 4) to the origin, all of a unit sphere there in view.
 fn camera(size: u32) -> Camera {
@@ -74,7 +60,7 @@ fn model(kind: Kind, set: &[(&str, Value)]) -> Material {
 /// What a sphere of albedo one half looks like: one where nothing is, one half on the sphere.
 #[test]
 fn a_grey_sphere_in_a_white_sky_is_as_bright_as_its_albedo() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let mut white = Image::rgb(8, 5);
     white.data.fill(1.0);
     let skies = [
@@ -103,7 +89,7 @@ fn a_grey_sphere_in_a_white_sky_is_as_bright_as_its_albedo() {
 /// A point light, a spot and a small bright square of the same intensity light a wall as the formula says.
 #[test]
 fn a_lamp_lights_a_wall_by_its_distance_and_slant() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let wall = Shape::new("wall", Geometry::Rectangle, Mat4::from_scale(Vec3::splat(3.0)), 0);
     let lamp_at = Vec3::new(0.5, 0.3, 1.5);
     let side = 0.05f32;
@@ -180,7 +166,7 @@ fn flame(middle: Vec3, absorption: f32) -> Grid {
 /// A flame lights a wall as quadrature of its cells says, and is seen before it and in it where it is a mirror.
 #[test]
 fn a_flame_lights_a_wall_and_is_seen_before_it_and_in_a_mirror() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let middle = Vec3::new(0.0, 0.0, 1.2);
     let wall = Shape::new("wall", Geometry::Rectangle, Mat4::from_scale(Vec3::splat(3.0)), 0);
     let half = 0.3f32.tan() * 4.0;
@@ -304,7 +290,7 @@ fn below_the_ball(radius: f32) -> impl Fn(Vec3) -> f64 {
 /// A ball of radiance one lights a floor below its middle by π (r/d)².
 #[test]
 fn a_bright_ball_lights_a_floor_as_the_square_of_its_sine() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     // With 19 dim ones beside it, not every light is looked at in every frame.
     for (radius, others) in [(0.1f32, 0), (0.9, 0), (0.9, 19)] {
         let rows = ball_above_a_floor(radius, others);
@@ -318,7 +304,7 @@ fn a_bright_ball_lights_a_floor_as_the_square_of_its_sine() {
 /// Each of the numbers that lights are sampled by, a little wrong, is seen in the same pictures.
 #[test]
 fn a_light_sampled_wrongly_is_caught() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let emitter = |rows: &Rows, word: usize| rows.words[4] as usize + word;
     let scale = |rows: &mut Rows, word: usize, by: f32| {
         let at = emitter(rows, word);
@@ -390,7 +376,7 @@ fn rectangle_above_a_floor(geometry: Geometry, turned: Mat4) -> Rows {
 
 #[test]
 fn a_bright_rectangle_lights_a_floor_as_the_corner_formula_says() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     // The second is mirrored, the third a mesh, with the corners in another order.
     let quad = Arc::new(yugen_scene::Mesh {
         positions: [[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]]
@@ -416,7 +402,7 @@ fn a_bright_rectangle_lights_a_floor_as_the_corner_formula_says() {
 /// Each of the numbers that rectangles are sampled by, a little wrong, is seen in the same picture.
 #[test]
 fn a_rectangle_sampled_wrongly_is_caught() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let right = || rectangle_above_a_floor(Geometry::Rectangle, Mat4::IDENTITY);
     let scale = |first: usize, by: f32| {
         let mut rows = right();
@@ -444,7 +430,7 @@ fn a_rectangle_sampled_wrongly_is_caught() {
 /// Without a light it comes from the eye: a surface of albedo one half shows half the cosine at which it is seen.
 #[test]
 fn a_scene_without_light_is_lit_from_the_eye() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let scene = Scene {
         materials: vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))])],
         shapes: vec![Shape::new("ball", Geometry::Sphere, Mat4::IDENTITY, 0)],
@@ -482,7 +468,7 @@ fn a_scene_without_light_is_lit_from_the_eye() {
 /// Layers look through what is open and through lights that are hidden.
 #[test]
 fn layers_see_what_is_behind_masks_and_hidden_lights() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let in_front = |z: f32| Mat4::from_translation(Vec3::Z * z) * Mat4::from_scale(Vec3::splat(2.0));
     let lamp = Shape {
         emission: Some(Value::Number(1.0)),
@@ -522,7 +508,7 @@ fn layers_see_what_is_behind_masks_and_hidden_lights() {
 /// In a closed white room of albedo a whose walls shine with E, light after n bounces is E (1 − aⁿ⁺¹)/(1 − a).
 #[test]
 fn a_closed_room_fills_with_light_bounce_by_bounce() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let room = Shape {
         emission: Some(Value::Number(1.0)),
         flip_normals: true,
@@ -548,7 +534,7 @@ fn a_closed_room_fills_with_light_bounce_by_bounce() {
 /// What is too bright for a float is left out, and counted.
 #[test]
 fn samples_that_are_no_numbers_are_counted() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let ball = |emission: f32| Shape {
         emission: Some(Value::Number(emission)),
         ..Shape::new("ball", Geometry::Sphere, Mat4::IDENTITY, 0)
@@ -583,7 +569,7 @@ fn samples_that_are_no_numbers_are_counted() {
 /// Same seed, same bits, whatever was rendered before.
 #[test]
 fn the_same_frames_are_the_same_bits() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let scene = Scene {
         materials: vec![model(Kind::Ggx, &[("alpha_x", Value::Number(0.2))])],
         shapes: vec![Shape::new("ball", Geometry::Sphere, Mat4::IDENTITY, 0)],
@@ -597,7 +583,7 @@ fn the_same_frames_are_the_same_bits() {
 /// A fire that burns on needs no other stage, and shows what a new one would.
 #[test]
 fn a_fire_burns_on_in_the_same_stage() {
-    let Some(gpu) = gpu() else { return };
+    let Some(gpu) = Gpu::for_tests() else { return };
     let mut scene = Scene {
         materials: vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))])],
         shapes: vec![Shape::new("wall", Geometry::Rectangle, Mat4::from_scale(Vec3::splat(3.0)), 0)],
