@@ -5,10 +5,10 @@
 //! puts the layers over one another (`composite.wgsl`).
 
 use crate::InkError;
-use crate::dispersion::Dispersion;
-use crate::flow::FlowRow;
+use crate::drying::Drying;
 use crate::footprint::{EXTENT, Footprint, TEXELS, TRAIL, TRAIL_WAVES, VARIANTS, bristle_trail};
 use crate::paper::{Paper, Sheet};
+use crate::passes::{Binding, bytes_texture, group, one_layer, pass, pipeline};
 use crate::pigment::{BANDS, Pigment, band_to_rgb, over};
 use crate::resolve::Resolve;
 use crate::stamp::Stamp;
@@ -16,10 +16,11 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use wgpu::util::{BufferInitDescriptor, DeviceExt, TextureDataOrder};
 use wgpu::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, Device, Extent3d, Queue, ShaderStages,
-    TextureFormat, TextureSampleType, TextureUsages, TextureViewDimension,
+    BlendComponent, BlendFactor, BlendOperation, BlendState, Device, Extent3d, Queue, TextureFormat,
+    TextureUsages, TextureViewDimension,
 };
 use yugen_optics::Image;
+use yugen_realtime::device::{checked, map};
 
 /// How many layers there are.
 pub const LAYERS: usize = 4;
@@ -42,7 +43,7 @@ impl Layer {
     pub const ALL: [Self; LAYERS] = [Self::Wash, Self::Wrinkle, Self::Contour, Self::Dot];
 
     /// Part of the ink of a wet place that flows: a wash is mostly water, a line of thick ink keeps its edge.
-    fn mobile(self) -> f32 {
+    pub(crate) fn mobile(self) -> f32 {
         match self {
             Self::Wash => 0.9,
             Self::Wrinkle => 0.25,
@@ -64,7 +65,8 @@ impl Layer {
 
 /// Format of sums: they are of a few dozen stamps, so that 11 bits are enough, and core WebGPU blends it.
 const SUMS: TextureFormat = TextureFormat::Rgba16Float;
-const LOADS: TextureFormat = TextureFormat::Rgba16Float;
+/// Format of loads.
+pub(crate) const LOADS: TextureFormat = TextureFormat::Rgba16Float;
 const PICTURE: TextureFormat = TextureFormat::Rgba32Float;
 
 #[repr(C)]
@@ -121,40 +123,6 @@ pub struct Canvas {
     picture: wgpu::Texture,
 }
 
-/// The way of water and ink between pixels and cells.
-struct Drying {
-    dispersion: Dispersion,
-    wet: wgpu::ComputePipeline,
-    dry: wgpu::RenderPipeline,
-    /// For each layer: for compute, and for drawing.
-    groups: Vec<[wgpu::BindGroup; 2]>,
-    cells: [u32; 2],
-    steps: u32,
-    /// Of each layer.
-    mobile: [f32; LAYERS],
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct DryRow {
-    size: [u32; 2],
-    side: u32,
-    unused: u32,
-    cells: [u32; 2],
-    mobile: f32,
-    water: f32,
-    granulation: f32,
-    unused_too: [f32; 7],
-}
-
-/// Side of a cell of water, pixels of a picture of 1080 lines: half of that would take four times as long and twice as many
-/// steps to flow as far.
-const CELL: f32 = 2.0;
-/// How much more ink the deepest hollow takes than the highest grain, of a paper whose grain is one.
-const GRANULATION: f32 = 0.5;
-/// Steps of the flow: as far as water creeps before it is dry, and the same for each picture, so that films do not boil.
-const STEPS: u32 = 33;
-
 /// What a canvas is made of.
 #[derive(Clone, Copy, Debug)]
 pub struct Materials {
@@ -188,13 +156,7 @@ impl Canvas {
             let [w, h] = size;
             return Err(InkError::Refused(format!("a sheet of {w} x {h} pixels: 1 to {limit} a side")));
         }
-        let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let made = Self::make(device, queue, size, materials, resolve);
-        let memory = validation.pop();
-        match now_or_never(memory).flatten() {
-            Some(e) => Err(InkError::Refused(e.to_string())),
-            None => Ok(made),
-        }
+        Ok(checked(device, || Ok(Self::make(device, queue, size, materials, resolve)))?)
     }
 
     fn make(device: &Device, queue: &Queue, size: [u32; 2], m: &Materials, resolve: &Resolve) -> Self {
@@ -473,140 +435,12 @@ impl Canvas {
             Extent3d { width, height, depth_or_array_layers: 1 },
         );
         self.queue.submit([encoder.finish()]);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        buffer.map_async(wgpu::MapMode::Read, .., move |r| {
-            // Whoever waits below may have given up.
-            let _ = sender.send(r);
-        });
-        let lost = |e: String| InkError::Refused(e);
-        self.device
-            .poll(wgpu::PollType::Wait { submission_index: None, timeout: None })
-            .map_err(|e| lost(e.to_string()))?;
-        receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
-        let view = buffer.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
+        let bytes_of_rows = map(&self.device, &buffer)?;
         let mut out = Vec::with_capacity(width as usize * height as usize);
-        for line in view.chunks_exact(row as usize) {
+        for line in bytes_of_rows.chunks_exact(row as usize) {
             out.extend(texels(&line[..(width * bytes) as usize]));
         }
-        drop(view);
-        buffer.unmap();
         Ok(out)
-    }
-}
-
-fn one_layer(texture: &wgpu::Texture, layer: u32) -> wgpu::TextureView {
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(TextureViewDimension::D2),
-        base_array_layer: layer,
-        array_layer_count: Some(1),
-        ..Default::default()
-    })
-}
-
-impl Drying {
-    /// Pixels of a side of a cell, cells across and down, and how open the paper is in each.
-    fn parts(sheet: &Sheet, m: &Materials) -> (u32, [u32; 2], Vec<f32>) {
-        let side = (CELL * m.unit).round().max(1.0) as u32;
-        let cells = sheet.size.map(|n| n.div_ceil(side));
-        let at = |i: u32| {
-            let [x, y] = [i % cells[0], i / cells[0]].map(|k| k * side + side / 2);
-            let (x, y) = (x.min(sheet.size[0] - 1), y.min(sheet.size[1] - 1));
-            sheet.texels[(y * sheet.size[0] + x) as usize][3]
-        };
-        (side, cells, (0..cells[0] * cells[1]).map(at).collect())
-    }
-
-    fn new(
-        device: &Device,
-        size: [u32; 2],
-        (side, cells, open): (u32, [u32; 2], Vec<f32>),
-        loads: &wgpu::Texture,
-        sheet: &wgpu::TextureView,
-        m: &Materials,
-    ) -> Self {
-        let row = FlowRow::new(cells);
-        let dispersion = Dispersion::new(device, &row, &open);
-        let mobile = Layer::ALL.map(|l| l.mobile() * m.bleed);
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("dry"),
-            source: wgpu::ShaderSource::Wgsl(include_str!("dry.wgsl").into()),
-        });
-        let mut layouts = None;
-        let groups = (0..)
-            .zip(mobile)
-            .map(|(layer, mobile)| {
-                let row = DryRow {
-                    size,
-                    side,
-                    unused: 0,
-                    cells,
-                    mobile,
-                    water: 1.0,
-                    granulation: GRANULATION * m.paper.grain,
-                    unused_too: [0.0; 7],
-                };
-                let row = device.create_buffer_init(&BufferInitDescriptor {
-                    label: Some("dry"),
-                    contents: bytemuck::bytes_of(&row),
-                    usage: wgpu::BufferUsages::UNIFORM,
-                });
-                let view = one_layer(loads, layer);
-                let flat = TextureViewDimension::D2;
-                let both = [ShaderStages::COMPUTE, ShaderStages::FRAGMENT].map(|stage| {
-                    group_for(
-                        device,
-                        "dry",
-                        stage,
-                        &[
-                            (Binding::Uniform, row.as_entire_binding()),
-                            (Binding::Texture(flat, false), wgpu::BindingResource::TextureView(&view)),
-                            (Binding::Texture(flat, false), wgpu::BindingResource::TextureView(sheet)),
-                            (Binding::Storage, dispersion.cells().as_entire_binding()),
-                        ],
-                    )
-                });
-                let [(compute_layout, compute), (draw_layout, draw)] = both;
-                layouts = Some([compute_layout, draw_layout]);
-                [compute, draw]
-            })
-            .collect();
-        // There are layers.
-        let [compute_layout, draw_layout] = layouts.unwrap_or_else(|| unreachable!());
-        let wet = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("wet"),
-            layout: Some(&device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("wet"),
-                bind_group_layouts: &[Some(&compute_layout)],
-                immediate_size: 0,
-            })),
-            module: &module,
-            entry_point: Some("wet"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        let targets =
-            [Some(wgpu::ColorTargetState { format: LOADS, blend: None, write_mask: wgpu::ColorWrites::ALL })];
-        let dry =
-            pipeline(device, include_str!("dry.wgsl"), ["everywhere", "dried"], &draw_layout, None, &targets);
-        Self { dispersion, wet, dry, groups, cells, steps: STEPS, mobile }
-    }
-
-    /// Lets a layer run and dry, onto `dried`.
-    fn record(&self, encoder: &mut wgpu::CommandEncoder, layer: usize, dried: &wgpu::TextureView) {
-        let [compute, draw] = &self.groups[layer];
-        if self.mobile[layer] > 0.0 {
-            {
-                let mut pass = encoder.begin_compute_pass(&Default::default());
-                pass.set_pipeline(&self.wet);
-                pass.set_bind_group(0, compute, &[]);
-                pass.dispatch_workgroups(self.cells[0].div_ceil(8), self.cells[1].div_ceil(8), 1);
-            }
-            self.dispersion.record(encoder, self.steps);
-        }
-        let mut pass = pass(encoder, "dry", &[dried]);
-        pass.set_pipeline(&self.dry);
-        pass.set_bind_group(0, draw, &[]);
-        pass.draw(0..3, 0..1);
     }
 }
 
@@ -623,169 +457,6 @@ fn composite_row(m: &Materials) -> CompositeRow {
         rgb: [row(0), row(1), row(2)],
         relief: m.paper.relief,
     }
-}
-
-/// What the future already has.
-fn now_or_never<T>(future: impl Future<Output = T>) -> Option<T> {
-    let mut context = std::task::Context::from_waker(std::task::Waker::noop());
-    match std::pin::pin!(future).poll(&mut context) {
-        std::task::Poll::Ready(value) => Some(value),
-        std::task::Poll::Pending => None,
-    }
-}
-
-enum Binding {
-    Uniform,
-    Storage,
-    Texture(TextureViewDimension, bool),
-    Sampler,
-}
-
-fn group(
-    device: &Device,
-    label: &str,
-    bindings: &[(Binding, wgpu::BindingResource)],
-) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
-    group_for(device, label, ShaderStages::VERTEX_FRAGMENT, bindings)
-}
-
-fn group_for(
-    device: &Device,
-    label: &str,
-    visibility: ShaderStages,
-    bindings: &[(Binding, wgpu::BindingResource)],
-) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
-    let layout_entries: Vec<_> = (0..)
-        .zip(bindings)
-        .map(|(binding, (kind, _))| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility,
-            ty: match kind {
-                Binding::Storage => wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Storage { read_only: false },
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                Binding::Uniform => wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                Binding::Texture(view_dimension, filterable) => wgpu::BindingType::Texture {
-                    sample_type: TextureSampleType::Float { filterable: *filterable },
-                    view_dimension: *view_dimension,
-                    multisampled: false,
-                },
-                Binding::Sampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-            },
-            count: None,
-        })
-        .collect();
-    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some(label),
-        entries: &layout_entries,
-    });
-    let entries: Vec<_> = (0..)
-        .zip(bindings)
-        .map(|(binding, (_, resource))| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-        .collect();
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(label),
-        layout: &layout,
-        entries: &entries,
-    });
-    (layout, group)
-}
-
-fn pipeline(
-    device: &Device,
-    wgsl: &str,
-    [vertex, fragment]: [&str; 2],
-    layout: &wgpu::BindGroupLayout,
-    instances: Option<&wgpu::VertexBufferLayout>,
-    targets: &[Option<wgpu::ColorTargetState>],
-) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(fragment),
-        source: wgpu::ShaderSource::Wgsl(wgsl.into()),
-    });
-    let buffers: Vec<_> = instances.cloned().into_iter().map(Some).collect();
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(fragment),
-        layout: Some(&device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(fragment),
-            bind_group_layouts: &[Some(layout)],
-            immediate_size: 0,
-        })),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some(vertex),
-            compilation_options: Default::default(),
-            buffers: &buffers,
-        },
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(fragment),
-            compilation_options: Default::default(),
-            targets,
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
-}
-
-/// A render pass over targets that are cleared to zero.
-fn pass<'a>(
-    encoder: &'a mut wgpu::CommandEncoder,
-    label: &str,
-    targets: &[&wgpu::TextureView],
-) -> wgpu::RenderPass<'a> {
-    let attachments: Vec<_> = targets
-        .iter()
-        .copied()
-        .map(|view| {
-            Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })
-        })
-        .collect();
-    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some(label),
-        color_attachments: &attachments,
-        ..Default::default()
-    })
-}
-
-fn bytes_texture(
-    device: &Device,
-    queue: &Queue,
-    label: &str,
-    format: TextureFormat,
-    [width, height]: [u32; 2],
-    bytes: &[u8],
-) -> wgpu::TextureView {
-    let descriptor = wgpu::TextureDescriptor {
-        label: Some(label),
-        size: Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
-        view_formats: &[],
-    };
-    device
-        .create_texture_with_data(queue, &descriptor, TextureDataOrder::LayerMajor, bytes)
-        .create_view(&Default::default())
 }
 
 fn sheet_texture(device: &Device, queue: &Queue, sheet: &Sheet) -> wgpu::TextureView {

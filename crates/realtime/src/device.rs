@@ -1,4 +1,4 @@
-//! A device for those who bring none.
+//! A device for those who bring none, what it says against what it is asked for, and its buffers in memory.
 
 use crate::StageError;
 use wgpu::{
@@ -77,5 +77,47 @@ impl Gpu {
             .map_err(|e| StageError::NoDevice { adapter: name.clone(), reason: e.to_string() })?;
         let software = info.device_type == wgpu::DeviceType::Cpu;
         Ok(Self { adapter, device, queue, name, software })
+    }
+}
+
+/// Waits for the device and fetches a buffer that can be mapped.
+pub fn map(device: &Device, buffer: &wgpu::Buffer) -> Result<Vec<u8>, StageError> {
+    let (sender, receiver) = std::sync::mpsc::channel();
+    buffer.map_async(wgpu::MapMode::Read, .., move |r| {
+        // Whoever waits below may have given up.
+        let _ = sender.send(r);
+    });
+    let lost = |e: String| StageError::Lost(e);
+    device
+        .poll(wgpu::PollType::Wait { submission_index: None, timeout: None })
+        .map_err(|e| lost(e.to_string()))?;
+    receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
+    let view = buffer.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
+    let bytes = view.to_vec();
+    drop(view);
+    buffer.unmap();
+    Ok(bytes)
+}
+
+/// `make`, and [`StageError::Refused`] where the device says something against it: memory that it has not, or what is not valid.
+pub fn checked<T>(device: &Device, make: impl FnOnce() -> Result<T, StageError>) -> Result<T, StageError> {
+    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let made = make();
+    // Where errors come at once, as on every native device, they are here now.
+    for refused in [now_or_never(validation.pop()), now_or_never(memory.pop())] {
+        if let Some(Some(e)) = refused {
+            return Err(StageError::Refused(e.to_string()));
+        }
+    }
+    made
+}
+
+/// What the future already has.
+fn now_or_never<T>(future: impl Future<Output = T>) -> Option<T> {
+    let mut context = std::task::Context::from_waker(std::task::Waker::noop());
+    match std::pin::pin!(future).poll(&mut context) {
+        std::task::Poll::Ready(value) => Some(value),
+        std::task::Poll::Pending => None,
     }
 }

@@ -5,6 +5,7 @@
 //! samples from beyond it count too; the reference renderer has none there.
 
 use crate::StageError;
+use crate::device::map;
 use crate::pipelines::over_pixels;
 use crate::scene::{SceneBuffers, bind_layout, storage_type};
 use crate::timing::Timestamps;
@@ -164,23 +165,4 @@ pub(crate) fn read_buffer(
     encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, size);
     queue.submit([encoder.finish()]);
     map(device, &copy)
-}
-
-/// Waits for the device and fetches a buffer that can be mapped.
-pub(crate) fn map(device: &Device, buffer: &wgpu::Buffer) -> Result<Vec<u8>, StageError> {
-    let (sender, receiver) = std::sync::mpsc::channel();
-    buffer.map_async(wgpu::MapMode::Read, .., move |r| {
-        // Whoever waits below may have given up.
-        let _ = sender.send(r);
-    });
-    let lost = |e: String| StageError::Lost(e);
-    device
-        .poll(wgpu::PollType::Wait { submission_index: None, timeout: None })
-        .map_err(|e| lost(e.to_string()))?;
-    receiver.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
-    let view = buffer.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
-    let bytes = view.to_vec();
-    drop(view);
-    buffer.unmap();
-    Ok(bytes)
 }

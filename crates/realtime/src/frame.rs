@@ -2,8 +2,9 @@
 
 use crate::StageError;
 use crate::aov::aov_pass;
+use crate::device::{checked, map};
 use crate::display::{DisplayPass, DisplaySettings};
-use crate::film::{Film, FilmPass, film_bytes, map};
+use crate::film::{Film, FilmPass, film_bytes};
 use crate::flames::Flames;
 use crate::preview::{Preview, PreviewPass};
 use crate::reconstruction::Reconstruction;
@@ -516,27 +517,4 @@ fn check_size(device: &Device, size: [u32; 2]) -> Result<(), StageError> {
         return Err(StageError::TooLarge { what: "pixels", bytes, limit });
     }
     Ok(())
-}
-
-/// `make`, and what the device says against it.
-fn checked<T>(device: &Device, make: impl FnOnce() -> Result<T, StageError>) -> Result<T, StageError> {
-    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let made = make();
-    // Where errors come at once, as on every native device, they are here now.
-    for refused in [now_or_never(validation.pop()), now_or_never(memory.pop())] {
-        if let Some(Some(e)) = refused {
-            return Err(StageError::Refused(e.to_string()));
-        }
-    }
-    made
-}
-
-/// What the future already has.
-fn now_or_never<T>(future: impl Future<Output = T>) -> Option<T> {
-    let mut context = std::task::Context::from_waker(std::task::Waker::noop());
-    match std::pin::pin!(future).poll(&mut context) {
-        std::task::Poll::Ready(value) => Some(value),
-        std::task::Poll::Pending => None,
-    }
 }

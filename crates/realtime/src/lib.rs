@@ -38,11 +38,11 @@
 //! Spheres, discs and cylinders are meshes (off by 3e-4 of the radius). The rasteriser rounds vertices to 1/256 of a
 //! pixel, which decides single pixels at outlines; [`Options::trace_camera`] does not. Meshes that their matrix flattens
 //! are seen, but rays do not meet them. A crop's outermost pixels are filtered with what lies beyond it. Volumes light
-//! surfaces by points in them, softened within a hand's breadth; they do not dim the light of others, and are seen by the
+//! surfaces as a few Gaussian lights, softened within a hand's breadth; they do not dim the light of others, and are seen by the
 //! eye and in mirrors only.
 
 pub mod aov;
-mod device;
+pub mod device;
 pub mod display;
 mod error;
 pub mod film;
