@@ -11,6 +11,7 @@ use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
 use crate::projection::Projection;
 use crate::resolve::Resolve;
+use crate::scatter::Surfaces;
 use crate::select::select;
 use crate::stamp::{self, Stamp};
 use crate::stroke::{Hand, Stroke};
@@ -200,21 +201,19 @@ impl Painter {
         let (controls, unit, seed) = (&self.style.controls, hand.unit, self.style.seed);
         let small: HashSet<u32> = dots.iter().map(|(draw, _)| *draw).collect();
         let near = |depth| hand.nearness(depth);
-        layers[Layer::Wash as usize] =
-            wash::stamps(&self.rows, &small, &projection, &map, &tones, controls, unit, near, seed);
-        let manner = self.style.manner;
-        let wrinkles = wrinkle::strokes(
-            manner,
-            &self.rows,
-            &small,
-            &projection,
-            &map,
-            &tones,
+        let surfaces = Surfaces {
+            rows: &self.rows,
+            without: &small,
+            projection: &projection,
+            map: &map,
+            tones: &tones,
             controls,
             unit,
-            near,
+            near: &near,
             seed,
-        );
+        };
+        layers[Layer::Wash as usize] = wash::stamps(&surfaces);
+        let wrinkles = wrinkle::strokes(self.style.manner, &surfaces);
         for stroke in &wrinkles {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Wrinkle as usize]);
         }

@@ -6,9 +6,12 @@
 //! Animation").
 
 use crate::contour::to_world;
+use crate::control::Controls;
 use crate::projection::Projection;
+use crate::tone::Tones;
 use crate::visibility::DepthMap;
 use glam::{DVec3, Vec2};
+use std::collections::HashSet;
 use yugen_optics::random::{hash_combine, unit_f32};
 use yugen_scene::prepared::{MeshRow, Rows};
 
@@ -34,6 +37,42 @@ pub struct Place {
     pub hash: u32,
     /// 0 to 1: below one it comes or goes.
     pub weight: f32,
+}
+
+/// What is seen of a scene, for marks that lie on its surfaces.
+#[derive(Clone, Copy)]
+pub struct Surfaces<'a> {
+    /// The scene.
+    pub rows: &'a Rows,
+    /// Draws that have none.
+    pub without: &'a HashSet<u32>,
+    /// How it is seen.
+    pub projection: &'a Projection,
+    /// What is seen, and how far away.
+    pub map: &'a DepthMap,
+    /// In which light.
+    pub tones: &'a Tones,
+    /// How it is painted.
+    pub controls: &'a Controls,
+    /// Pixels that stand for one in a picture of 1080 lines.
+    pub unit: f32,
+    /// How near something at a depth is, 0 to 1.
+    pub near: &'a dyn Fn(f32) -> f32,
+    /// Same seed, same marks.
+    pub seed: u32,
+}
+
+impl Surfaces<'_> {
+    /// Places, `density` to a pixel; each kind of mark has a `salt` of its own.
+    pub fn scatter(&self, density: f32, salt: u32) -> Vec<Place> {
+        let density = |draw| if self.without.contains(&draw) { 0.0 } else { density };
+        scatter(self.rows, self.projection, self.map, density, hash_combine(self.seed, salt))
+    }
+
+    /// What is left of ink at a depth.
+    pub fn paleness(&self, depth: f32) -> f32 {
+        1.0 - 0.75 * self.controls.distance * (1.0 - (self.near)(depth))
+    }
 }
 
 /// Places that are seen, `density` of them to a pixel, in an order that does not depend on the view.

@@ -1,17 +1,12 @@
 //! Colour wash (ran): broad, wet prints of a soft brush where it is dark.
 
-use crate::control::Controls;
 use crate::footprint::VARIANTS;
-use crate::projection::Projection;
-use crate::scatter::scatter;
+use crate::scatter::Surfaces;
 use crate::stamp::Stamp;
-use crate::tone::{Tones, in_shades, share};
-use crate::visibility::DepthMap;
+use crate::tone::{in_shades, share};
 use glam::Vec2;
-use std::collections::HashSet;
 use yugen_optics::random::{hash_combine, unit_f32};
 use yugen_optics::special::smoothstep;
-use yugen_scene::prepared::Rows;
 
 /// Half the width of a print, pixels of a picture of 1080 lines: two and a half times a wrinkle's.
 const RADIUS: f32 = 15.0;
@@ -32,32 +27,16 @@ fn darkness(grey: f32, facing: f32) -> f32 {
     (1.0 - grey) * (1.0 + (MIDDLE - 1.0) * smoothstep(0.0, 0.8, facing))
 }
 
-/// The stamps, `without` some draws. `near` tells how near something at a depth is, 0 to 1.
-pub fn stamps(
-    rows: &Rows,
-    without: &HashSet<u32>,
-    projection: &Projection,
-    map: &DepthMap,
-    tones: &Tones,
-    controls: &Controls,
-    unit: f32,
-    near: impl Fn(f32) -> f32,
-    seed: u32,
-) -> Vec<Stamp> {
+/// The stamps on `surfaces`.
+pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
+    let Surfaces { map, tones, controls, unit, .. } = *surfaces;
     if controls.wash <= 0.0 {
         return Vec::new();
     }
     let full = RADIUS * unit * controls.size.sqrt();
     let density = OVERLAP / (std::f32::consts::PI * full * full);
-    let places = scatter(
-        rows,
-        projection,
-        map,
-        |draw| if without.contains(&draw) { 0.0 } else { density },
-        hash_combine(seed, 0x7a5),
-    );
     let mut stamps = Vec::new();
-    for place in places {
+    for place in surfaces.scatter(density, 0x7a5) {
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));
         let Some(i) = tones.index(place.pixel) else { continue };
         let Some(grey) = tones.grey(place.pixel, 0.9 * full, place.shape) else { continue };
@@ -66,7 +45,7 @@ pub fn stamps(
         if dark < 0.02 {
             continue;
         }
-        let far = 1.0 - 0.75 * controls.distance * (1.0 - near(place.depth));
+        let far = surfaces.paleness(place.depth);
         let ink =
             LOAD * controls.wash * controls.ink * (M * dark).powf(BETA) * (0.85 + 0.3 * random(10)) * far;
         // Where the brush would go over the outline it is held upright.

@@ -1,18 +1,14 @@
 //! Wrinkles (cun): short strokes over the form, after the manners of the tradition.
 
 use crate::contour::LineKind;
-use crate::control::Controls;
-use crate::projection::Projection;
-use crate::scatter::{Place, scatter};
+use crate::scatter::{Place, Surfaces};
 use crate::stroke::{Stroke, StrokePoint};
 use crate::tone::Tones;
 use crate::visibility::DepthMap;
 use glam::{Vec2, Vec3};
-use std::collections::HashSet;
 use yugen_motion::noise::noise;
 use yugen_optics::random::{hash_combine, unit_f32};
 use yugen_optics::special::smoothstep;
-use yugen_scene::prepared::Rows;
 
 /// A manner of wrinkles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,33 +118,16 @@ const JUMP: f32 = 0.015;
 /// Sine of the angle to the eye below which a surface has no direction of its own.
 const FLAT: f32 = 0.18;
 
-/// The strokes, `without` some draws. `near` tells how near something at a depth is, 0 to 1.
-pub fn strokes(
-    manner: &Manner,
-    rows: &Rows,
-    without: &HashSet<u32>,
-    projection: &Projection,
-    map: &DepthMap,
-    tones: &Tones,
-    controls: &Controls,
-    unit: f32,
-    near: impl Fn(f32) -> f32,
-    seed: u32,
-) -> Vec<Stroke> {
+/// The strokes on `surfaces`.
+pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
+    let Surfaces { map, tones, controls, unit, .. } = *surfaces;
     if controls.wrinkle <= 0.0 {
         return Vec::new();
     }
     let length = manner.length * unit * controls.size.sqrt();
     let density = manner.density / (length * length);
-    let places = scatter(
-        rows,
-        projection,
-        map,
-        |draw| if without.contains(&draw) { 0.0 } else { density },
-        hash_combine(seed, 0xc0),
-    );
     let mut strokes = Vec::new();
-    for place in places {
+    for place in surfaces.scatter(density, 0xc0) {
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));
         let Some(grey) = tones.grey(place.pixel, 6.0 * unit, place.shape) else { continue };
         let dark = 1.0 - grey;
@@ -162,7 +141,7 @@ pub fn strokes(
         if way.len() < 4 {
             continue;
         }
-        let far = 1.0 - 0.75 * controls.distance * (1.0 - near(place.depth));
+        let far = surfaces.paleness(place.depth);
         let ink =
             LOAD * controls.wrinkle * controls.ink * (M * dark).powf(BETA) * (0.7 + 0.6 * random(22)) * far;
         let whole = (way.len() - 1) as f32 * STEP;

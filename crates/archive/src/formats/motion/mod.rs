@@ -242,7 +242,7 @@ pub fn format_of(bytes: &[u8], path: &Path) -> Result<&'static Format, Error> {
     let names: Vec<&str> = named.clone().map(|f| f.name).collect();
     named.find(|f| (f.recognises)(bytes)).ok_or_else(|| {
         let problem =
-            format!("this is no motion as {} begin; export it again with its header", names.join(", "));
+            format!("this does not begin as a table of motion does ({}); if it is one, export it again with its header", names.join(", "));
         Error::invalid(Place::line(path, 1, 1), problem)
     })
 }
