@@ -215,16 +215,18 @@ fn it_is_never_worse_than_what_was_rendered_and_as_far_off_as_it_says() {
 #[test]
 fn the_same_bits_for_any_number_of_threads_and_when_resumed() {
     let scene = scene("bits", SCENES[2].3);
-    let one = render(&scene, 20, 3, Some(1), true);
-    assert_eq!(one.data, render(&scene, 20, 3, Some(3), true).data);
-    let job = |spp| {
-        let budget = Some(Budget::Samples(spp));
-        Job::new(&scene, &Options { budget, seed: 3, denoise: true, ..Options::default() }).expect("a job")
+    const SAMPLES: u32 = 200;
+    let one = render(&scene, SAMPLES, 3, Some(1), true);
+    assert_eq!(one.data, render(&scene, SAMPLES, 3, Some(3), true).data);
+    let job = |threads| {
+        let budget = Some(Budget::Samples(SAMPLES));
+        let options = Options { budget, seed: 3, threads, denoise: true, ..Options::default() };
+        Job::new(&scene, &options).expect("a job")
     };
-    // Stopped half way, and gone on with.
-    let first = job(20);
-    assert!(!first.run(|_, p| if p.fraction > 0.2 { Action::Stop } else { Action::Continue }));
-    let rest = job(20);
+    // Stopped at the first look, 50 ms from the start, where one thread has worked off about a tenth; and gone on with.
+    let first = job(Some(1));
+    assert!(!first.run(|_, _| Action::Stop));
+    let rest = job(None);
     rest.resume(&first.checkpoint()).expect("its own checkpoint");
     assert!(rest.run(|_, _| Action::Continue));
     assert_eq!(one.data, rest.denoised().data);

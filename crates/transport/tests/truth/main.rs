@@ -381,20 +381,20 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn a_resumed_render_gives_the_same_bits_and_refuses_what_is_not_its_own() {
     let scene = busy_scene();
-    let whole = Job::new(&scene, &options(2, 64)).expect("a job");
+    let whole = Job::new(&scene, &options(2, 512)).expect("a job");
     whole.run(|_, _| Action::Continue);
 
-    // Cut off half-way through: an observer that has seen something stops it.
-    let first = Job::new(&scene, &options(2, 64)).expect("a job");
-    first.run(|_, p| if p.fraction > 0.2 { Action::Stop } else { Action::Continue });
+    // Cut off on the way: an observer stops it at the first look, 50 ms from the start.
+    let first = Job::new(&scene, &options(2, 512)).expect("a job");
+    assert!(!first.run(|_, _| Action::Stop));
     let saved = first.checkpoint();
-    let second = Job::new(&scene, &options(1, 64)).expect("a job");
+    let second = Job::new(&scene, &options(1, 512)).expect("a job");
     second.resume(&saved).expect("its own checkpoint");
     second.run(|_, _| Action::Continue);
     let (a, b) = (whole.image(), second.image());
     assert!(a.data.iter().zip(&b.data).all(|(a, b)| a.to_bits() == b.to_bits()));
 
-    let other = Job::new(&scene, &Options { seed: 9, ..options(1, 64) }).expect("a job");
+    let other = Job::new(&scene, &Options { seed: 9, ..options(1, 512) }).expect("a job");
     let why = other.resume(&saved).expect_err("another seed").to_string();
     assert!(why.ends_with("the seed was 0 in it, and is 9 now"), "{why}");
     for cut in [0, 10, saved.len() / 2, saved.len() - 1] {
