@@ -129,6 +129,8 @@ pub struct Wear {
     pub armhole: f32,
     /// How far below the shoulder the cuff is open, m.
     pub cuff: f32,
+    /// Half the width of the neck, m.
+    pub neck: f32,
     /// What a belt takes of it: from and to so far below the shoulder, m.
     pub belt: [f32; 2],
 }
@@ -145,7 +147,9 @@ pub enum GarmentError {
         problem: String,
     },
     /// Edges that do not belong together.
-    #[error("a seam joins {have:.3} m of '{from}' to {want:.3} m of '{to}'; edges as long as each other were expected")]
+    #[error(
+        "a seam joins {have:.3} m of '{from}' to {want:.3} m of '{to}'; edges as long as each other were expected"
+    )]
     Seam {
         /// Name of the first panel.
         from: String,
@@ -157,7 +161,9 @@ pub enum GarmentError {
         want: f32,
     },
     /// Triangles that are too large or too small.
-    #[error("a garment in triangles of {edge} m has {count} vertices; from 100 to {most} are possible, with edges of .004 to .1 m")]
+    #[error(
+        "a garment in triangles of {edge} m has {count} vertices; from 100 to {most} are possible, with edges of .004 to .1 m"
+    )]
     Edge {
         /// Asked for, m.
         edge: f32,

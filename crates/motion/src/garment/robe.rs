@@ -31,24 +31,24 @@ const fn measure(name: &'static str, default: f32, low: f32, high: f32, doc: &'s
 pub const CUTS: &[Cutting] = &[Cutting {
     name: "kosode",
     measures: &[
-        measure("length", 1.40, 0.8, 2.0, "from shoulder to hem"),
-        measure("back", 0.35, 0.2, 0.5, "half the back, m"),
-        measure("front", 0.31, 0.15, 0.5, "each front at the hem, m"),
-        measure("okumi", 0.16, 0.05, 0.4, "the strip at the edge of each front, m"),
-        measure("sleeve", 0.36, 0.1, 0.6, "from side to cuff, m"),
+        measure("length", 1.50, 0.8, 2.0, "from shoulder to hem"),
+        measure("back", 0.33, 0.2, 0.5, "half the back, m"),
+        measure("front", 0.27, 0.15, 0.5, "each front at the hem, m"),
+        measure("okumi", 0.14, 0.05, 0.4, "the strip at the edge of each front, m"),
+        measure("sleeve", 0.42, 0.1, 0.6, "from side to cuff, m"),
         measure("depth", 0.50, 0.2, 0.8, "of the sleeves, from top to bottom"),
         measure("cuff", 0.22, 0.1, 0.5, "how much of the depth is open for the hand"),
         measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
         measure("collar", 0.07, 0.03, 0.15, "width of the collar, m"),
         measure("collar_end", 0.78, 0.6, 1.2, "where the collar ends, below the shoulder, m"),
-        measure("belt", 0.57, 0.4, 0.9, "where it is tied, below the shoulder, m"),
+        measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
     ],
     doc: "karaori, atsuita, nuihaku: sleeves sewn to the body along their depth, their edges shut up to the hand",
     make: kosode,
 }];
 
 /// What a belt takes, m.
-const BELT: f32 = 0.05;
+const BELT: f32 = 0.03;
 
 /// Pieces as they are laid on the bolt, side by side.
 struct Bolt {
@@ -90,7 +90,8 @@ fn kosode(m: &[f32]) -> Garment {
     levels.sort_by(f32::total_cmp);
     levels.dedup_by(|a, b| (*a - *b).abs() < 5e-3);
     // What was merged with a neighbour is where that is.
-    let near = |v: f32| levels.iter().copied().min_by(|a, b| (a - v).abs().total_cmp(&(b - v).abs())).unwrap_or(v);
+    let near =
+        |v: f32| levels.iter().copied().min_by(|a, b| (a - v).abs().total_cmp(&(b - v).abs())).unwrap_or(v);
     let (cuff, begin, depth, collar_end) = (near(cuff), near(begin), near(depth), near(collar_end));
     let marks = |from: f32, to: f32, of: &dyn Fn(f32) -> [f32; 2]| -> Vec<Mark> {
         let within = levels.iter().filter(|v| (from..=to).contains(*v));
@@ -122,9 +123,7 @@ fn kosode(m: &[f32]) -> Garment {
     let f_right = bolt.cut(
         "right front",
         &[0.0, back - neck, back],
-        marks(0.0, length, &|v| {
-            [back - side(v), if v < begin { back - collar_at(v) } else { back }]
-        }),
+        marks(0.0, length, &|v| [back - side(v), if v < begin { back - collar_at(v) } else { back }]),
         flat(-back, 1.0, true, false),
     );
     let edge_at = |v: f32| if v < collar_end { collar_at(v).min(0.0) } else { -okumi };
@@ -156,7 +155,7 @@ fn kosode(m: &[f32]) -> Garment {
         let [behind, before] = if left {
             [
                 bolt.cut(&name("back"), &all, span.clone(), flat(back + sleeve, -1.0, false, false)),
-                bolt.cut(&name("front"), &all, span, flat(back, 1.0, true, false)),
+                bolt.cut(&name("front"), &all, span, flat(back, 1.0, true, true)),
             ]
         } else {
             [
@@ -199,6 +198,15 @@ fn kosode(m: &[f32]) -> Garment {
         name: "kosode".into(),
         panels: bolt.panels,
         seams: bolt.seams,
-        wear: Wear { length, half: back, hem: front, sleeve, armhole: depth, cuff, belt: [belt, belt + BELT] },
+        wear: Wear {
+            length,
+            half: back,
+            hem: front,
+            sleeve,
+            armhole: depth,
+            cuff,
+            neck,
+            belt: [belt, belt + BELT],
+        },
     }
 }
