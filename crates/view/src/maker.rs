@@ -133,6 +133,7 @@ fn make(order: Order, last: &mut Option<Last>) -> Made {
         // Its rows have no need of them.
         scene.figures.clear();
         scene.fires.clear();
+        scene.caches.clear();
         order.edits.light_scene(&mut scene);
         if let (Some(last), None) = (last.as_mut(), &order.stage)
             && Arc::ptr_eq(&last.scene, &order.scene)
