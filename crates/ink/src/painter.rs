@@ -23,6 +23,7 @@ use crate::wash;
 use crate::wrinkle::{self, MANNERS, Manner};
 use glam::{DVec3, Vec2};
 use std::collections::{HashMap, HashSet};
+use std::hash::{Hash, Hasher};
 use wgpu::{Device, Queue};
 use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::{Options, Stage};
@@ -61,16 +62,28 @@ impl Default for Style {
 
 /// A scene on a device, ready to be painted.
 pub struct Painter {
+    device: Device,
+    queue: Queue,
     rows: Rows,
-    topologies: HashMap<(u32, bool), Topology>,
+    /// By mesh, and whether its normals are used.
+    topologies: HashMap<(u32, bool), Known>,
     /// What is where.
     stage: Stage,
     /// How light it is there, in fewer pixels.
     light: Stage,
+    /// How both are made.
+    options: [Options; 2],
     canvas: Canvas,
     style: Style,
     size: [u32; 2],
     space: ColourSpace,
+}
+
+/// A topology, and the triangles that it is of.
+struct Known {
+    vertices: u32,
+    triangles: u64,
+    topology: Topology,
 }
 
 /// Pixels of the picture across one in which light is looked at: a tenth of a wash's print.
@@ -119,8 +132,8 @@ impl Painter {
         let Film { width, height, crop, .. } = small_camera(camera).film;
         let [_, _, width, height] = crop.unwrap_or([0, 0, width, height]);
         // Direct light: what is thrown to and fro a wash does not show.
-        let options = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options };
-        let light = Stage::new(device, queue, &rows, &options)?;
+        let lit = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options.clone() };
+        let light = Stage::new(device, queue, &rows, &lit)?;
         let hand = hand(&style, size, [1.0, 1.0]);
         let materials = Materials {
             paper: style.paper,
@@ -133,10 +146,13 @@ impl Painter {
         };
         let canvas = Canvas::new(device, queue, size, &materials, &Resolve::default())?;
         let mut painter = Self {
+            device: device.clone(),
+            queue: queue.clone(),
             rows,
             topologies: HashMap::new(),
             stage,
             light,
+            options: [options, lit],
             canvas,
             style,
             size,
@@ -151,22 +167,36 @@ impl Painter {
         &self.canvas
     }
 
+    /// Takes over another pose of the scene. Creases, borders and what is welded stay those of the first.
+    pub fn pose(&mut self, scene: &Scene) -> Result<(), InkError> {
+        self.rows.pose(scene)?;
+        for (stage, options) in [&mut self.stage, &mut self.light].into_iter().zip(&self.options) {
+            if !stage.pose(&self.rows)? {
+                *stage = Stage::new(&self.device, &self.queue, &self.rows, options)?;
+            }
+        }
+        self.find_topologies();
+        Ok(())
+    }
+
+    /// Those of meshes that are not known yet, or were others.
     fn find_topologies(&mut self) {
         let _span = tracing::info_span!("find_edges").entered();
         for draw in &self.rows.draws {
             let MeshRow { first_vertex, vertices, first_triangle, triangles } =
                 self.rows.meshes[draw.mesh as usize];
             let range = |first: u32, count: u32| first as usize..(first + count) as usize;
+            let of_mesh = &self.rows.triangles[range(first_triangle, triangles)];
             let use_normals = draw.flags & DrawRow::HAS_NORMALS != 0;
-            self.topologies.entry((draw.mesh, use_normals)).or_insert_with(|| {
-                Topology::new(
-                    &self.rows.vertices[range(first_vertex, vertices)],
-                    &self.rows.triangles[range(first_triangle, triangles)],
-                    first_vertex,
-                    &self.style.creases,
-                    use_normals,
-                )
-            });
+            let hash = joined(of_mesh, first_vertex);
+            let known = self.topologies.get(&(draw.mesh, use_normals));
+            if known.is_some_and(|k| k.vertices == vertices && k.triangles == hash) {
+                continue;
+            }
+            let of_vertices = &self.rows.vertices[range(first_vertex, vertices)];
+            let topology =
+                Topology::new(of_vertices, of_mesh, first_vertex, &self.style.creases, use_normals);
+            self.topologies.insert((draw.mesh, use_normals), Known { vertices, triangles: hash, topology });
         }
     }
 
@@ -261,7 +291,9 @@ impl Painter {
     fn each_surface(&self, mut f: impl FnMut(&Surface, &Topology, u32, &DrawRow)) {
         for (i, draw) in (0u32..).zip(&self.rows.draws) {
             let use_normals = draw.flags & DrawRow::HAS_NORMALS != 0;
-            let Some(topology) = self.topologies.get(&(draw.mesh, use_normals)) else { continue };
+            let Some(Known { topology, .. }) = self.topologies.get(&(draw.mesh, use_normals)) else {
+                continue;
+            };
             let MeshRow { first_vertex, vertices, .. } = self.rows.meshes[draw.mesh as usize];
             let vertices = &self.rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
             let move_to_world = to_world(draw);
@@ -327,6 +359,13 @@ impl Painter {
         }
         Ok(Image { channels, data, ..picture })
     }
+}
+
+/// A number of which corners triangles join, vertices being counted from the first.
+fn joined(triangles: &[[u32; 3]], first: u32) -> u64 {
+    let mut hasher = std::hash::DefaultHasher::new();
+    triangles.iter().for_each(|t| t.map(|v| v.wrapping_sub(first)).hash(&mut hasher));
+    hasher.finish()
 }
 
 /// The camera with a picture for light.
