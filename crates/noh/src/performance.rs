@@ -89,7 +89,7 @@ impl Performance {
         let up = |y: f32| at + Vec3::Y * y;
         let ahead = self.place.transform_vector3(Vec3::Z).normalize_or(Vec3::Z);
         let left = self.place.transform_vector3(Vec3::X).normalize_or(Vec3::X);
-        let film = Film { width: 720, height: 960, ..Film::default() };
+        let film = Film { width: 1280, height: 720, ..Film::default() };
         let camera = |name: &str, from: Vec3, to: Vec3, projection: Projection, scale: f32| Camera {
             name: name.into(),
             to_world: look_along(from, to - from, Vec3::Y) * Mat4::from_scale(Vec3::new(scale, scale, 1.0)),
@@ -109,12 +109,12 @@ impl Performance {
             camera(name, from, to, projection, 1.0)
         };
         let mut all = vec![
-            near("player", up(1.25) + ahead * 4.2 - left * 1.2, up(0.85), 26.0),
-            near("mask", up(EYES) + ahead * 1.6 - left * 0.25, up(EYES + 0.03), 14.0),
-            near("sleeve", up(1.25) + ahead * 2.0 + left * 1.2, up(1.05) + left * 0.2, 24.0),
+            near("player", up(1.25) + ahead * 4.2 - left * 1.2, up(0.92), 46.0),
+            near("mask", up(EYES) + ahead * 1.6 - left * 0.25, up(EYES + 0.03), 22.0),
+            near("sleeve", up(1.25) + ahead * 2.0 + left * 1.2, up(1.05) + left * 0.2, 34.0),
         ];
         for (name, way) in [("front", ahead), ("side", left), ("back", -ahead)] {
-            all.push(camera(name, up(0.9) + way * 6.0, up(0.9), Projection::Orthographic, 0.8));
+            all.push(camera(name, up(0.95) + way * 6.0, up(0.95), Projection::Orthographic, 1.9));
         }
         Ok(all)
     }

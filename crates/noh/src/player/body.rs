@@ -1,7 +1,5 @@
 //! What a player is besides mask and robe: head, hands, feet, the white clothes under the robe, wig and fan; as solids in the
-//! coordinates of the joints that carry them, and as the rods that cloth lies on.
-//!
-//! A player wears padding (dōgi) and several layers under what is seen, so that trunk and limbs are rounder than a person's.
+//! coordinates of the joints that carry them.
 
 use crate::sculpt::{cut, ellipsoid, join, mesh, rod, rods};
 use crate::solid::{Grain, Grid, Solids};
@@ -12,28 +10,6 @@ use yugen_scene::Mesh;
 const fn v(x: f32, y: f32, z: f32) -> Vec3 {
     Vec3::new(x, y, z)
 }
-
-/// A rod at a joint: a name, whose `*` is for left and right, both ends on the left, m, and radii there.
-pub type Rod = (&'static str, [Vec3; 2], [f32; 2]);
-
-/// What is round about the joints, on the left; the right is its mirror.
-pub const RODS: [Rod; 15] = [
-    ("pelvis", [v(-0.06, -0.02, 0.0), v(0.06, -0.02, 0.0)], [0.125, 0.125]),
-    ("waist", [v(-0.045, 0.05, 0.005), v(0.045, 0.05, 0.005)], [0.125, 0.125]),
-    ("chest", [v(-0.06, 0.06, 0.005), v(0.06, 0.06, 0.005)], [0.12, 0.12]),
-    ("chest", [v(-0.10, 0.155, 0.0), v(0.10, 0.155, 0.0)], [0.075, 0.075]),
-    ("neck", [v(0.0, -0.03, 0.0), v(0.0, 0.10, 0.01)], [0.062, 0.056]),
-    ("head", [v(0.0, 0.06, 0.02), v(0.0, 0.10, 0.0)], [0.095, 0.105]),
-    ("*_clavicle", [v(0.02, 0.0, -0.02), v(0.15, 0.005, -0.03)], [0.068, 0.066]),
-    ("*_upper_arm", [v(0.0, 0.0, 0.0), v(0.29, 0.0, 0.0)], [0.064, 0.052]),
-    ("*_forearm", [v(0.0, 0.0, 0.0), v(0.24, 0.0, 0.0)], [0.052, 0.036]),
-    ("*_hand", [v(0.02, 0.0, 0.0), v(0.09, -0.01, 0.0)], [0.036, 0.036]),
-    ("*_thigh", [v(0.0, 0.0, 0.0), v(0.0, -0.42, 0.0)], [0.105, 0.075]),
-    ("*_shank", [v(0.0, 0.0, 0.0), v(0.0, -0.36, 0.0)], [0.075, 0.056]),
-    ("*_foot", [v(0.0, -0.02, -0.01), v(0.0, -0.05, -0.015)], [0.045, 0.034]),
-    ("*_foot", [v(0.0, -0.05, -0.015), v(0.0, -0.055, 0.13)], [0.034, 0.028]),
-    ("head", [v(0.0, 0.02, -0.075), v(0.0, -0.10, -0.10)], [0.034, 0.026]),
-];
 
 /// Of millimetres, metres; cells of hands and feet are that fine.
 const FINE: f32 = 0.004;
@@ -62,15 +38,21 @@ pub fn head() -> Mesh {
 /// The wig without its parting: hair drawn over the ears to the nape, tied there.
 fn hair(p: Vec3) -> f32 {
     let side = Vec3::new(p.x.abs(), p.y, p.z);
-    let cap = ellipsoid(p, v(0.0, 0.092, 0.0), v(0.091, 0.116, 0.108));
+    let cap = ellipsoid(p, v(0.0, 0.092, 0.0), v(0.089, 0.114, 0.108));
     let locks = rods(
         side,
-        &[(v(0.074, 0.11, 0.05), 0.018), (v(0.078, 0.05, 0.03), 0.022), (v(0.06, -0.02, -0.03), 0.026)],
+        &[
+            (v(0.068, 0.125, 0.058), 0.016),
+            (v(0.073, 0.07, 0.044), 0.02),
+            (v(0.066, 0.015, 0.006), 0.023),
+            (v(0.038, -0.02, -0.045), 0.022),
+            (v(0.0, -0.045, -0.082), 0.022),
+        ],
         0.02,
     );
     let tail = rods(
         p,
-        &[(v(0.0, 0.03, -0.07), 0.045), (v(0.0, -0.03, -0.088), 0.024), (v(0.0, -0.13, -0.105), 0.021)],
+        &[(v(0.0, 0.03, -0.07), 0.045), (v(0.0, -0.045, -0.086), 0.024), (v(0.0, -0.13, -0.105), 0.019)],
         0.03,
     );
     join(join(cap, locks, 0.03), tail, 0.03)
@@ -79,8 +61,8 @@ fn hair(p: Vec3) -> f32 {
 /// The wig of a young woman (kazura), at the head.
 pub fn wig() -> Mesh {
     let wig = |p: Vec3| {
-        let face = ellipsoid(p, v(0.0, 0.06, 0.135), v(0.064, 0.112, 0.082));
-        let neck = ellipsoid(p, v(0.0, -0.04, 0.02), v(0.056, 0.11, 0.075));
+        let face = ellipsoid(p, v(0.0, 0.06, 0.135), v(0.062, 0.113, 0.082));
+        let neck = ellipsoid(p, v(0.0, -0.05, 0.03), v(0.053, 0.11, 0.078));
         let parting = 0.0035 * (-(p.x / 0.003).powi(2)).exp();
         cut(cut(hair(p), face, 0.012), neck, 0.02) + parting
     };
@@ -134,7 +116,7 @@ pub fn band() -> Solids {
 
 /// At the neck.
 pub fn neck() -> Mesh {
-    let neck = |p: Vec3| rod(p, [v(0.0, -0.03, 0.0), v(0.0, 0.11, 0.012)], [0.055, 0.05]);
+    let neck = |p: Vec3| rod(p, [v(0.0, -0.03, 0.0), v(0.0, 0.11, 0.012)], [0.05, 0.047]);
     around("neck", [v(-0.09, -0.11, -0.09), v(0.09, 0.19, 0.09)], 0.006, &neck)
 }
 

@@ -96,7 +96,7 @@ fn front(t: f32, turn: f32) -> Vec3 {
 /// The mask, with the origin in the middle of its rim; +z is where it looks.
 pub fn solids() -> Solids {
     // Finer where eyes and mouth are.
-    let rows: Vec<f32> = (0..=240).map(|i| (0.5 * PI * (1.0 - i as f32 / 120.0)).sin()).collect();
+    let rows: Vec<f32> = (0..=240).map(|i| 0.998 * (0.5 * PI * (1.0 - i as f32 / 120.0)).sin()).collect();
     let columns: Vec<f32> = (0..=150).map(|j| ROUND * (j as f32 / 75.0 - 1.0)).collect();
     let outside: Grid = rows.iter().map(|t| columns.iter().map(|a| front(*t, *a)).collect()).collect();
     let inside: Grid = outside
@@ -162,7 +162,7 @@ pub fn painting() -> Surface {
         let mut black = within(-over, 0.8);
         for (k, width) in [(3.2, 0.55), (6.4, 0.5), (9.8, 0.45)] {
             black =
-                black.max(within((over + k + 0.05 * side).abs() - width, 0.3) * smoothstep(14.0, 30.0, side));
+                black.max(within((over + k + 0.05 * side).abs() - width, 0.3) * smoothstep(14.0, 30.0, side) * smoothstep(8.0, 30.0, y));
         }
         black *= 1.0 - within(side - 0.5, 0.4);
         colour = mix(colour, hair * (1.0 + 0.4 * strand), black);

@@ -4,7 +4,6 @@
 mod body;
 mod mask;
 
-pub use body::{RODS, Rod};
 pub(crate) use mask::painting;
 
 use crate::dimension::Basis;
@@ -13,6 +12,7 @@ use crate::solid::Solids;
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
 use yugen_motion::dance;
+use yugen_motion::garment::Body;
 use yugen_scene::Mesh;
 
 /// A part and the joint that carries it.
@@ -24,45 +24,8 @@ pub struct Piece {
     pub part: Part,
 }
 
-/// A rod that cloth lies on, at a joint of the skeleton.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Capsule {
-    /// Index of the joint.
-    pub joint: usize,
-    /// Both ends, in the joint's coordinates, m.
-    pub ends: [Vec3; 2],
-    /// Radii there, m.
-    pub radii: [f32; 2],
-}
-
 const SIDES: [(&str, &str, &str, &str); 2] =
     [("left", "hidari", "左", "left"), ("right", "migi", "右", "right")];
-
-/// The name of a rod's joint on both sides, and whether the side is the right one; once where it has none.
-fn sides(joint: &str) -> Vec<(String, bool)> {
-    match joint.strip_prefix('*') {
-        Some(rest) => SIDES.iter().map(|(side, ..)| (format!("{side}{rest}"), *side == "right")).collect(),
-        None => vec![(joint.to_string(), false)],
-    }
-}
-
-fn mirrored(p: Vec3, right: bool) -> Vec3 {
-    if right { Vec3::new(-p.x, p.y, p.z) } else { p }
-}
-
-/// What cloth lies on: [`RODS`] on both sides.
-pub fn capsules() -> Vec<Capsule> {
-    let joints = dance::player();
-    let mut all = Vec::new();
-    for (joint, ends, radii) in RODS {
-        for (name, right) in sides(joint) {
-            if let Some(joint) = joints.iter().position(|j| j.name == name) {
-                all.push(Capsule { joint, ends: ends.map(|p| mirrored(p, right)), radii });
-            }
-        }
-    }
-    all
-}
 
 /// All parts.
 pub fn pieces() -> Vec<Piece> {
@@ -124,25 +87,19 @@ pub fn pieces() -> Vec<Piece> {
         let foot = names("tabi", "白足袋", "white sock");
         add(&format!("{side}_foot"), foot.each_ref().map(String::as_str), Finish::Under, body::tabi(left));
     }
-    // Under the robe: what lies at one joint is one part.
-    let mut done: Vec<String> = Vec::new();
-    for (joint, ..) in RODS {
-        for (name, right) in sides(joint) {
-            let bare =
-                ["neck", "head"].contains(&&*name) || ["hand", "foot"].iter().any(|e| name.ends_with(e));
-            if bare || done.contains(&name) {
-                continue;
-            }
-            let own: Vec<([Vec3; 2], [f32; 2])> = RODS
-                .iter()
-                .filter(|(other, ..)| *other == joint)
-                .map(|(_, ends, radii)| (ends.map(|p| mirrored(p, right)), *radii))
-                .collect();
-            let id = format!("shitagi-{}", name.replace('_', "-"));
-            let en = format!("under-robe, {}", name.replace('_', " "));
-            add(&name, [&id, "白練下着", "shitagi", &en], Finish::Under, body::under(&name, &own));
-            done.push(name);
+    // Under the robe: what lies at one joint is one part, as round as what the robe lies on.
+    let body = Body::player();
+    for (index, joint) in dance::player().into_iter().enumerate() {
+        let own: Vec<_> =
+            body.capsules.iter().filter(|c| c.joint == index).map(|c| (c.ends, c.radii)).collect();
+        let name = joint.name;
+        let bare = ["neck", "head"].contains(&&*name) || ["hand", "foot"].iter().any(|e| name.ends_with(e));
+        if bare || own.is_empty() {
+            continue;
         }
+        let id = format!("shitagi-{}", name.replace('_', "-"));
+        let en = format!("under-robe, {}", name.replace('_', " "));
+        add(&name, [&id, "白練下着", "shitagi", &en], Finish::Under, body::under(&name, &own));
     }
     all
 }
@@ -167,9 +124,5 @@ mod tests {
             let m = &part.mesh;
             assert!(m.normals.len() == m.positions.len() && m.uvs.len() == m.positions.len(), "{}", part.id);
         }
-        assert_eq!(capsules().len(), 7 + 2 * 8);
-        let [left, right] = ["left_hand", "right_hand"]
-            .map(|n| capsules().into_iter().find(|c| joints[c.joint].name == n).unwrap());
-        assert_eq!(left.ends[1].x, -right.ends[1].x);
     }
 }
