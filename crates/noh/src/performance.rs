@@ -5,6 +5,7 @@ use crate::{Finish, FireLight, Hour, Stage};
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_motion::SkeletalMotion;
+use yugen_motion::garment::{self, Body, Fitting, Garment, GarmentError, Moment};
 use yugen_scene::{
     Attachment, Camera, Figure, Film, FovAxis, Geometry, Material, Mesh, Part, Projection, Scene, Shape,
     look_along,
@@ -19,6 +20,46 @@ pub struct Costume {
     pub samples: Arc<[Vec<Vec3>]>,
     /// Samples a second.
     pub rate: f64,
+}
+
+impl Costume {
+    /// A garment put on the player and danced in; of its frames every `keep`th is kept. `tell` hears of each frame that is done.
+    ///
+    /// # Errors
+    /// A garment or a fabric that is none.
+    pub fn simulate(
+        garment: &Garment,
+        dance: &SkeletalMotion,
+        fitting: &Fitting,
+        keep: usize,
+        mut tell: impl FnMut(usize),
+    ) -> Result<Self, GarmentError> {
+        let fitting = Fitting { seconds: (1.0 / dance.rate) as f32, ..*fitting };
+        let body = Body::player();
+        let approach = |t: f32| dance.approach(t).unwrap_or_default();
+        let mut worn = garment::Costume::dress(garment, &body, &fitting, approach)?;
+        let cut = worn.cut();
+        let mesh = Mesh {
+            name: garment.name.clone(),
+            positions: worn.points(),
+            normals: worn.normals(),
+            uvs: cut.uvs.clone(),
+            triangles: cut.triangles.clone(),
+            ..Mesh::default()
+        };
+        let mut samples = Vec::with_capacity(dance.frames / keep + 1);
+        for frame in 0..dance.frames {
+            if frame > 0 {
+                let poses = dance.poses(frame).map_err(|e| GarmentError::Body(e.to_string()))?;
+                worn.step(&poses, &Moment::default());
+            }
+            if frame.is_multiple_of(keep) {
+                samples.push(worn.points());
+            }
+            tell(frame);
+        }
+        Ok(Self { mesh, samples: samples.into(), rate: dance.rate / keep as f64 })
+    }
 }
 
 /// A dance on a stage.
@@ -56,14 +97,16 @@ impl Performance {
         }
         if let Some(costume) = &self.costume {
             let shape = scene.shapes.len();
-            let mut mesh = costume.mesh.clone();
-            mesh.normals.clear();
-            mesh.complete_normals(glam::Mat3::IDENTITY);
             let [cloth, lining] = [Finish::Cloth, Finish::Lining].map(|f| self.stage.material_of(f));
             let (front, back) = (cloth.unwrap_or_default(), lining.unwrap_or_default());
             scene.materials.push(Material::TwoSided { front, back });
             let material = scene.materials.len() - 1;
-            scene.shapes.push(Shape::new(ROBE, Geometry::Mesh(Arc::new(mesh)), self.place, material));
+            scene.shapes.push(Shape::new(
+                ROBE,
+                Geometry::Mesh(Arc::new(costume.mesh.clone())),
+                self.place,
+                material,
+            ));
             scene.add_cache(shape, costume.samples.clone(), costume.rate, 0.0, Mat4::IDENTITY)?;
         }
         scene.figures.push(Arc::new(Figure {

@@ -86,7 +86,8 @@ pub fn mesh(
         for _ in 0..3 {
             let g = gradient(p);
             // Never out of its cell, so that triangles neither turn over nor shrink to nothing.
-            p = (p - g * (distance(p) / g.length_squared().max(0.1))).clamp(lo + 0.01 * cell, lo + 0.99 * cell);
+            p = (p - g * (distance(p) / g.length_squared().max(0.1)))
+                .clamp(lo + 0.01 * cell, lo + 0.99 * cell);
         }
         mesh.positions.push(p);
         mesh.normals.push(gradient(p).normalize_or(Vec3::Y));

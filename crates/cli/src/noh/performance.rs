@@ -1,17 +1,19 @@
 //! `yugen noh performance`: a player who dances on the stage by the light of its fires.
 
 use super::{cloth, labels, part_labels};
-use crate::json;
+use crate::{argument, json, progress};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_archive::formats::toml;
 use yugen_archive::{check_outputs, check_writable, read_bounded};
 use yugen_capture::weave::{Cloth, Fabric, Irregularity};
-use yugen_motion::dance;
-use yugen_noh::{FireLight, Hour, Performance, Preset, Robe, Stage};
+use yugen_motion::cloth::{Fabric as Material, PRESETS};
+use yugen_motion::garment::{self, Fitting};
+use yugen_motion::{SkeletalMotion, dance};
+use yugen_noh::{Costume, FireLight, Hour, Performance, Preset, Robe, Stage};
 use yugen_optics::{ColourSpace, Mat4, Vec2, Vec3};
 use yugen_reflectance::btf::Btf;
 
@@ -24,6 +26,8 @@ const TEXELS: usize = 512;
 const WIDE: f32 = 0.09;
 /// Frames of the motion a second.
 const RATE: f64 = 60.0;
+/// Of the robe's frames one in so many is kept.
+const KEEP: usize = 2;
 /// The longest dance, s.
 const LONGEST: f64 = 1800.0;
 
@@ -53,6 +57,23 @@ pub struct PerformanceVerb {
     #[arg(long, value_name = "FORM")]
     form: Option<String>,
 
+    /// The robe: a cut and measures that differ from its own, as in "kosode length=1.45", or a file with these words; `none` leaves the
+    /// player in white.
+    #[arg(long, default_value = "kosode", value_name = "CUT")]
+    garment: String,
+
+    /// What the robe weighs and how it bends.
+    #[arg(long, default_value = "karaori", value_parser = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>(), value_name = "FABRIC")]
+    fabric: String,
+
+    /// Edges of the robe's triangles, mm; half as long takes some eight times as long.
+    #[arg(long, default_value_t = 20.0, value_name = "MM", value_parser = edge)]
+    edge: f32,
+
+    /// Threads [default: as many as there are cores]; the result does not depend on them.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+
     /// When it is.
     #[arg(long, value_parser = ["night", "dusk"], default_value = "night", value_name = "HOUR")]
     hour: String,
@@ -62,7 +83,38 @@ pub struct PerformanceVerb {
     json: bool,
 }
 
+fn edge(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|v: &f32| (5.0..=60.0).contains(v));
+    number.ok_or_else(|| "expected millimetres from 5 to 60, as in 20".into())
+}
+
 impl PerformanceVerb {
+    /// The robe, danced in; nothing where nobody wears one.
+    fn costume(&self, moved: &SkeletalMotion) -> Result<Option<Costume>> {
+        if self.garment == "none" {
+            return Ok(None);
+        }
+        let path = Path::new(&self.garment);
+        let words = if path.is_file() {
+            String::from_utf8(read_bounded(path, 1 << 16)?).ok().context("a garment is a line of text")?
+        } else {
+            self.garment.clone()
+        };
+        let garment = garment::parse(&words).with_context(|| format!("--garment {}", self.garment))?;
+        let fabric = Material::preset(&self.fabric).map(|p| p.fabric).context("--fabric is a preset")?;
+        let fitting = Fitting {
+            edge: 1e-3 * self.edge,
+            fabric,
+            threads: argument::threads(self.threads),
+            ..Fitting::default()
+        };
+        let bar = progress::bar(moved.frames as u64, self.json);
+        bar.set_message("the robe");
+        let costume = Costume::simulate(&garment, moved, &fitting, KEEP, |_| bar.inc(1));
+        bar.finish_and_clear();
+        Ok(Some(costume?))
+    }
+
     /// Does it.
     pub fn run(self) -> Result<()> {
         if super::extension(&self.output) != "toml" {
@@ -95,7 +147,8 @@ impl PerformanceVerb {
         let z = -0.25 * stage.layout().get("depth");
         let floor = stage.layout().floor(z);
         let place = Mat4::from_translation(Vec3::new(0.0, floor, z) - start);
-        let performance = Performance { stage, dance: moved, costume: None, place };
+        let costume = self.costume(&moved)?;
+        let performance = Performance { stage, dance: moved, costume, place };
         let hour = if self.hour == "dusk" { Hour::Dusk } else { Hour::Night };
         let scene = performance.scene(hour, FireLight::Flames)?;
         let mut labels = labels(&performance.stage);

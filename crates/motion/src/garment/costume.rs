@@ -108,7 +108,8 @@ impl Costume {
         let floor = fitting.floor.map(|y| Stance { origin: Vec3::Y * y, ..Stance::default() });
         let solids = body.solids(fitting.clearance).zip(body.stances(&poses));
         let ground = floor.map(|stance| (Solid::Ground, stance));
-        let solver = SmallSteps::new(cloth, &attached, settings)?.with_bodies(solids.chain(ground).collect())?;
+        let solver =
+            SmallSteps::new(cloth, &attached, settings)?.with_bodies(solids.chain(ground).collect())?;
         let pelvis = poses[body.pelvis];
         let local = |p: Vec3| pelvis.rotation.inverse() * (p - pelvis.position);
         let begin: Vec<Vec3> = belt.iter().map(|b| cut.sheet.positions[b.0 as usize]).collect();

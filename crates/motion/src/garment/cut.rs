@@ -73,7 +73,9 @@ impl Panel {
         };
         let find = |at: f32| {
             let found = marks.iter().position(|m| (m - at).abs() < SAME);
-            found.ok_or_else(|| self.wrong(format!("has no mark at {at} m, where a seam ends; it has {marks:?}")))
+            found.ok_or_else(|| {
+                self.wrong(format!("has no mark at {at} m, where a seam ends; it has {marks:?}"))
+            })
         };
         Ok([find(edge.from)?, find(edge.to)?])
     }

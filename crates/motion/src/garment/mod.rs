@@ -145,7 +145,9 @@ pub enum GarmentError {
         problem: String,
     },
     /// Edges that do not belong together.
-    #[error("a seam joins {have:.3} m of '{from}' to {want:.3} m of '{to}'; edges as long as each other were expected")]
+    #[error(
+        "a seam joins {have:.3} m of '{from}' to {want:.3} m of '{to}'; edges as long as each other were expected"
+    )]
     Seam {
         /// Name of the first panel.
         from: String,
@@ -157,7 +159,9 @@ pub enum GarmentError {
         want: f32,
     },
     /// Triangles that are too large or too small.
-    #[error("a garment in triangles of {edge} m has {count} vertices; from 100 to {most} are possible, with edges of .004 to .1 m")]
+    #[error(
+        "a garment in triangles of {edge} m has {count} vertices; from 100 to {most} are possible, with edges of .004 to .1 m"
+    )]
     Edge {
         /// Asked for, m.
         edge: f32,

@@ -165,7 +165,9 @@ impl Spread {
         if spot.x.abs() <= half + 1e-4 {
             let (oval, outwards) = self.oval(self.around(spot), self.half_round(spot.s));
             p = Vec2::new(spot.x, flat).lerp(oval, closed);
-            n = Vec2::new(0.0, if spot.front { 1.0 } else { -1.0 }).lerp(outwards, closed).normalize_or(outwards);
+            n = Vec2::new(0.0, if spot.front { 1.0 } else { -1.0 })
+                .lerp(outwards, closed)
+                .normalize_or(outwards);
         } else {
             let straight = 0.5 * (self.half_round(spot.s) - PI * d).max(0.0);
             let x = spot.x.abs() - (half - straight - d) * closed;
@@ -182,7 +184,14 @@ impl Spread {
     }
 
     /// The vertices of the sheet, out of the body.
-    pub fn place(&self, garment: &Garment, cut: &Cut, spots: &[Spot], body: &Body, poses: &[RigidPose]) -> Vec<Vec3> {
+    pub fn place(
+        &self,
+        garment: &Garment,
+        cut: &Cut,
+        spots: &[Spot],
+        body: &Body,
+        poses: &[RigidPose],
+    ) -> Vec<Vec3> {
         let mut sums = vec![(Vec3::ZERO, 0.0f32); cut.sheet.positions.len()];
         for (p, panel) in garment.panels.iter().enumerate() {
             if panel.hang == Hang::Along {

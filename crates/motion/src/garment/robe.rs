@@ -90,7 +90,8 @@ fn kosode(m: &[f32]) -> Garment {
     levels.sort_by(f32::total_cmp);
     levels.dedup_by(|a, b| (*a - *b).abs() < 5e-3);
     // What was merged with a neighbour is where that is.
-    let near = |v: f32| levels.iter().copied().min_by(|a, b| (a - v).abs().total_cmp(&(b - v).abs())).unwrap_or(v);
+    let near =
+        |v: f32| levels.iter().copied().min_by(|a, b| (a - v).abs().total_cmp(&(b - v).abs())).unwrap_or(v);
     let (cuff, begin, depth, collar_end) = (near(cuff), near(begin), near(depth), near(collar_end));
     let marks = |from: f32, to: f32, of: &dyn Fn(f32) -> [f32; 2]| -> Vec<Mark> {
         let within = levels.iter().filter(|v| (from..=to).contains(*v));
@@ -122,9 +123,7 @@ fn kosode(m: &[f32]) -> Garment {
     let f_right = bolt.cut(
         "right front",
         &[0.0, back - neck, back],
-        marks(0.0, length, &|v| {
-            [back - side(v), if v < begin { back - collar_at(v) } else { back }]
-        }),
+        marks(0.0, length, &|v| [back - side(v), if v < begin { back - collar_at(v) } else { back }]),
         flat(-back, 1.0, true, false),
     );
     let edge_at = |v: f32| if v < collar_end { collar_at(v).min(0.0) } else { -okumi };
@@ -199,6 +198,14 @@ fn kosode(m: &[f32]) -> Garment {
         name: "kosode".into(),
         panels: bolt.panels,
         seams: bolt.seams,
-        wear: Wear { length, half: back, hem: front, sleeve, armhole: depth, cuff, belt: [belt, belt + BELT] },
+        wear: Wear {
+            length,
+            half: back,
+            hem: front,
+            sleeve,
+            armhole: depth,
+            cuff,
+            belt: [belt, belt + BELT],
+        },
     }
 }

@@ -161,8 +161,11 @@ pub fn painting() -> Surface {
         let strand = noise(Vec2::new(220.0 * q.x, 30.0 * q.y), [220, 30], 403);
         let mut black = within(-over, 0.8);
         for (k, width) in [(3.2, 0.55), (6.4, 0.5), (9.8, 0.45)] {
-            black =
-                black.max(within((over + k + 0.05 * side).abs() - width, 0.3) * smoothstep(14.0, 30.0, side) * smoothstep(8.0, 30.0, y));
+            black = black.max(
+                within((over + k + 0.05 * side).abs() - width, 0.3)
+                    * smoothstep(14.0, 30.0, side)
+                    * smoothstep(8.0, 30.0, y),
+            );
         }
         black *= 1.0 - within(side - 0.5, 0.4);
         colour = mix(colour, hair * (1.0 + 0.4 * strand), black);
