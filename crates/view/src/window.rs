@@ -276,6 +276,7 @@ impl App {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             bounces: Some(self.state.most_bounces()),
             hide_emitters: self.state.scene.integrator.hide_emitters,
+            lighting: Default::default(),
             seed: 0,
         };
         (self.asked_changes, self.asked_scene) = (self.state.changes, self.state.scenes);
