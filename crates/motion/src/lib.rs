@@ -10,6 +10,7 @@ pub mod cloth;
 pub mod dance;
 mod deform;
 pub mod fire;
+pub mod garment;
 pub mod noise;
 mod skeletal;
 mod skeleton;

@@ -68,6 +68,15 @@ fn quoted(text: &str) -> String {
     out + "\""
 }
 
+/// Where something is placed, if it is.
+fn matrix(to_world: Mat4, out: &mut String) {
+    if to_world != Mat4::IDENTITY {
+        let rows = to_world.transpose().to_cols_array_2d();
+        let row = |r: [f32; 4]| format!("[{}, {}, {}, {}]", r[0], r[1], r[2], r[3]);
+        let _ = writeln!(out, "matrix = [{}]", rows.map(row).join(", "));
+    }
+}
+
 fn triple(v: Vec3) -> String {
     format!("[{}, {}, {}]", v.x, v.y, v.z)
 }
@@ -99,7 +108,11 @@ impl Writer<'_> {
         // Fires bring shapes of their own.
         let of_fires: BTreeSet<usize> = self.scene.fires.iter().flat_map(|f| f.shapes()).collect();
         let own = || self.scene.shapes.iter().enumerate().filter(|(i, _)| !of_fires.contains(i));
-        let used: BTreeSet<MaterialId> = own().map(|(_, s)| s.material).collect();
+        let mut used: BTreeSet<MaterialId> = own().map(|(_, s)| s.material).collect();
+        // Both sides of a material have names of their own.
+        for id in used.clone() {
+            used.extend(self.sides(id).into_iter().flatten());
+        }
         for id in used {
             self.material(id, &mut out)?;
         }
@@ -135,11 +148,7 @@ impl Writer<'_> {
                 let _ = writeln!(out, "figure = {}\njoint = {}", quoted(figure), quoted(joint));
                 to_world = *to_joint;
             }
-            if to_world != Mat4::IDENTITY {
-                let rows = to_world.transpose().to_cols_array_2d();
-                let row = |r: [f32; 4]| format!("[{}, {}, {}, {}]", r[0], r[1], r[2], r[3]);
-                let _ = writeln!(out, "matrix = [{}]", rows.map(row).join(", "));
-            }
+            matrix(to_world, &mut out);
             if let Some(emission) = &shape.emission {
                 let emission = self.value(emission, false, &shape.name, "emission")?;
                 let _ = writeln!(out, "emission = {emission}");
@@ -211,9 +220,6 @@ impl Writer<'_> {
             let ([clip], []) = (&clips[..], &deformed[..]) else {
                 return Err(self.cannot("a figure has a skin or several animations".into()));
             };
-            if *to_world != Mat4::IDENTITY {
-                return Err(self.cannot("a figure is moved".into()));
-            }
             let file = self.file("figure", "glb");
             let name = file.trim_end_matches(".glb").to_string();
             let path = self.folder.join(&file);
@@ -224,6 +230,7 @@ impl Writer<'_> {
             atomic_write(&path, &motion::gltf::write(&moved, &path)?)?;
             let file = quoted(&format!("{}/{file}", self.name));
             let _ = writeln!(out, "\n[[figure]]\nname = {}\nmotion = {file}", quoted(&name));
+            matrix(*to_world, out);
             for Attachment { joint, part } in attachments {
                 let Part::Shape { shape, to_joint, flips: false } = part else {
                     return Err(self.cannot("a figure carries a camera, a light or a mirrored shape".into()));
@@ -256,13 +263,22 @@ impl Writer<'_> {
     }
 
     fn camera(&self, camera: &Camera, out: &mut String) -> Result<(), Error> {
+        let [across, up, forward, at] = [0, 1, 2, 3].map(|i| camera.to_world.col(i).truncate());
+        let [near, far] = camera.near_far;
         let Projection::Perspective { fov_x, aperture_radius, focus_distance, principal_point, .. } =
             camera.projection
         else {
-            return Err(self.cannot(format!("the camera '{}' has parallel rays", camera.name)));
+            let _ = writeln!(
+                out,
+                "\n[[camera]]\nname = {}\nfrom = {}\nto = {}\nup = {}\nwidth = {}\nnear_far = [{near}, {far}]",
+                quoted(&camera.name),
+                triple(at),
+                triple(at + forward),
+                triple(up.normalize_or(Vec3::Y)),
+                2.0 * across.length(),
+            );
+            return Ok(());
         };
-        let [_, up, forward, at] = [0, 1, 2, 3].map(|i| camera.to_world.col(i).truncate());
-        let [near, far] = camera.near_far;
         let _ = writeln!(
             out,
             "\n[[camera]]\nname = {}\nfrom = {}\nto = {}\nup = {}\nfov = {}\nnear_far = [{near}, {far}]",
@@ -281,9 +297,22 @@ impl Writer<'_> {
         Ok(())
     }
 
+    /// The materials of a front and a back that differ.
+    fn sides(&self, id: MaterialId) -> Option<[MaterialId; 2]> {
+        match self.scene.materials.get(id) {
+            Some(Material::TwoSided { front, back }) if front != back => Some([*front, *back]),
+            _ => None,
+        }
+    }
+
     fn material(&mut self, id: MaterialId, out: &mut String) -> Result<(), Error> {
         let name = self.labels.material(id);
         let _ = writeln!(out, "\n[material.{}]", quoted(&name));
+        if let Some(sides) = self.sides(id) {
+            let [front, back] = sides.map(|id| quoted(&self.labels.material(id)));
+            let _ = writeln!(out, "front = {front}\nback = {back}");
+            return Ok(());
+        }
         let mut at = id;
         // What is around a model, from outside in.
         for _ in 0..8 {

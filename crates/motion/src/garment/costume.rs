@@ -1,0 +1,195 @@
+//! A garment on a body that moves.
+
+use super::place::{Spread, spots};
+use super::{Body, Cut, Garment, GarmentError};
+use crate::RigidPose;
+use crate::cloth::{Cloth, Fabric, Settings, SmallSteps, Solid, Stance, Step};
+use glam::Vec3;
+
+/// How a garment is made and simulated.
+#[derive(Clone, Copy, Debug)]
+pub struct Fitting {
+    /// Of triangles along the threads, m.
+    pub edge: f32,
+    /// What it is made of.
+    pub fabric: Fabric,
+    /// Of a step, s: one over the frames a second.
+    pub seconds: f32,
+    /// Of each step, at the least.
+    pub substeps: u32,
+    /// Threads; the result does not depend on them.
+    pub threads: usize,
+    /// What cloth keeps from the body besides half its thickness, m: a triangle with all corners on an arm cuts into it.
+    pub clearance: f32,
+    /// A floor at this height, m.
+    pub floor: Option<f32>,
+    /// How long it is tied and settles on the body with its arms spread, then follows it to where the dance begins, s.
+    pub dressing: [f32; 2],
+}
+
+impl Default for Fitting {
+    /// Karaori in triangles of two centimetres at sixty frames a second, on a floor at nought.
+    fn default() -> Self {
+        let karaori = Fabric::preset("karaori").map(|p| p.fabric);
+        Self {
+            edge: 0.02,
+            fabric: karaori.unwrap_or(crate::cloth::PRESETS[0].fabric),
+            seconds: 1.0 / 60.0,
+            substeps: 20,
+            threads: 1,
+            clearance: 0.004,
+            floor: Some(0.0),
+            dressing: [2.0, 2.0],
+        }
+    }
+}
+
+/// What acts on a costume besides the body.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Moment {
+    /// Velocity of the air, m/s.
+    pub wind: Vec3,
+}
+
+/// A garment that is worn.
+pub struct Costume {
+    cut: Cut,
+    body: Body,
+    solver: SmallSteps,
+    /// What the belt holds, in the coordinates of the pelvis.
+    held: Vec<Vec3>,
+    floor: Option<Stance>,
+    /// Filled anew in each step.
+    targets: Vec<Vec3>,
+    stances: Vec<Stance>,
+}
+
+/// Part of the tying in which the belt is drawn shut.
+const TYING: f32 = 0.4;
+/// What a vertex keeps of its velocity from step to step while the garment is tied, of which sixty make a second: it comes to
+/// rest where it is, without swinging.
+const CALM: f32 = 0.85;
+/// Layers under the belt are this far apart, in edges: more than contact keeps.
+const LAYER: f32 = 0.3;
+
+impl Costume {
+    /// Puts a garment on a body. `approach` says where all joints are: at 0 with the arms spread to the sides, as a player of
+    /// [`crate::dance`] rests; at 1 where the dance begins; in between on the way.
+    ///
+    /// # Errors
+    /// A garment, fabric or body that is none.
+    pub fn dress(
+        garment: &Garment,
+        body: &Body,
+        fitting: &Fitting,
+        mut approach: impl FnMut(f32) -> Vec<RigidPose>,
+    ) -> Result<Self, GarmentError> {
+        let poses = approach(0.0);
+        body.check(poses.len())?;
+        if poses.iter().any(|p| !p.position.is_finite() || !p.rotation.is_finite()) {
+            return Err(GarmentError::Body("has a joint at no place".into()));
+        }
+        let mut cut = garment.cut(fitting.edge)?;
+        let spots = spots(garment, &cut);
+        let spread = Spread::new(&garment.wear, body, &poses)?;
+        let start = spread.place(garment, &cut, &spots, body, &poses);
+        let layers = [fitting.clearance + fitting.fabric.thickness, LAYER * fitting.edge];
+        let belt = spread.belt(&cut, &spots, body, &poses, layers);
+        cut.sheet.positions = start;
+        let cloth = Cloth::new(cut.sheet.clone(), &fitting.fabric)?;
+        let attached: Vec<u32> = belt.iter().map(|b| b.0).collect();
+        let settings = Settings {
+            seconds: fitting.seconds,
+            substeps: fitting.substeps,
+            contact: true,
+            threads: fitting.threads,
+            ..Settings::default()
+        };
+        let floor = fitting.floor.map(|y| Stance { origin: Vec3::Y * y, ..Stance::default() });
+        let solids = body.solids(fitting.clearance).zip(body.stances(&poses));
+        let ground = floor.map(|stance| (Solid::Ground, stance));
+        let solver =
+            SmallSteps::new(cloth, &attached, settings)?.with_bodies(solids.chain(ground).collect())?;
+        let pelvis = poses[body.pelvis];
+        let local = |p: Vec3| pelvis.rotation.inverse() * (p - pelvis.position);
+        let begin: Vec<Vec3> = belt.iter().map(|b| cut.sheet.positions[b.0 as usize]).collect();
+        let mut costume = Self {
+            body: body.clone(),
+            solver,
+            held: belt.iter().map(|b| local(b.1)).collect(),
+            floor,
+            targets: Vec::with_capacity(belt.len()),
+            stances: Vec::with_capacity(body.capsules.len() + 1),
+            cut,
+        };
+        let steps = fitting.dressing.map(|s| (s / fitting.seconds).round().clamp(1.0, 1e5) as u32);
+        let end: Vec<Vec3> = belt.iter().map(|b| b.1).collect();
+        for step in 1..=steps[0] {
+            let t = smooth(step as f32 / (TYING * steps[0] as f32));
+            costume.targets.clear();
+            costume.targets.extend(begin.iter().zip(&end).map(|(a, b)| a.lerp(*b, t)));
+            costume.advance(&poses, &Moment::default());
+            costume.calm(CALM.powf(60.0 * fitting.seconds));
+        }
+        for step in 1..=steps[1] {
+            // On the way for three quarters of the time.
+            let t = smooth(step as f32 / (0.75 * steps[1] as f32));
+            costume.step(&approach(t), &Moment::default());
+        }
+        Ok(costume)
+    }
+
+    /// One step: to where all joints are at its end.
+    pub fn step(&mut self, poses: &[RigidPose], moment: &Moment) {
+        let pelvis = poses[self.body.pelvis];
+        self.targets.clear();
+        self.targets.extend(self.held.iter().map(|p| pelvis.rotation * *p + pelvis.position));
+        self.advance(poses, moment);
+    }
+
+    fn advance(&mut self, poses: &[RigidPose], moment: &Moment) {
+        self.stances.clear();
+        self.stances.extend(self.body.stances(poses));
+        self.stances.extend(self.floor);
+        let (targets, stances) = (&self.targets, &self.stances);
+        self.solver.step(&Step { wind: moment.wind, targets, stances, ..Step::default() });
+    }
+
+    /// Takes speed away.
+    fn calm(&mut self, keep: f32) {
+        let velocities: Vec<Vec3> = self.solver.velocities().map(|v| v * keep).collect();
+        let positions = self.solver.positions().to_vec();
+        self.solver.place(&positions, &velocities);
+    }
+
+    /// The mesh: its triangles, its (u, v), which of its vertices are one.
+    pub fn cut(&self) -> &Cut {
+        &self.cut
+    }
+
+    /// Where the vertices of the mesh are, m.
+    pub fn points(&self) -> Vec<Vec3> {
+        self.cut.points(self.solver.positions())
+    }
+
+    /// Their normals.
+    pub fn normals(&self) -> Vec<Vec3> {
+        self.cut.normals(self.solver.positions())
+    }
+
+    /// The cloth and what moves it.
+    pub fn solver(&self) -> &SmallSteps {
+        &self.solver
+    }
+
+    /// What the belt holds: vertices of the cloth.
+    pub fn held(&self) -> usize {
+        self.held.len()
+    }
+}
+
+/// The way from 0 to 1, at rest at both ends.
+fn smooth(t: f32) -> f32 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}

@@ -1,0 +1,187 @@
+//! Robes as they are cut: pieces of cloth as wide as the loom wove them, seams between their edges, a belt; and their
+//! wearing, by simulation on a body of capsules that moves.
+//!
+//! ```text
+//! kosode length=1.40 back=.34 front=.30     # a line of [`CUTS`], as [`parse`] reads it
+//! ```
+//! A [`Garment`] is flat. [`Garment::cut`] makes triangles of it, sewn along its seams; [`Costume::dress`] puts it about a
+//! [`Body`] with its arms spread, ties it, and lets it settle while the body goes to where a dance begins;
+//! [`Costume::step`] then follows the dance.
+//!
+//! Metres, y up. A wearer faces +z and has +x to the left, as in [`crate::dance`]. Seen from the face of the cloth, u (the
+//! weft) runs to the right and v (the warp) down, so that a pattern stands upright and lies straight on the grain.
+
+mod body;
+mod costume;
+mod cut;
+mod place;
+mod robe;
+mod words;
+
+pub use body::{Body, Capsule};
+pub use costume::{Costume, Fitting, Moment};
+pub use cut::Cut;
+pub use robe::{CUTS, Cutting};
+pub use words::parse;
+
+use crate::cloth::ClothError;
+use glam::Vec2;
+
+/// A garment as it lies flat: pieces, and what is sewn to what.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Garment {
+    /// As in [`CUTS`].
+    pub name: String,
+    /// Its pieces.
+    pub panels: Vec<Panel>,
+    /// Pairs of edges.
+    pub seams: Vec<Seam>,
+    /// How it is worn.
+    pub wear: Wear,
+}
+
+/// A piece of cloth between two lines along the warp, straight or slanted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// For people.
+    pub name: String,
+    /// Where on the bolt it is cut: its (0, 0) in (u, v) of the cloth, m.
+    pub bolt: Vec2,
+    /// Marks across, u from the lowest, m: columns of triangles go through each.
+    pub across: Vec<f32>,
+    /// Marks along the warp, v from the lowest, m, and from which to which u the piece reaches there; in between it goes over
+    /// linearly.
+    pub along: Vec<Mark>,
+    /// Where it is about the wearer.
+    pub hang: Hang,
+}
+
+/// A mark along the warp of a panel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Where, m.
+    pub v: f32,
+    /// The least u of the piece there, m.
+    pub left: f32,
+    /// The greatest.
+    pub right: f32,
+}
+
+/// Where a panel is when the garment is spread: to the left of the wearer, below the top of the shoulders.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hang {
+    /// A point (u, v) is `left` + `run` u to the left, v below the shoulder.
+    Flat {
+        /// Where u begins, m to the left of the wearer's middle.
+        left: f32,
+        /// 1 or −1: whether u runs to the wearer's left.
+        run: f32,
+        /// On the front, else on the back.
+        front: bool,
+        /// What comes to lie on top where fronts overlap.
+        over: bool,
+    },
+    /// A strip along what its left edge (u = 0) is sewn to, towards the wearer's neck.
+    Along,
+}
+
+/// An edge of a panel, from a mark to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Index of the panel.
+    pub panel: usize,
+    /// Which edge.
+    pub side: Side,
+    /// v of a mark where the seam begins, or u for those across, m.
+    pub from: f32,
+    /// And where it ends.
+    pub to: f32,
+}
+
+/// An edge's place on its panel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// At the least u.
+    Left,
+    /// At the greatest.
+    Right,
+    /// At the least v.
+    Top,
+    /// At the greatest.
+    Bottom,
+}
+
+/// Two edges that are one: where the first begins the second begins.
+pub type Seam = [Edge; 2];
+
+/// How a garment is worn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wear {
+    /// From shoulder to hem, m.
+    pub length: f32,
+    /// From the middle of the back to the side, m.
+    pub half: f32,
+    /// From the middle of the front to the side at the hem, m.
+    pub hem: f32,
+    /// From the side to the cuff, m; none for a garment without sleeves.
+    pub sleeve: f32,
+    /// How far below the shoulder the sleeve ends, and the side begins to be sewn, m.
+    pub armhole: f32,
+    /// How far below the shoulder the cuff is open, m.
+    pub cuff: f32,
+    /// What a belt takes of it: from and to so far below the shoulder, m.
+    pub belt: [f32; 2],
+}
+
+/// Why there is no such garment, or nobody can wear it.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GarmentError {
+    /// An edge without marks, or a panel that is none.
+    #[error("panel '{panel}' of a garment {problem}")]
+    Panel {
+        /// Its name.
+        panel: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Edges that do not belong together.
+    #[error(
+        "a seam joins {have:.3} m of '{from}' to {want:.3} m of '{to}'; edges as long as each other were expected"
+    )]
+    Seam {
+        /// Name of the first panel.
+        from: String,
+        /// Length of its edge, m.
+        have: f32,
+        /// Name of the second.
+        to: String,
+        /// Length of its edge, m.
+        want: f32,
+    },
+    /// Triangles that are too large or too small.
+    #[error(
+        "a garment in triangles of {edge} m has {count} vertices; from 100 to {most} are possible, with edges of .004 to .1 m"
+    )]
+    Edge {
+        /// Asked for, m.
+        edge: f32,
+        /// What it would take.
+        count: f64,
+        /// The most there may be.
+        most: usize,
+    },
+    /// A body that is none.
+    #[error("a body for a garment {0}")]
+    Body(String),
+    /// What the cloth says.
+    #[error(transparent)]
+    Cloth(#[from] ClothError),
+    /// A text that is no garment.
+    #[error("line {line}: {problem}")]
+    Text {
+        /// From one.
+        line: usize,
+        /// What was found and what was expected.
+        problem: String,
+    },
+}

@@ -1,0 +1,52 @@
+//! A garment from a line of text.
+
+use super::{CUTS, Garment, GarmentError};
+
+/// Reads a garment: the name of a cut, then measures that differ from its own, as in `kosode length=1.45`; what follows a # is
+/// for people, and lines may be broken anywhere between words.
+///
+/// # Errors
+/// Names and numbers that are none, with their line.
+pub fn parse(text: &str) -> Result<Garment, GarmentError> {
+    let mut found: Option<(&super::Cutting, Vec<f32>)> = None;
+    for (i, line) in text.lines().enumerate() {
+        let wrong = |problem: String| GarmentError::Text { line: i + 1, problem };
+        for word in line.split('#').next().unwrap_or_default().split_whitespace() {
+            let short: String = word.chars().take(40).collect();
+            let Some((cut, values)) = &mut found else {
+                let cut = CUTS.iter().find(|c| c.name == word).ok_or_else(|| {
+                    let names: Vec<&str> = CUTS.iter().map(|c| c.name).collect();
+                    wrong(format!("'{short}' is no cut; expected one of {}", names.join(", ")))
+                })?;
+                found = Some((cut, cut.measures.iter().map(|m| m.default).collect()));
+                continue;
+            };
+            let pair = word.split_once('=');
+            let at = pair.and_then(|(key, _)| cut.measures.iter().position(|m| m.name == key));
+            let (Some((_, value)), Some(at)) = (pair, at) else {
+                let names: Vec<String> =
+                    cut.measures.iter().map(|m| format!("{}={}", m.name, m.default)).collect();
+                return Err(wrong(format!(
+                    "'{short}' is no measure of a {}; it has {}",
+                    cut.name,
+                    names.join(", ")
+                )));
+            };
+            let [low, high] = cut.measures[at].range;
+            let number = value.parse().ok().filter(|v: &f32| (low..=high).contains(v));
+            values[at] = number.ok_or_else(|| {
+                let name = cut.measures[at].name;
+                let value: String = value.chars().take(40).collect();
+                wrong(format!("'{name}' of a {} is '{value}'; expected {low} to {high} m", cut.name))
+            })?;
+        }
+    }
+    match found {
+        Some((cut, values)) => Ok((cut.make)(&values)),
+        None => {
+            let names: Vec<&str> = CUTS.iter().map(|c| c.name).collect();
+            let problem = format!("there is no garment; expected one of {}", names.join(", "));
+            Err(GarmentError::Text { line: 1, problem })
+        }
+    }
+}
