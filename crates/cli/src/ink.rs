@@ -92,7 +92,8 @@ pub struct Ink {
     #[arg(long, value_name = "AXIS", value_parser = ["y", "z"])]
     up: Option<String>,
 
-    /// Of a sequence: leave the pictures that are there already.
+    /// Of a sequence: leave the pictures that are there already. Strokes are followed through them, so that those that
+    /// are made are what they would have been at once.
     #[arg(long)]
     resume: bool,
 
@@ -330,6 +331,16 @@ impl Frames for Easel<'_> {
         Easel::paint(self, scene)?;
         tell(1.0);
         Ok(!stop())
+    }
+
+    fn pass_by(&mut self, scene: &Scene) -> Result<()> {
+        self.painter.pose(scene)?;
+        self.painter.follow(&self.brush.look(scene)?)?;
+        Ok(())
+    }
+
+    fn remembers(&self) -> bool {
+        !self.brush.literal
     }
 
     fn picture(&self) -> Result<Image> {

@@ -69,6 +69,16 @@ pub trait Frames {
     /// Draws a frame of the scene as it stands; `tell` is told which part is done. `false`: it was stopped.
     fn paint(&mut self, scene: &Scene, stop: &dyn Fn() -> bool, tell: &dyn Fn(f64)) -> Result<bool>;
 
+    /// Takes note of a frame whose picture is there already.
+    fn pass_by(&mut self, _: &Scene) -> Result<()> {
+        Ok(())
+    }
+
+    /// Whether a frame depends on those before it, so that it must take note of all.
+    fn remembers(&self) -> bool {
+        false
+    }
+
     /// The frame that was painted last, for a film.
     fn picture(&self) -> Result<Image>;
 
@@ -280,6 +290,10 @@ impl Sequence<'_> {
             for frame in frames.clone() {
                 if self.resume && names(frame).all(|path| path.exists()) {
                     kept += 1;
+                    if painter.remembers() {
+                        self.pose(&mut scene, table.as_ref(), frame, rate)?;
+                        painter.pass_by(&scene)?;
+                    }
                     continue;
                 }
                 self.pose(&mut scene, table.as_ref(), frame, rate)?;

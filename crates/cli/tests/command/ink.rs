@@ -113,6 +113,21 @@ fn scenes_that_move_become_pictures_vectors_and_films() {
     assert_eq!(read("t_0.png".into()), read("one.png".into()));
     assert_ne!(read("t_0.png".into()), read("t_1.png".into()));
 
+    // Strokes have their names from frame to frame, and go on as they were where frames are there already.
+    let turn = "ink ball.toml --size 96x64 --turn 2 --frames 0-3 -o v_%d.svg -o v_%d.png";
+    good(yugen_in(&folder, turn));
+    let ids = |i: u32| -> Vec<String> {
+        let svg = String::from_utf8(read(format!("v_{i}.svg"))).unwrap();
+        let contours = svg.split("id=\"gou\"").nth(1).unwrap();
+        contours.split("data-id=\"").skip(1).map(|rest| rest[..8].to_string()).collect()
+    };
+    let kept = |i: u32| ids(i).iter().filter(|id| ids(0).contains(id)).count();
+    assert!(ids(0).len() >= 2 && (1..4).all(|i| kept(i) + 1 >= ids(0).len()), "{:?} {:?}", ids(0), ids(3));
+    let last = [read("v_3.svg".into()), read("v_3.png".into())];
+    ["v_3.svg", "v_3.png", "v_1.png"].iter().for_each(|f| std::fs::remove_file(folder.join(f)).unwrap());
+    good(yugen_in(&folder, &format!("{turn} --resume")));
+    assert_eq!([read("v_3.svg".into()), read("v_3.png".into())], last);
+
     // The same painter by the other verb.
     good(yugen_in(&folder, "render ball.toml --by ink --size 96x64 -o other.png"));
     assert_eq!(read("other.png".into()), read("one.png".into()));
