@@ -1,7 +1,8 @@
 //! `yugen film`: numbered pictures to a film.
 
 use crate::numbered::Numbered;
-use crate::render::{RATE, rate};
+use crate::render::rate;
+use crate::sequence::RATE;
 use crate::{argument, progress};
 use anyhow::{Result, bail};
 use clap::Args;

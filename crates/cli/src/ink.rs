@@ -1,5 +1,6 @@
 //! `yugen ink`: a scene by brush.
 
+use crate::sequence::{Frames, Moments, Sequence};
 use crate::{argument, json, render};
 use anyhow::{Context, Result, bail};
 use clap::Args;
@@ -11,13 +12,14 @@ use yugen_archive::formats::mesh::Up;
 use yugen_archive::formats::{self, image};
 use yugen_archive::{atomic_write, check_outputs, check_writable, read_bounded};
 use yugen_ink::control::CONTROLS;
-use yugen_ink::painter::{Painter, Style};
+use yugen_ink::painter::{Painter, Painting, Style};
 use yugen_ink::paper::PAPERS;
 use yugen_ink::pigment::PIGMENTS;
 use yugen_ink::preset;
 use yugen_ink::wrinkle::MANNERS;
-use yugen_optics::ColourSpace;
+use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::Gpu;
+use yugen_scene::{Camera, Scene};
 
 /// Paints a scene in ink on paper: contours as strokes of a brush, washes by its light, wrinkles over its forms.
 ///
@@ -30,12 +32,13 @@ pub struct Ink {
     scene: Option<PathBuf>,
 
     /// Where to; may be repeated. A picture: .png and .jpg, or .exr with a layer of its own for each kind of stroke (ran, cun,
-    /// gou, dian). Or .svg: the strokes as outlines and centrelines with width, pressure and identity.
+    /// gou, dian). Or .svg: the strokes as outlines and centrelines with width, pressure and identity. A scene that moves
+    /// becomes numbered files by a name as frame_%04d.png, or a film by .mp4 (H.264) or .apng (animated PNG).
     #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["list", "markdown"])]
     outputs: Vec<PathBuf>,
 
     /// A way of painting: one of those that `--list` has, or a file (.toml) with the same keys.
-    #[arg(long, default_value = "sumi", value_name = "NAME|FILE")]
+    #[arg(long, default_value = preset::DEFAULT, value_name = "NAME|FILE")]
     preset: String,
 
     /// Gives a control a value; may be repeated.
@@ -89,13 +92,13 @@ pub struct Ink {
     #[arg(long, value_name = "AXIS", value_parser = ["y", "z"])]
     up: Option<String>,
 
-    /// The pose of a scene that moves this many seconds into its animation; as the file stands where absent.
-    #[arg(long, value_name = "S", value_parser = render::seconds)]
-    at: Option<f64>,
+    /// Of a sequence: leave the pictures that are there already. Strokes are followed through them, so that those that
+    /// are made are what they would have been at once.
+    #[arg(long)]
+    resume: bool,
 
-    /// Which animation, by its name; the first where absent.
-    #[arg(long, value_name = "NAME", requires = "at")]
-    animation: Option<String>,
+    #[command(flatten)]
+    moments: Moments,
 
     /// Print what was done as JSON.
     #[arg(long)]
@@ -208,75 +211,201 @@ impl Ink {
         if let (true, Some(svg)) = (self.literal, self.outputs.iter().find(|o| is_svg(o))) {
             bail!("{}: the slides' method has no strokes to be written as vectors", svg.display());
         }
-        for output in &self.outputs {
-            match is_svg(output) {
-                true => check_writable(output)?,
-                false => image::can_write(output)?,
-            }
+        let of_one = [("--resume", self.resume)];
+        let of_one = if self.moments.is_sequence(&self.outputs) { &[][..] } else { &of_one };
+        if let Some((option, _)) = of_one.iter().find(|o| o.1) {
+            bail!("{option} is for a sequence: there is nothing to go on with in one picture");
         }
+        self.moments.check(&self.outputs, self.resume, &[], &|output| match is_svg(output) {
+            true => Ok(check_writable(output)?),
+            false => Ok(image::can_write(output)?),
+        })?;
         let style = self.style()?;
         let options = formats::Options {
             up: self.up.as_deref().map(|axis| if axis == "z" { Up::Z } else { Up::Y }),
             ..self.reading.options()
         };
         let mut scene = formats::load_scene(file, &options)?;
-        check_outputs(&self.outputs)?;
         if let Some(size) = self.size {
             scene.settle_framing(size);
         }
-        if let Some(seconds) = self.at {
-            let posed = scene.pose(self.animation.as_deref(), seconds as f32);
-            posed.with_context(|| file.display().to_string())?;
-        }
-        let camera = scene.look_through(self.camera.as_deref(), self.size, None)?;
+        let brush = Brush {
+            scene: file,
+            outputs: &self.outputs,
+            style,
+            literal: self.literal,
+            size: self.size,
+            crop: None,
+            camera: self.camera.as_deref(),
+            moments: &self.moments,
+            resume: self.resume,
+            threads: argument::threads(None),
+            json: self.json,
+        };
+        brush.run(scene)
+    }
+}
+
+/// The style of `yugen ink` where nothing is said of it.
+pub fn plain(seed: u32) -> Result<Style> {
+    Ok(Style { seed, ..preset::find(preset::DEFAULT)?.style })
+}
+
+/// What is painted, how and where to; the names of the outputs have been checked.
+pub struct Brush<'a> {
+    /// Of messages.
+    pub scene: &'a Path,
+    /// Where to.
+    pub outputs: &'a [PathBuf],
+    /// How.
+    pub style: Style,
+    /// By the method of the slides.
+    pub literal: bool,
+    /// Pixels, instead of the camera's.
+    pub size: Option<[u32; 2]>,
+    /// Only this part of the picture.
+    pub crop: Option<[u32; 4]>,
+    /// Its name.
+    pub camera: Option<&'a str>,
+    /// When.
+    pub moments: &'a Moments,
+    /// Leave frames that are there.
+    pub resume: bool,
+    /// Threads that prepare.
+    pub threads: usize,
+    /// Report as JSON.
+    pub json: bool,
+}
+
+/// A painter and what it has painted last.
+struct Easel<'a> {
+    brush: &'a Brush<'a>,
+    painter: Painter,
+    names: Vec<String>,
+    picture: Option<Image>,
+    painting: Option<Painting>,
+}
+
+impl<'a> Easel<'a> {
+    fn new(brush: &'a Brush<'a>, scene: &Scene) -> Result<Self> {
         let gpu = Gpu::open()?;
-        let started = Instant::now();
-        let mut painter =
-            Painter::new(&gpu.device, &gpu.queue, &scene, &camera, style, argument::threads(None))?;
-        let prepared = started.elapsed();
-        if self.literal {
-            let picture = painter.paint_literally(&camera)?;
-            let options = image::WriteOptions::from(ColourSpace::LinearSrgb);
-            for output in &self.outputs {
-                image::write(output, &picture, &options)?;
-            }
+        let (camera, style) = (brush.look(scene)?, brush.style.clone());
+        let painter = Painter::new(&gpu.device, &gpu.queue, scene, &camera, style, brush.threads)?;
+        let names = scene.shapes.iter().map(|s| s.name.clone()).collect();
+        Ok(Self { brush, painter, names, picture: None, painting: None })
+    }
+
+    /// Paints a scene in the pose that the painter has.
+    fn paint(&mut self, scene: &Scene) -> Result<()> {
+        let camera = self.brush.look(scene)?;
+        if self.brush.literal {
+            self.picture = Some(self.painter.paint_literally(&camera)?);
             return Ok(());
         }
-        let painting = painter.paint(&camera)?;
-        let layers = self.outputs.iter().any(|o| extension(o) == "exr");
-        let picture = painter.image(layers)?;
+        self.painting = Some(self.painter.paint(&camera)?);
+        let layers = self.brush.outputs.iter().any(|o| extension(o) == "exr");
+        self.picture = Some(self.painter.image(layers)?);
+        Ok(())
+    }
+
+    fn last(&self) -> Result<&Image> {
+        self.picture.as_ref().context("nothing was painted")
+    }
+
+    fn save(&self, output: &Path, frame: Option<u32>) -> Result<()> {
+        if is_svg(output) {
+            let painting = self.painting.as_ref().context("nothing was painted")?;
+            let name = |shape: u32| self.names.get(shape as usize - 1).cloned().unwrap_or_default();
+            return Ok(atomic_write(output, self.painter.svg(painting, &name, frame).as_bytes())?);
+        }
+        let picture = self.last()?;
+        let whole = if extension(output) == "exr" { None } else { picture.select(&["R", "G", "B"]) };
+        let options = image::WriteOptions::from(ColourSpace::LinearSrgb);
+        Ok(image::write(output, whole.as_ref().unwrap_or(picture), &options)?)
+    }
+}
+
+impl Frames for Easel<'_> {
+    fn paint(&mut self, scene: &Scene, stop: &dyn Fn() -> bool, tell: &dyn Fn(f64)) -> Result<bool> {
+        self.painter.pose(scene)?;
+        Easel::paint(self, scene)?;
+        tell(1.0);
+        Ok(!stop())
+    }
+
+    fn pass_by(&mut self, scene: &Scene) -> Result<()> {
+        self.painter.pose(scene)?;
+        self.painter.follow(&self.brush.look(scene)?)?;
+        Ok(())
+    }
+
+    fn remembers(&self) -> bool {
+        !self.brush.literal
+    }
+
+    fn picture(&self) -> Result<Image> {
+        let picture = self.last()?;
+        picture.select(&["R", "G", "B"]).context("a painting has colours")
+    }
+
+    fn write(&self, path: &Path, frame: u32) -> Result<()> {
+        self.save(path, Some(frame))
+    }
+}
+
+impl Brush<'_> {
+    fn look(&self, scene: &Scene) -> Result<Camera> {
+        Ok(scene.look_through(self.camera, self.size, self.crop)?)
+    }
+
+    /// Paints it.
+    pub fn run(&self, mut scene: Scene) -> Result<()> {
+        if self.moments.is_sequence(self.outputs) {
+            let sequence = Sequence {
+                scene: self.scene,
+                outputs: self.outputs,
+                moments: self.moments,
+                resume: self.resume,
+                film: image::WriteOptions::from(ColourSpace::LinearSrgb),
+                by: "ink",
+                json: self.json,
+            };
+            let size = |scene: &Scene| {
+                let film = self.look(scene)?.film;
+                Ok(film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]))
+            };
+            return sequence.run(scene, size, |scene| Easel::new(self, scene));
+        }
+        check_outputs(self.outputs)?;
+        self.moments.pose_at(&mut scene, self.scene)?;
+        let started = Instant::now();
+        let mut easel = Easel::new(self, &scene)?;
+        let prepared = started.elapsed();
+        Easel::paint(&mut easel, &scene)?;
         let painted = started.elapsed() - prepared;
-        for output in &self.outputs {
-            if is_svg(output) {
-                let name = |shape: u32| {
-                    scene.shapes.get(shape as usize - 1).map_or(String::new(), |s| s.name.clone())
-                };
-                atomic_write(output, painter.svg(&painting, &name, None).as_bytes())?;
-                continue;
-            }
-            let whole = if extension(output) == "exr" { None } else { picture.select(&["R", "G", "B"]) };
-            let options = image::WriteOptions::from(ColourSpace::LinearSrgb);
-            image::write(output, whole.as_ref().unwrap_or(&picture), &options)?;
+        for output in self.outputs {
+            easel.save(output, None)?;
         }
         let names = || self.outputs.iter().map(|o| o.display().to_string()).collect::<Vec<_>>();
+        let (picture, painting) = (easel.last()?, easel.painting.as_ref());
         if self.json {
             json::print(json!({
                 "outputs": names(),
                 "width": picture.width,
                 "height": picture.height,
-                "strokes": painting.strokes.len(),
-                "wrinkles": painting.wrinkles.len(),
-                "stamps": painting.stamps,
+                "strokes": painting.map(|p| p.strokes.len()),
+                "wrinkles": painting.map(|p| p.wrinkles.len()),
+                "stamps": painting.map(|p| p.stamps),
                 "prepare_seconds": prepared.as_secs_f64(),
                 "paint_seconds": painted.as_secs_f64(),
             }));
         } else {
             println!(
-                "{}: {}x{}, {} strokes in {:.2} s",
+                "{}: {}x{}{} in {:.2} s",
                 names().join(", "),
                 picture.width,
                 picture.height,
-                painting.strokes.len(),
+                painting.map_or(String::new(), |p| format!(", {} strokes", p.strokes.len())),
                 painted.as_secs_f64()
             );
         }

@@ -18,6 +18,7 @@ mod noh;
 mod numbered;
 mod progress;
 mod render;
+mod sequence;
 mod simulate;
 mod view;
 

@@ -1,5 +1,7 @@
 //! `yugen noh`: what a performance of Noh needs around the costume.
 
+mod performance;
+
 use crate::json;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
@@ -11,17 +13,18 @@ use yugen_archive::formats::labels::Labels;
 use yugen_archive::formats::{btf, gltf, toml};
 use yugen_archive::{check_outputs, check_writable};
 use yugen_noh::{
-    Basis, DIMENSIONS, Dimension, Entry, FIRE_CANDELA, FIRE_KELVIN, Finish, FireLight, Hour, PRESETS, Preset,
-    Robe, RoofCover, RoofForm, Stage,
+    Basis, DIMENSIONS, Dimension, Entry, FIRE_CANDELA, FIRE_KELVIN, Finish, FireLight, Hour, PRESETS, Part,
+    Preset, Robe, RoofCover, RoofForm, Stage,
 };
 use yugen_optics::ColourSpace;
 use yugen_reflectance::btf::Btf;
 
-/// Builds what surrounds a performance: stage.
+/// Builds a performance of Noh: its stage, its player.
 // What a verb is for stands at its arguments.
 #[derive(Subcommand)]
 pub enum Noh {
     Stage(StageVerb),
+    Performance(performance::PerformanceVerb),
 }
 
 impl Noh {
@@ -29,6 +32,7 @@ impl Noh {
     pub fn run(self) -> Result<()> {
         match self {
             Self::Stage(v) => v.run(),
+            Self::Performance(v) => v.run(),
         }
     }
 }
@@ -205,29 +209,29 @@ fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
+/// Names of a part, and the dimensions that shape it.
+fn part_labels(stage: &Stage, p: &Part) -> Vec<(String, String)> {
+    let pair = |k: &str, v: &str| (k.to_string(), v.to_string());
+    let d = &stage.layout().d;
+    let numbers: Vec<String> = p
+        .dimensions
+        .iter()
+        .filter_map(|key| Some((key, d.entry(key)?)))
+        .map(|(key, e)| format!("{key} = {} ({}: {})", e.value, e.basis.name(), e.source))
+        .collect();
+    vec![
+        pair("ja", &p.ja),
+        pair("romaji", &p.romaji),
+        pair("en", &p.en),
+        pair("basis", p.basis.name()),
+        pair("dimensions", &numbers.join("; ")),
+    ]
+}
+
 /// Names and remarks for the file.
 fn labels(stage: &Stage) -> Labels {
     let pair = |k: &str, v: &str| (k.to_string(), v.to_string());
-    let d = &stage.layout().d;
-    let shapes = stage
-        .parts()
-        .iter()
-        .map(|p| {
-            let numbers: Vec<String> = p
-                .dimensions
-                .iter()
-                .filter_map(|key| Some((key, d.entry(key)?)))
-                .map(|(key, e)| format!("{key} = {} ({}: {})", e.value, e.basis.name(), e.source))
-                .collect();
-            vec![
-                pair("ja", &p.ja),
-                pair("romaji", &p.romaji),
-                pair("en", &p.en),
-                pair("basis", p.basis.name()),
-                pair("dimensions", &numbers.join("; ")),
-            ]
-        })
-        .collect();
+    let shapes = stage.parts().iter().map(|p| part_labels(stage, p)).collect();
     // Shapes name the first material of a finish.
     let names =
         |f: &Finish| std::iter::once(f.name().to_string()).chain(vec![String::new(); f.materials() - 1]);

@@ -48,6 +48,31 @@ pub struct Anchor {
     pub part: f32,
 }
 
+/// Where on its mesh a place between two points of a line lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foothold {
+    /// Those of the points.
+    pub ends: [Anchor; 2],
+    /// Part of the way from the first to the second.
+    pub part: f32,
+}
+
+impl Anchor {
+    /// Where it is when vertices are where `place` says.
+    pub fn position(&self, place: impl Fn(u32) -> Option<DVec3>) -> Option<DVec3> {
+        let [a, b] = self.vertices.map(place);
+        Some(a?.lerp(b?, self.part.into()))
+    }
+}
+
+impl Foothold {
+    /// Where it is when vertices are where `place` says.
+    pub fn position(&self, place: impl Fn(u32) -> Option<DVec3>) -> Option<DVec3> {
+        let [a, b] = self.ends.map(|end| end.position(&place));
+        Some(a?.lerp(b?, self.part.into()))
+    }
+}
+
 /// A point of a line in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct LinePoint {

@@ -10,6 +10,7 @@
 //! | [`contour`] | where a surface turns away from the eye (gou), chained |
 //! | [`visibility`] | lines in the picture, and which parts of them are seen |
 //! | [`select`] | which lines are drawn where they crowd |
+//! | [`tracking`] | strokes that stay what they are from frame to frame |
 //! | [`stroke`] | lines as strokes: pressure, dryness, ink |
 //! | [`tone`], [`scatter`] | how dark a place is; places that stay on surfaces |
 //! | [`wash`], [`wrinkle`], [`dot`] | colour wash (ran), wrinkles (cun), dots (dian) |
@@ -48,6 +49,7 @@ pub mod stroke;
 pub mod svg;
 pub mod tone;
 pub mod topology;
+pub mod tracking;
 pub mod visibility;
 pub mod wash;
 pub mod wrinkle;

@@ -2,6 +2,7 @@
 
 use crate::InkError;
 use crate::canvas::{Canvas, LAYERS, Layer, Materials};
+use crate::contour::Foothold;
 use crate::contour::{Surface, to_world};
 use crate::control::Controls;
 use crate::dot;
@@ -18,11 +19,13 @@ use crate::stroke::{Hand, Stroke};
 use crate::svg::{Drawing, svg};
 use crate::tone::Tones;
 use crate::topology::{Creases, Topology};
+use crate::tracking::{Change, Tracker};
 use crate::visibility::{Cleaning, DepthMap, SampledLine, sample};
 use crate::wash;
 use crate::wrinkle::{self, MANNERS, Manner};
 use glam::{DVec3, Vec2};
 use std::collections::{HashMap, HashSet};
+use std::hash::{Hash, Hasher};
 use wgpu::{Device, Queue};
 use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::{Options, Stage};
@@ -61,16 +64,29 @@ impl Default for Style {
 
 /// A scene on a device, ready to be painted.
 pub struct Painter {
+    device: Device,
+    queue: Queue,
     rows: Rows,
-    topologies: HashMap<(u32, bool), Topology>,
+    /// By mesh, and whether its normals are used.
+    topologies: HashMap<(u32, bool), Known>,
     /// What is where.
     stage: Stage,
     /// How light it is there, in fewer pixels.
     light: Stage,
+    /// How both are made.
+    options: [Options; 2],
     canvas: Canvas,
     style: Style,
     size: [u32; 2],
     space: ColourSpace,
+    tracker: Tracker,
+}
+
+/// A topology, and the triangles that it is of.
+struct Known {
+    vertices: u32,
+    triangles: u64,
+    topology: Topology,
 }
 
 /// Pixels of the picture across one in which light is looked at: a tenth of a wash's print.
@@ -90,7 +106,12 @@ pub struct Painting {
     pub wrinkles: Vec<Stroke>,
     /// Stamps of each layer, in the order of [`Layer::ALL`].
     pub stamps: [usize; LAYERS],
+    /// What became of the strokes of the frame before.
+    pub change: Change,
 }
+
+/// Relative depth by which something must be nearer to cover a stroke that goes.
+const COVERS: f32 = 0.01;
 
 impl Painter {
     /// For pictures of `camera`'s size of `scene` in any of its poses. `threads` prepare it.
@@ -113,14 +134,15 @@ impl Painter {
             threads,
             bounces: None,
             hide_emitters: false,
+            lighting: Default::default(),
             seed: style.seed,
         };
         let stage = Stage::new(device, queue, &rows, &options)?;
         let Film { width, height, crop, .. } = small_camera(camera).film;
         let [_, _, width, height] = crop.unwrap_or([0, 0, width, height]);
         // Direct light: what is thrown to and fro a wash does not show.
-        let options = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options };
-        let light = Stage::new(device, queue, &rows, &options)?;
+        let lit = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options.clone() };
+        let light = Stage::new(device, queue, &rows, &lit)?;
         let hand = hand(&style, size, [1.0, 1.0]);
         let materials = Materials {
             paper: style.paper,
@@ -133,14 +155,18 @@ impl Painter {
         };
         let canvas = Canvas::new(device, queue, size, &materials, &Resolve::default())?;
         let mut painter = Self {
+            device: device.clone(),
+            queue: queue.clone(),
             rows,
             topologies: HashMap::new(),
             stage,
             light,
+            options: [options, lit],
             canvas,
             style,
             size,
             space: scene.working_space,
+            tracker: Tracker::default(),
         };
         painter.find_topologies();
         Ok(painter)
@@ -151,52 +177,97 @@ impl Painter {
         &self.canvas
     }
 
+    /// Takes over another pose of the scene. Creases, borders and what is welded stay those of the first.
+    pub fn pose(&mut self, scene: &Scene) -> Result<(), InkError> {
+        self.rows.pose(scene)?;
+        for (stage, options) in [&mut self.stage, &mut self.light].into_iter().zip(&self.options) {
+            if !stage.pose(&self.rows)? {
+                *stage = Stage::new(&self.device, &self.queue, &self.rows, options)?;
+            }
+        }
+        self.find_topologies();
+        Ok(())
+    }
+
+    /// Those of meshes that are not known yet, or were others.
     fn find_topologies(&mut self) {
         let _span = tracing::info_span!("find_edges").entered();
         for draw in &self.rows.draws {
             let MeshRow { first_vertex, vertices, first_triangle, triangles } =
                 self.rows.meshes[draw.mesh as usize];
             let range = |first: u32, count: u32| first as usize..(first + count) as usize;
+            let of_mesh = &self.rows.triangles[range(first_triangle, triangles)];
             let use_normals = draw.flags & DrawRow::HAS_NORMALS != 0;
-            self.topologies.entry((draw.mesh, use_normals)).or_insert_with(|| {
-                Topology::new(
-                    &self.rows.vertices[range(first_vertex, vertices)],
-                    &self.rows.triangles[range(first_triangle, triangles)],
-                    first_vertex,
-                    &self.style.creases,
-                    use_normals,
-                )
-            });
+            let hash = joined(of_mesh, first_vertex);
+            let known = self.topologies.get(&(draw.mesh, use_normals));
+            if known.is_some_and(|k| k.vertices == vertices && k.triangles == hash) {
+                continue;
+            }
+            let of_vertices = &self.rows.vertices[range(first_vertex, vertices)];
+            let topology =
+                Topology::new(of_vertices, of_mesh, first_vertex, &self.style.creases, use_normals);
+            self.topologies.insert((draw.mesh, use_normals), Known { vertices, triangles: hash, topology });
         }
     }
 
-    /// Paints what `camera` sees of the scene.
+    /// Lets go of the strokes of the frames before: the next one is painted as a picture by itself.
+    pub fn forget(&mut self) {
+        self.tracker.forget();
+    }
+
+    /// Follows strokes through a frame that is not painted, and says what became of them.
+    pub fn follow(&mut self, camera: &Camera) -> Result<(Vec<Stroke>, Change), InkError> {
+        let projection = Projection::new(camera)?;
+        let (_, map) = self.see(camera, &projection)?;
+        let (strokes, _) = self.strokes(&projection, &map);
+        Ok((strokes, self.tracker.change()))
+    }
+
+    /// What is where.
+    fn see(&mut self, camera: &Camera, projection: &Projection) -> Result<(Image, DepthMap), InkError> {
+        let _span = tracing::info_span!("see").entered();
+        // One sample in the middle of each pixel, whatever was seen before.
+        self.stage.place(&self.rows.draws)?;
+        self.stage.frame(camera)?;
+        let seen = self.stage.image()?;
+        let map = DepthMap::new(&seen, projection)
+            .ok_or_else(|| InkError::Refused("the picture lacks depth".into()))?;
+        Ok((seen, map))
+    }
+
+    /// The strokes of contours, creases and borders from the back to the front, as those of the frame before go on; and what
+    /// is too small for them.
+    fn strokes(&mut self, projection: &Projection, map: &DepthMap) -> (Vec<Stroke>, Vec<Small>) {
+        let _span = tracing::info_span!("find_strokes").entered();
+        let (lines, dots) = self.lines(projection, map);
+        let hand = hand(&self.style, self.size, depths(map));
+        let pieces = lines.iter().flat_map(|line| hand.pieces(line)).collect();
+        let is_free = |pixel: Vec2, depth: f32| map.at(pixel).0 > depth * (1.0 - COVERS);
+        let mut strokes = self.tracker.strokes(pieces, &hand, &is_free);
+        // A painter lets near things overlap far ones.
+        let depth = |s: &Stroke| s.points.iter().map(|p| p.depth).sum::<f32>() / s.points.len().max(1) as f32;
+        strokes.sort_by(|a, b| depth(b).total_cmp(&depth(a)).then(a.id.cmp(&b.id)));
+        (strokes, dots)
+    }
+
+    /// Paints what `camera` sees of the scene; after another frame, with the strokes that it had ([`crate::tracking`]).
     pub fn paint(&mut self, camera: &Camera) -> Result<Painting, InkError> {
         let projection = Projection::new(camera)?;
-        let (map, tones) = {
-            let _span = tracing::info_span!("see").entered();
-            let missing = || InkError::Refused("the picture lacks depth, normals or light".into());
-            self.stage.frame(camera)?;
-            let seen = self.stage.image()?;
-            let map = DepthMap::new(&seen, &projection).ok_or_else(missing)?;
+        let (seen, map) = self.see(camera, &projection)?;
+        let tones = {
+            let _span = tracing::info_span!("see_light").entered();
             let small = small_camera(camera);
+            self.light.place(&self.rows.draws)?;
             for _ in 0..FRAMES {
                 self.light.frame(&small)?;
             }
             let lit = self.light.image()?;
             let light = self.style.controls.light;
-            let tones = Tones::new(&seen, &lit, &map, &projection, self.space, light).ok_or_else(missing)?;
-            (map, tones)
+            Tones::new(&seen, &lit, &map, &projection, self.space, light)
+                .ok_or_else(|| InkError::Refused("the picture lacks normals or light".into()))?
         };
-        let (lines, dots) = {
-            let _span = tracing::info_span!("find_lines").entered();
-            self.lines(&projection, &map)
-        };
+        let (strokes, dots) = self.strokes(&projection, &map);
         let hand = hand(&self.style, self.size, depths(&map));
-        let mut strokes: Vec<Stroke> = lines.iter().flat_map(|line| hand.strokes(line)).collect();
-        // From the back to the front, as a painter who lets near things overlap far ones.
-        let depth = |s: &Stroke| s.points.iter().map(|p| p.depth).sum::<f32>() / s.points.len().max(1) as f32;
-        strokes.sort_by(|a, b| depth(b).total_cmp(&depth(a)).then(a.id.cmp(&b.id)));
         let mut layers: [Vec<Stamp>; LAYERS] = Default::default();
         let (controls, unit, seed) = (&self.style.controls, hand.unit, self.style.seed);
         let small: HashSet<u32> = dots.iter().map(|(draw, _)| *draw).collect();
@@ -223,16 +294,15 @@ impl Painter {
         layers[Layer::Dot as usize] = dots.into_iter().filter_map(|(_, stamp)| stamp).collect();
         let _span = tracing::info_span!("paint", stamps = layers[Layer::Contour as usize].len()).entered();
         self.canvas.paint(&layers);
-        Ok(Painting { strokes, wrinkles, stamps: layers.map(|l| l.len()) })
+        let stamps = layers.map(|l| l.len());
+        Ok(Painting { strokes, wrinkles, stamps, change: self.tracker.change() })
     }
 
     /// What the slides of Xu, Yang and Wu make of the contours ([`literal`]): black ink over the paper's colour, R, G, B, linear
     /// sRGB.
     pub fn paint_literally(&mut self, camera: &Camera) -> Result<Image, InkError> {
         let projection = Projection::new(camera)?;
-        self.stage.frame(camera)?;
-        let map = DepthMap::new(&self.stage.image()?, &projection)
-            .ok_or_else(|| InkError::Refused("the picture lacks depth".into()))?;
+        let (_, map) = self.see(camera, &projection)?;
         let middle = self.rows.draws.iter().map(|d| DVec3::from_array(d.to_world.map(|r| f64::from(r[3]))));
         let middle = middle.sum::<DVec3>() / self.rows.draws.len().max(1) as f64;
         let v = projection.to_eye(middle);
@@ -261,7 +331,9 @@ impl Painter {
     fn each_surface(&self, mut f: impl FnMut(&Surface, &Topology, u32, &DrawRow)) {
         for (i, draw) in (0u32..).zip(&self.rows.draws) {
             let use_normals = draw.flags & DrawRow::HAS_NORMALS != 0;
-            let Some(topology) = self.topologies.get(&(draw.mesh, use_normals)) else { continue };
+            let Some(Known { topology, .. }) = self.topologies.get(&(draw.mesh, use_normals)) else {
+                continue;
+            };
             let MeshRow { first_vertex, vertices, .. } = self.rows.meshes[draw.mesh as usize];
             let vertices = &self.rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
             let move_to_world = to_world(draw);
@@ -271,9 +343,17 @@ impl Painter {
         }
     }
 
+    /// Where a vertex of a draw, counted from the first of its mesh, is in the world.
+    fn place(&self, draw: u32, vertex: u32) -> Option<DVec3> {
+        let draw = self.rows.draws.get(draw as usize)?;
+        let MeshRow { first_vertex, vertices, .. } = *self.rows.meshes.get(draw.mesh as usize)?;
+        let row = self.rows.vertices.get((first_vertex + vertex) as usize).filter(|_| vertex < vertices)?;
+        Some(to_world(draw)(DVec3::from_array(row.position.map(f64::from))))
+    }
+
     /// The lines that are drawn, and the draws that are too small for lines, with their dots where they are seen.
-    fn lines(&self, projection: &Projection, map: &DepthMap) -> (Vec<SampledLine>, Vec<Small>) {
-        let c = &self.style.controls;
+    fn lines(&mut self, projection: &Projection, map: &DepthMap) -> (Vec<SampledLine>, Vec<Small>) {
+        let detail = self.style.controls.detail;
         let unit = unit(self.size);
         let hand = hand(&self.style, self.size, depths(map));
         let (mut lines, mut dots) = (Vec::new(), Vec::new());
@@ -286,6 +366,16 @@ impl Painter {
                 lines.extend(sample(&line, draw.shape, projection, map));
             }
         });
+        let known = {
+            let mut tracker = std::mem::take(&mut self.tracker);
+            let project = |draw: u32, foothold: &Foothold| {
+                let at = projection.project(foothold.position(|v| self.place(draw, v))?)?;
+                Some((at.pixel.as_vec2(), at.depth as f32))
+            };
+            tracker.recall(&mut lines, &project, unit);
+            self.tracker = tracker;
+            self.tracker.has_memory()
+        };
         let cleaning = Cleaning::default();
         let cleaning = Cleaning {
             vote: cleaning.vote * unit.max(0.7),
@@ -294,7 +384,7 @@ impl Painter {
         };
         lines.iter_mut().for_each(|l| l.clean(&cleaning));
         lines.retain(|l| l.samples.iter().any(|s| s.visible));
-        select(&mut lines, c.detail, unit);
+        select(&mut lines, detail, unit, known);
         (lines, dots)
     }
 
@@ -327,6 +417,13 @@ impl Painter {
         }
         Ok(Image { channels, data, ..picture })
     }
+}
+
+/// A number of which corners triangles join, vertices being counted from the first.
+fn joined(triangles: &[[u32; 3]], first: u32) -> u64 {
+    let mut hasher = std::hash::DefaultHasher::new();
+    triangles.iter().for_each(|t| t.map(|v| v.wrapping_sub(first)).hash(&mut hasher));
+    hasher.finish()
 }
 
 /// The camera with a picture for light.

@@ -21,6 +21,9 @@ pub struct Preset {
     pub style: Style,
 }
 
+/// What is painted where nobody says.
+pub const DEFAULT: &str = "sumi";
+
 /// Names that keys take instead of a number.
 const NAMES: [&str; 5] = ["doc", "paper", "manner", "pigment", "wash_pigment"];
 
@@ -35,7 +38,7 @@ pub fn presets() -> Result<Vec<Preset>, InkError> {
         })
         .collect::<Result<Vec<_>, _>>()?;
     // The parser sorts by name.
-    presets.sort_by_key(|p| p.name != "sumi");
+    presets.sort_by_key(|p| p.name != DEFAULT);
     Ok(presets)
 }
 

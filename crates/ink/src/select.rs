@@ -14,8 +14,15 @@ const SHORTEST: [f32; 2] = [44.0, 9.0];
 /// Cosine of the angle within which two lines have the same direction: 35 degrees.
 const PARALLEL: f32 = 0.82;
 
-/// Hides what is too much. `detail`: 0 to 1; `unit`: pixels that stand for one in a picture of 1080 lines.
-pub fn select(lines: &mut Vec<SampledLine>, detail: f32, unit: f32) {
+/// What was drawn in the frame before is crowded out only from nearer, may be shorter and counts for more, by these factors;
+/// what was not must be farther away: where two lines are equally good, the choice stays as it was.
+const STAY: f32 = 0.75;
+/// See [`STAY`].
+const COME: f32 = 1.2;
+
+/// Hides what is too much. `detail`: 0 to 1; `unit`: pixels that stand for one in a picture of 1080 lines. `known`: there was a
+/// frame before.
+pub fn select(lines: &mut Vec<SampledLine>, detail: f32, unit: f32, known: bool) {
     let between = |[from, to]: [f32; 2]| (from + (to - from) * detail) * unit;
     let (apart, shortest) = (between(APART).max(2.0), between(SHORTEST).max(4.0));
     let mut order: Vec<(f32, usize)> = lines.iter().enumerate().map(|(i, l)| (importance(l), i)).collect();
@@ -27,10 +34,16 @@ pub fn select(lines: &mut Vec<SampledLine>, detail: f32, unit: f32) {
         let ways = ways(&line.samples, line.closed);
         for (sample, way) in line.samples.iter_mut().zip(&ways) {
             // What stands out far is never crowded out.
-            let reach = apart * (1.0 - 0.5 * outline(sample));
+            let change = match sample.was_drawn() {
+                true => STAY,
+                false if known => COME,
+                false => 1.0,
+            };
+            let reach = apart * change * (1.0 - 0.5 * outline(sample));
             sample.visible &= !drawn.is_crowded(sample.pixel, *way, reach);
         }
-        line.clean(&cleaning);
+        let stays = line.is_mostly_known();
+        line.clean(&Cleaning { crumb: cleaning.crumb * if stays { STAY } else { 1.0 }, ..cleaning });
         for (sample, way) in line.samples.iter().zip(&ways).filter(|(s, _)| s.visible) {
             drawn.add(sample.pixel, *way);
         }
@@ -51,7 +64,11 @@ fn importance(line: &SampledLine) -> f32 {
         LineKind::Crease | LineKind::Wrinkle => 0.6,
     };
     let pairs = line.samples.windows(2).filter(|w| w[0].visible && w[1].visible);
-    pairs.map(|w| w[0].pixel.distance(w[1].pixel) * (of_kind + 2.0 * outline(&w[0]))).sum()
+    let of = |w: &[Sample]| {
+        let stays = if w[0].was_drawn() { 1.0 / STAY } else { 1.0 };
+        w[0].pixel.distance(w[1].pixel) * (of_kind + 2.0 * outline(&w[0])) * stays
+    };
+    pairs.map(of).sum()
 }
 
 /// Direction at each sample.
@@ -104,7 +121,7 @@ impl Drawn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contour::Anchor;
+    use crate::contour::{Anchor, Foothold};
 
     fn line(y: f32, tilt: f32, length: f32, gap: f32) -> SampledLine {
         let samples = (0..(length / 2.0) as usize)
@@ -115,7 +132,10 @@ mod tests {
                 visible: true,
                 gap,
                 silhouette: true,
-                anchor: Anchor { vertices: [0; 2], part: 0.0 },
+                cover: 0.0,
+                foothold: Foothold { ends: [Anchor { vertices: [0; 2], part: 0.0 }; 2], part: 0.0 },
+                line: Vec2::ZERO,
+                trace: None,
             })
             .collect();
         SampledLine { kind: LineKind::Crease, draw: 0, shape: 1, samples, closed: false, facet: 2.0 }
@@ -126,18 +146,18 @@ mod tests {
         let all =
             || vec![line(0.0, 0.0, 200.0, 0.0), line(3.0, 0.0, 180.0, 1.0), line(60.0, 0.0, 180.0, 0.0)];
         let mut lines = all();
-        select(&mut lines, 0.3, 1.0);
+        select(&mut lines, 0.3, 1.0, false);
         assert_eq!(lines.len(), 2, "one of the two that are three pixels apart");
         assert!(lines.iter().any(|l| l.samples[0].pixel.y == 3.0), "the outline");
         let mut lines = all();
-        select(&mut lines, 1.0, 1.0);
+        select(&mut lines, 1.0, 1.0, false);
         assert_eq!(lines.len(), 3);
         // One that crosses is no double.
         let mut lines = vec![line(0.0, 0.0, 200.0, 0.0), line(-100.0, 1.0, 200.0, 0.0)];
-        select(&mut lines, 0.3, 1.0);
+        select(&mut lines, 0.3, 1.0, false);
         assert_eq!(lines.len(), 2);
         let mut lines = vec![line(0.0, 0.0, 20.0, 0.0)];
-        select(&mut lines, 0.0, 1.0);
+        select(&mut lines, 0.0, 1.0, false);
         assert!(lines.is_empty(), "a crumb");
     }
 }

@@ -39,39 +39,44 @@ pub const SPACING: f32 = 0.25;
 /// Closest distance, pixels.
 const LEAST_SPACING: f32 = 0.6;
 
-/// The stamps of a stroke. `full`: half the width of the full brush, pixels.
+/// The stamps of a stroke. `full`: half the width of the full brush, pixels. They stand at phases that are multiples of a
+/// distance, which doubles as the brush widens: where a stroke is carried from frame to frame its prints go with it.
 pub fn along(stroke: &Stroke, full: f32, stamps: &mut Vec<Stamp>) {
     let points = &stroke.points;
     if points.len() < 2 {
         return;
     }
-    let lane = unit_f32(hash_combine(stroke.id, 0x1a_9e));
+    let lane = unit_f32(hash_combine(stroke.seed, 0x1a_9e));
     let last = if stroke.closed { points.len() } else { points.len() - 1 };
-    let (mut next, mut number) = (0.0f32, 0u32);
     for i in 0..last {
         let (a, b) = (&points[i], &points[(i + 1) % points.len()]);
-        let length = a.pixel.distance(b.pixel);
-        let end = a.s + length;
         let ways = [tangent(points, i), tangent(points, (i + 1) % points.len())];
-        while next <= end {
-            let t = if length > 0.0 { ((next - a.s) / length).clamp(0.0, 1.0) } else { 0.0 };
+        let begin = a.phase;
+        let end = if i + 1 < points.len() { b.phase } else { begin + a.pixel.distance(b.pixel) };
+        let spacing = (SPACING * 0.5 * (a.radius + b.radius)).max(LEAST_SPACING);
+        // In units of the least, a power of two.
+        let steps = 1 << (spacing / LEAST_SPACING).log2() as u32;
+        let step = LEAST_SPACING * steps as f32;
+        let mut number = (begin / step).ceil() as i64;
+        while (number as f32) * step < end {
+            let t = ((number as f32 * step - begin) / (end - begin).max(1e-6)).clamp(0.0, 1.0);
             let mix = |x: f32, y: f32| x + (y - x) * t;
             let radius = mix(a.radius, b.radius);
+            let phase = number as f32 * step;
             stamps.push(Stamp {
                 pixel: a.pixel.lerp(b.pixel, t).into(),
                 radius,
                 angle: ways[0].lerp(ways[1], t).to_angle(),
                 dryness: mix(a.dryness, b.dryness),
                 ink: mix(a.ink, b.ink),
-                s: next / full,
+                s: phase / full,
                 lane,
-                variant: hash_combine(stroke.id, number) % VARIANTS as u32,
+                variant: hash_combine(stroke.seed, (number * steps) as u32) % VARIANTS as u32,
                 weight: 1.0,
                 stretch: 1.0,
                 ratio: radius / full,
             });
             number += 1;
-            next += (SPACING * radius).max(LEAST_SPACING);
         }
     }
 }

@@ -21,6 +21,9 @@ pub struct StrokePoint {
     pub depth: f32,
     /// Arc length from the beginning, pixels.
     pub s: f32,
+    /// Where along the marks of the brush it is, pixels: the arc length that it has in the first frame, and then what stays
+    /// with the surface ([`crate::tracking`]).
+    pub phase: f32,
     /// How the brush is pressed on the paper, 0 to 1.
     pub pressure: f32,
     /// Lack of water, 0 to 1.
@@ -40,12 +43,16 @@ pub struct Stroke {
     pub draw: u32,
     /// The shape, counted from one.
     pub shape: u32,
-    /// Random numbers of the stroke are hashes of it; it is the stroke's identity from frame to frame.
+    /// Its identity from frame to frame; that of one other stroke of a picture at most, which is fading.
     pub id: u32,
+    /// Random numbers of the stroke are hashes of it.
+    pub seed: u32,
     /// In order.
     pub points: Vec<StrokePoint>,
     /// The last point is followed by the first.
     pub closed: bool,
+    /// It is no line any more, and goes.
+    pub fading: bool,
     /// Part of its lines that separate the object from what is behind, 0 to 1, by how far that is.
     pub weight: f32,
 }
@@ -60,6 +67,82 @@ impl Stroke {
         match (self.points.first(), self.points.last()) {
             (Some(a), Some(b)) => a.pixel.distance(b.pixel),
             _ => 0.0,
+        }
+    }
+}
+
+/// A part of a line that is drawn in one go.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// What it is of.
+    pub kind: LineKind,
+    /// Index of the draw.
+    pub draw: u32,
+    /// The shape, counted from one.
+    pub shape: u32,
+    /// In order, smoothed.
+    pub samples: Vec<Sample>,
+    /// The last sample is followed by the first.
+    pub closed: bool,
+}
+
+impl Piece {
+    /// Arc length at each sample, pixels.
+    pub fn arc(&self) -> Vec<f32> {
+        let mut s = 0.0;
+        let mut arc = Vec::with_capacity(self.samples.len());
+        for (i, sample) in self.samples.iter().enumerate() {
+            if i > 0 {
+                s += sample.pixel.distance(self.samples[i - 1].pixel);
+            }
+            arc.push(s);
+        }
+        arc
+    }
+
+    /// Of all of it, by the arc lengths.
+    pub fn length(&self, arc: &[f32]) -> f32 {
+        let closing = match (self.samples.first(), self.samples.last()) {
+            (Some(a), Some(b)) if self.closed => a.pixel.distance(b.pixel),
+            _ => 0.0,
+        };
+        arc.last().copied().unwrap_or(0.0) + closing
+    }
+}
+
+/// What a brush goes by along a piece.
+#[derive(Clone, Copy, Debug)]
+pub struct Path<'a> {
+    /// What is random about the stroke is made of it.
+    pub seed: u32,
+    /// Arc length at each sample, pixels.
+    pub s: &'a [f32],
+    /// See [`StrokePoint::phase`].
+    pub phase: &'a [f32],
+}
+
+/// What a brush does at a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Brush {
+    /// How it is pressed on the paper, 0 to 1 and a little more.
+    pub pressure: f32,
+    /// Lack of water, 0 to 1.
+    pub dryness: f32,
+    /// Density of ink.
+    pub ink: f32,
+    /// How far it strays to the side, pixels.
+    pub waver: f32,
+}
+
+impl Brush {
+    /// Between two.
+    pub fn lerp(&self, to: &Self, t: f32) -> Self {
+        let mix = |a: f32, b: f32| a + (b - a) * t;
+        Self {
+            pressure: mix(self.pressure, to.pressure),
+            dryness: mix(self.dryness, to.dryness),
+            ink: mix(self.ink, to.ink),
+            waver: mix(self.waver, to.waver),
         }
     }
 }
@@ -109,55 +192,77 @@ impl Hand {
         ((1.0 / depth.max(1e-20) - 1.0 / far) / (1.0 / near - 1.0 / far)).clamp(0.0, 1.0)
     }
 
-    /// Strokes of a line: one for each run that is seen, broken at corners.
-    pub fn strokes(&self, line: &SampledLine) -> Vec<Stroke> {
+    /// Pieces of a line that are strokes: one for each run that is seen, broken at corners.
+    pub fn pieces(&self, line: &SampledLine) -> Vec<Piece> {
         let (runs, closed) = line.runs();
-        let mut strokes = Vec::new();
+        let mut pieces = Vec::new();
         for run in runs {
             // The steps of a coarse contour are as long as its faces; those of folds are meant.
             let steps = if line.kind == LineKind::Contour { 0.8 * line.facet } else { 0.0 };
             let sigma = steps.max(SMOOTHING * self.unit.max(0.5)).min(5.0 * SMOOTHING * self.unit.max(0.5));
             let smooth = smoothed(&run, closed, sigma);
             for (samples, closed) in at_corners(smooth, closed, self.unit) {
-                if let Some(stroke) = self.stroke(line, &samples, closed) {
-                    strokes.push(stroke);
-                }
+                let SampledLine { kind, draw, shape, .. } = *line;
+                pieces.push(Piece { kind, draw, shape, samples, closed });
             }
         }
-        strokes
+        // What is left of a line beyond a corner at its end is no stroke of its own.
+        let least = LEAST_PIECE * self.unit.max(0.5);
+        pieces.retain(|piece| piece.length(&piece.arc()) >= least);
+        pieces
     }
 
-    /// Pressure, dryness and ink along a line.
-    fn stroke(&self, line: &SampledLine, samples: &[Sample], closed: bool) -> Option<Stroke> {
-        let first = samples.first()?;
-        let [v, w] = first.anchor.vertices;
-        let place = hash_combine(hash_combine(v, w), line.kind as u32);
-        let id = hash_combine(self.seed, hash_combine(line.draw, place));
-        let mut points: Vec<StrokePoint> = Vec::with_capacity(samples.len());
-        let mut s = 0.0;
-        for (i, sample) in samples.iter().enumerate() {
-            if i > 0 {
-                s += sample.pixel.distance(samples[i - 1].pixel);
-            }
-            let Sample { pixel, depth, .. } = *sample;
-            points.push(StrokePoint { pixel, depth, s, pressure: 0.0, dryness: 0.0, ink: 0.0, radius: 0.0 });
-        }
-        let behind = |s: &Sample| if s.silhouette { smoothstep(0.0, 0.25, s.gap) } else { 0.0 };
-        let weight = samples.iter().map(behind).sum::<f32>() / samples.len() as f32;
-        let mut stroke =
-            Stroke { kind: line.kind, draw: line.draw, shape: line.shape, id, points, closed, weight };
-        self.press(&mut stroke, samples);
-        Some(stroke)
+    /// What a piece is called by where it begins on its mesh.
+    pub fn own(&self, piece: &Piece) -> u32 {
+        let [v, w] = piece.samples.first().map_or([0; 2], |s| s.foothold.ends[0].vertices);
+        let place = hash_combine(hash_combine(v, w), piece.kind as u32);
+        hash_combine(self.seed, hash_combine(piece.draw, place))
     }
 
-    /// Fills in what the brush does along the stroke.
-    fn press(&self, stroke: &mut Stroke, samples: &[Sample]) {
+    /// The stroke of a piece by what the brush does at each of its samples; `presence`: how much of it is there, 0 to 1.
+    pub fn stroke(&self, piece: &Piece, id: u32, path: &Path, brush: &[Brush], presence: &[f32]) -> Stroke {
+        let samples = &piece.samples;
+        let weight = samples.iter().map(stands_out).sum::<f32>() / samples.len() as f32;
+        let mut points: Vec<StrokePoint> = (0..samples.len())
+            .map(|i| {
+                let Sample { pixel, depth, .. } = samples[i];
+                self.point(pixel, depth, path.s[i], path.phase[i], &brush[i], presence[i])
+            })
+            .collect();
+        // The hand wavers across the way.
+        let moved: Vec<Vec2> = (0..points.len())
+            .map(|i| points[i].pixel + tangent(&points, i).perp() * brush[i].waver)
+            .collect();
+        points.iter_mut().zip(moved).for_each(|(point, moved)| point.pixel = moved);
+        let Piece { kind, draw, shape, closed, .. } = *piece;
+        Stroke { kind, draw, shape, id, seed: path.seed, points, closed, fading: false, weight }
+    }
+
+    /// A point of a stroke.
+    pub(crate) fn point(
+        &self,
+        pixel: Vec2,
+        depth: f32,
+        s: f32,
+        phase: f32,
+        brush: &Brush,
+        presence: f32,
+    ) -> StrokePoint {
+        // What comes or goes is thin and pale.
+        let pressure = brush.pressure * (0.4 + 0.6 * presence);
+        let (dryness, ink) = (brush.dryness, brush.ink * presence);
+        StrokePoint { pixel, depth, s, phase, pressure, dryness, ink, radius: self.radius(pressure) }
+    }
+
+    /// What the brush does along a piece.
+    pub fn brush(&self, piece: &Piece, path: &Path) -> Vec<Brush> {
         let c = &self.controls;
-        let length = stroke.length().max(1e-3);
+        let samples = &piece.samples;
+        let length = piece.length(path.s).max(1e-3);
         let u = self.unit;
-        let random = |k: u32| unit_f32(hash_combine(stroke.id, k));
+        let random = |k: u32| unit_f32(hash_combine(path.seed, k));
         // Interior folds, creases and borders are drawn with less weight than what stands out against the distance.
-        let of_kind = match stroke.kind {
+        let of_kind = match piece.kind {
             LineKind::Contour => 0.62,
             LineKind::Crease | LineKind::Wrinkle => 0.5,
             LineKind::Border => 0.6,
@@ -171,19 +276,15 @@ impl Hand {
         let hidden_tip = random(1) < 0.6;
         // How far a load of ink goes, pixels of a picture of 1080 lines: from a hand's breadth to the whole sheet.
         let runs_dry = (250.0 + 900.0 * c.water) * (0.7 + 0.6 * random(2)) * u * c.size.sqrt();
-        let along = |s: f32, wave: f32, k: u32| {
-            let seed = (stroke.id.wrapping_add(k * 0x9e37) & 0xfff) as f32 * 0.173;
-            noise(Vec3::new(s / (wave * u), seed, 0.5)).0 / 0.6
+        let along = |phase: f32, wave: f32, k: u32| {
+            let seed = (path.seed.wrapping_add(k * 0x9e37) & 0xfff) as f32 * 0.173;
+            noise(Vec3::new(phase / (wave * u), seed, 0.5)).0 / 0.6
         };
-        let outside =
-            |i: usize| if samples[i].silhouette { smoothstep(0.0, 0.25, samples[i].gap) } else { 0.0 };
-        for i in 0..stroke.points.len() {
-            let s = stroke.points[i].s;
-            let depth = stroke.points[i].depth;
-            let near = self.nearness(depth);
-            let sample = &samples[i.min(samples.len() - 1)];
+        let of_sample = |i: usize| -> Brush {
+            let (sample, s, phase) = (&samples[i], path.s[i], path.phase[i]);
+            let near = self.nearness(sample.depth);
 
-            let kind = of_kind + (1.0 - of_kind) * outside(i);
+            let kind = of_kind + (1.0 - of_kind) * stands_out(sample);
             let shade = sample.outward.dot(self.shade);
             // A sin(θ − φ) + T with its maximum on the side away from the light.
             let circular = 0.66 + 0.34 * shade;
@@ -196,7 +297,7 @@ impl Hand {
             let lift = 0.06 + 0.94 * smoothstep(0.0, 1.0, fall.powf(0.85));
             let ends = tip * lift;
             let swell = 1.0 + 0.16 * (-((s - entry) / (1.2 * entry)).powi(2)).exp();
-            let sway = 1.0 + 0.28 * along(s, 130.0, 3) + 0.12 * c.roughness * along(s, 23.0, 4);
+            let sway = 1.0 + 0.28 * along(phase, 130.0, 3) + 0.12 * c.roughness * along(phase, 23.0, 4);
             let varied = circular * swell * sway * (0.35 + 0.65 * reach);
             // Without contrast the hand keeps its pressure.
             let pressure = (0.6 + c.contrast * 1.6 * (varied - 0.6)).max(0.08) * ends;
@@ -204,34 +305,22 @@ impl Hand {
 
             let spent = 1.0 - (-s / runs_dry).exp();
             let flick = (1.0 - fall).powi(2);
-            let dryness = c.dryness * (0.5 + 0.9 * spent + 0.9 * flick + 0.35 * along(s, 180.0, 5));
+            let dryness = c.dryness * (0.5 + 0.9 * spent + 0.9 * flick + 0.35 * along(phase, 180.0, 5));
             let far = 1.0 - c.distance * 0.8 * (1.0 - near);
             let load = (0.75 + 0.5 * random(7)) * (1.0 - 0.4 * spent) * (0.5 + 0.5 * kind);
             let ink = INK * c.ink * c.contour * load * far;
-
-            let point = &mut stroke.points[i];
-            point.pressure = pressure;
-            point.dryness = dryness.clamp(0.0, 1.0);
-            point.ink = ink.max(0.0);
-            point.radius = self.radius(pressure);
-        }
-        // The hand wavers across the way.
-        let waver = 1.3 * c.roughness * u;
-        if waver > 0.0 {
-            let moved: Vec<Vec2> = (0..stroke.points.len())
-                .map(|i| {
-                    let s = stroke.points[i].s;
-                    stroke.points[i].pixel + tangent(&stroke.points, i).perp() * waver * along(s, 60.0, 6)
-                })
-                .collect();
             // A closed stroke must meet its beginning.
-            let fade =
-                |s: f32| if stroke.closed { (s.min(length - s) / (60.0 * u)).clamp(0.0, 1.0) } else { 1.0 };
-            for (point, moved) in stroke.points.iter_mut().zip(moved) {
-                point.pixel = point.pixel.lerp(moved, fade(point.s));
-            }
-        }
+            let fade = if piece.closed { (s.min(length - s) / (60.0 * u)).clamp(0.0, 1.0) } else { 1.0 };
+            let waver = 1.3 * c.roughness * u * along(phase, 60.0, 6) * fade;
+            Brush { pressure, dryness: dryness.clamp(0.0, 1.0), ink: ink.max(0.0), waver }
+        };
+        (0..samples.len()).map(of_sample).collect()
     }
+}
+
+/// How far a sample stands out against what is behind it, 0 to 1.
+fn stands_out(s: &Sample) -> f32 {
+    if s.silhouette { smoothstep(0.0, 0.25, s.gap) } else { 0.0 }
 }
 
 /// Unit, along the stroke.
@@ -270,8 +359,13 @@ fn smoothed(run: &[Sample], closed: bool, sigma: f32) -> Vec<Sample> {
 
 /// Length on both sides over which the turn of a line is judged, pixels of a picture of 1080 lines.
 const CORNER_REACH: f32 = 7.0;
+/// Shortest stroke, pixels of a picture of 1080 lines: less than its ends take.
+const LEAST_PIECE: f32 = 12.0;
 /// Turn at which the brush is lifted: 55 degrees within twice that length, which no wrist follows.
 const CORNER: f32 = 0.57;
+/// By so much sharper a corner must be to break a stroke that was one in the frame before, and less sharp to go on breaking it:
+/// ten degrees.
+const CORNER_STAYS: f32 = 0.14;
 
 /// The line in pieces between its corners.
 fn at_corners(run: Vec<Sample>, closed: bool, unit: f32) -> Vec<(Vec<Sample>, bool)> {
@@ -293,7 +387,13 @@ fn at_corners(run: Vec<Sample>, closed: bool, unit: f32) -> Vec<(Vec<Sample>, bo
             turn[i] <= turn[neighbours[0]] && turn[i] < turn[neighbours[1]]
         })
     };
-    let corners: Vec<usize> = (0..n).filter(|i| turn[*i] < CORNER && sharpest(*i)).collect();
+    let stroke = |i: usize| run[i % n].trace.and_then(|t| t.stroke);
+    let sharp = |i: usize| match (stroke(i + n - k), stroke(i + k)) {
+        (Some(a), Some(b)) if a == b => CORNER - CORNER_STAYS,
+        (Some(_), Some(_)) => CORNER + CORNER_STAYS,
+        _ => CORNER,
+    };
+    let corners: Vec<usize> = (0..n).filter(|i| turn[*i] < sharp(*i) && sharpest(*i)).collect();
     let Some(&first) = corners.first() else { return vec![(run, closed)] };
     let mut pieces = Vec::new();
     if closed {

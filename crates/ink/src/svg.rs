@@ -74,7 +74,7 @@ fn write_stroke(out: &mut String, stroke: &Stroke, drawing: &Drawing) {
     }
     let _ = writeln!(
         out,
-        "<g data-id=\"{:08x}\" data-kind=\"{}\" data-closed=\"{}\" data-length=\"{}\">\
+        "<g data-id=\"{:08x}\" data-kind=\"{}\" data-closed=\"{}\" data-length=\"{}\"{}>\
          <path fill=\"{}\" fill-rule=\"nonzero\" d=\"{}\"/>\
          <path fill=\"none\" stroke=\"none\" d=\"{line}\" data-width=\"{}\" data-pressure=\"{}\" data-dryness=\"{}\" \
          data-ink=\"{}\"/></g>",
@@ -82,6 +82,7 @@ fn write_stroke(out: &mut String, stroke: &Stroke, drawing: &Drawing) {
         stroke.kind.name(),
         stroke.closed,
         number(stroke.length()),
+        if stroke.fading { " data-fading=\"true\"" } else { "" },
         hex((drawing.shade)(ink)),
         outline(&points, stroke.closed),
         list(&|p| 2.0 * p.radius),
@@ -185,6 +186,7 @@ mod tests {
                     pixel: Vec2::splat(50.0) + 30.0 * Vec2::from_angle(a),
                     depth: 1.0,
                     s: 30.0 * a,
+                    phase: 30.0 * a,
                     pressure: 0.5,
                     dryness: 0.2,
                     ink: 0.9,
@@ -192,7 +194,17 @@ mod tests {
                 }
             })
             .collect();
-        Stroke { kind: LineKind::Contour, draw: 0, shape: 1, id: 0xabc, points, closed, weight: 1.0 }
+        Stroke {
+            kind: LineKind::Contour,
+            draw: 0,
+            shape: 1,
+            id: 0xabc,
+            seed: 0xabc,
+            points,
+            closed,
+            fading: false,
+            weight: 1.0,
+        }
     }
 
     #[test]

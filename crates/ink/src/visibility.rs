@@ -5,8 +5,9 @@
 //! of the scene. Depth is read beside the contour instead, [`OUTWARD`] pixels away from the surface, where nothing but what
 //! truly covers the line can be nearer. Then single errors are voted down along the line, gaps bridged and crumbs dropped.
 
-use crate::contour::{Anchor, Line, LineKind, LinePoint};
+use crate::contour::{Foothold, Line, LineKind, LinePoint};
 use crate::projection::Projection;
+use crate::tracking::Trace;
 use glam::{DVec2, Vec2};
 use yugen_optics::Image;
 use yugen_scene::Aov;
@@ -77,8 +78,14 @@ pub struct Sample {
     pub gap: f32,
     /// Whether the line separates the surface from what is behind.
     pub silhouette: bool,
+    /// How far in front of the line something lies that covers it, relative to its depth; 0 where nothing does.
+    pub cover: f32,
     /// Where it lies on its mesh.
-    pub anchor: Anchor,
+    pub foothold: Foothold,
+    /// Where the line itself is, which smoothing leaves.
+    pub line: Vec2,
+    /// What was here in the frame before.
+    pub trace: Option<Trace>,
 }
 
 /// A line in the picture, sampled every [`STEP`] pixels or closer.
@@ -160,11 +167,11 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
             // Pixels go evenly, points of the world by the reciprocal of depth.
             let t = u * p.depth / (q.depth + u * (p.depth - q.depth));
             let along = near[0] + (near[1] - near[0]) * t;
-            let anchor = if along < 0.5 { a.anchor } else { b.anchor };
+            let foothold = Foothold { ends: [a.anchor, b.anchor], part: along as f32 };
             let depth = (p.depth + (q.depth - p.depth) * t) as f32;
             let outward = outward[0].lerp(outward[1], along).normalize_or_zero().as_vec2();
             let pixel = p.pixel.lerp(q.pixel, u).as_vec2();
-            let (visible, gap) = match line.kind {
+            let (visible, gap, cover) = match line.kind {
                 LineKind::Contour => beside_contour(map, pixel, depth, outward * (OUTWARD + beyond)),
                 _ => {
                     let direction = (q.pixel - p.pixel).normalize_or_zero().as_vec2();
@@ -179,7 +186,10 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
                     visible: visible && a.possible,
                     gap,
                     silhouette: a.silhouette,
-                    anchor,
+                    cover,
+                    foothold,
+                    line: pixel,
+                    trace: None,
                 });
             }
         }
@@ -227,10 +237,11 @@ fn sticks_out(point: &LinePoint, outward: DVec2, projection: &Projection) -> f32
     ends.map(|end| (end.pixel - at.pixel).dot(outward)).fold(0.0, f64::max).min(BEYOND) as f32
 }
 
-/// Whether a contour is seen, and how far what is behind it lies; by what is there beside it.
-fn beside_contour(map: &DepthMap, pixel: Vec2, depth: f32, beside: Vec2) -> (bool, f32) {
+/// Whether a contour is seen, how far what is behind it lies and how far before it what covers it; by what is there beside
+/// it.
+fn beside_contour(map: &DepthMap, pixel: Vec2, depth: f32, beside: Vec2) -> (bool, f32, f32) {
     let (beside, _) = map.at(pixel + beside);
-    (beside > depth * (1.0 - NEARER), gap(beside, depth))
+    (beside > depth * (1.0 - NEARER), gap(beside, depth), gap(depth, beside))
 }
 
 /// The same of a crease or border: one of the two sides must be its own face or lie behind.
@@ -241,18 +252,20 @@ fn beside_fold(
     depth: f32,
     across: Vec2,
     shape: u32,
-) -> (bool, f32) {
+) -> (bool, f32, f32) {
     let width = OUTWARD / projection.pixels_per_unit(f64::from(depth)).max(1e-30) as f32;
     let sides = [1.0, -1.0].map(|side| map.at(pixel + across * side * OUTWARD));
     let seen = |&(beside, id): &(f32, u32)| {
         let nearer = if id == shape { (STEEPEST * width).max(NEARER * depth) } else { NEARER * depth };
         beside > depth - nearer
     };
-    (sides.iter().any(seen), sides.iter().map(|s| gap(s.0, depth)).fold(0.0, f32::max))
+    let farther = sides[0].0.max(sides[1].0);
+    (sides.iter().any(seen), gap(farther, depth), gap(depth, farther))
 }
 
-fn gap(beside: f32, depth: f32) -> f32 {
-    ((beside - depth) / depth.abs().max(1e-30)).clamp(0.0, 1.0)
+/// How far the first lies behind the second, relative to the second; 1 at most.
+fn gap(behind: f32, before: f32) -> f32 {
+    ((behind - before) / before.abs().max(1e-30)).clamp(0.0, 1.0)
 }
 
 /// How far beyond the window lines are followed, pixels: more than a footprint reaches.
@@ -279,7 +292,20 @@ fn clip_to_window(p: DVec2, q: DVec2, size: [u32; 2]) -> Option<[f64; 2]> {
     (from < to || (from == to && d == DVec2::ZERO)).then_some([from, to])
 }
 
+impl Sample {
+    /// Whether a stroke was here in the frame before.
+    pub fn was_drawn(&self) -> bool {
+        self.trace.is_some_and(|t| t.drawn)
+    }
+}
+
 impl SampledLine {
+    /// Whether most of what is seen of it was drawn in the frame before.
+    pub fn is_mostly_known(&self) -> bool {
+        let seen = || self.samples.iter().filter(|s| s.visible);
+        2 * seen().filter(|s| s.was_drawn()).count() > seen().count()
+    }
+
     /// Decides by vote, bridges gaps and drops crumbs.
     pub fn clean(&mut self, cleaning: &Cleaning) {
         let n = self.samples.len();
@@ -313,8 +339,18 @@ impl SampledLine {
                 if balance == 0 { seen[i] } else { balance > 0 }
             })
             .collect();
-        flip_short_runs(&mut vote, &step, self.closed, false, cleaning.bridge);
-        flip_short_runs(&mut vote, &step, self.closed, true, cleaning.crumb);
+        // The stroke that was drawn at the edge of a gap in the frame before, or close to it.
+        let stroke = |from: usize, forward: bool| {
+            let way = (0..EDGE.min(n)).map(|k| if forward { (from + k) % n } else { (from + n - k) % n });
+            way.filter_map(|i| self.samples[i].trace?.stroke).next()
+        };
+        let bridge = |before: usize, after: usize| match (stroke(before, false), stroke(after, true)) {
+            (Some(a), Some(b)) if a == b => cleaning.bridge * WHOLE,
+            (Some(_), Some(_)) => cleaning.bridge / WHOLE,
+            _ => cleaning.bridge,
+        };
+        flip_short_runs(&mut vote, &step, self.closed, false, &bridge);
+        flip_short_runs(&mut vote, &step, self.closed, true, &|_, _| cleaning.crumb);
         self.samples.iter_mut().zip(vote).for_each(|(s, v)| s.visible = v);
     }
 
@@ -333,13 +369,25 @@ impl SampledLine {
     }
 }
 
-/// Turns runs of `value` that are shorter than `least` pixels into the opposite; not those at the ends of an open line where
-/// they are hidden, for there is nothing to bridge.
-fn flip_short_runs(values: &mut [bool], step: &[f32], closed: bool, value: bool, least: f32) {
+/// Samples at the edge of a gap that say what was there.
+const EDGE: usize = 4;
+/// A stroke that was whole in the frame before bridges gaps that are longer by this factor, and one that was two pieces only
+/// those that are shorter by it.
+const WHOLE: f32 = 1.6;
+
+/// Turns runs of `value` that are shorter than `least` pixels, which is asked with the samples before and after, into the
+/// opposite; not those at the ends of an open line where they are hidden, for there is nothing to bridge.
+fn flip_short_runs(
+    values: &mut [bool],
+    step: &[f32],
+    closed: bool,
+    value: bool,
+    least: &dyn Fn(usize, usize) -> f32,
+) {
     let n = values.len();
     if values.iter().all(|v| *v == value) {
         // A line that is seen from end to end can be a crumb; one that is hidden is no gap.
-        if value && step.iter().sum::<f32>() < least {
+        if value && step.iter().sum::<f32>() < least(0, n - 1) {
             values.fill(false);
         }
         return;
@@ -359,7 +407,7 @@ fn flip_short_runs(values: &mut [bool], step: &[f32], closed: bool, value: bool,
             end += 1;
         }
         let at_end = !closed && (i == 0 || end == n);
-        if length < least && (value || !at_end) {
+        if (value || !at_end) && length < least(at(i + n - 1), at(end)) {
             (i..end).for_each(|k| values[at(k)] = !value);
         }
         i = end;
@@ -369,6 +417,7 @@ fn flip_short_runs(values: &mut [bool], step: &[f32], closed: bool, value: bool,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contour::Anchor;
 
     fn line(seen: &str, closed: bool) -> SampledLine {
         let samples = seen
@@ -381,7 +430,10 @@ mod tests {
                 visible: c == '#',
                 gap: 0.0,
                 silhouette: true,
-                anchor: Anchor { vertices: [0; 2], part: 0.0 },
+                cover: 0.0,
+                foothold: Foothold { ends: [Anchor { vertices: [0; 2], part: 0.0 }; 2], part: 0.0 },
+                line: Vec2::ZERO,
+                trace: None,
             })
             .collect();
         SampledLine { kind: LineKind::Contour, draw: 0, shape: 1, samples, closed, facet: 2.0 }

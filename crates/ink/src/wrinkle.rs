@@ -115,6 +115,8 @@ const LOAD: f32 = 1.3;
 const STEP: f32 = 2.0;
 /// Relative change of depth over a step at which the form ends.
 const JUMP: f32 = 0.015;
+/// Change of how many there should be over which one comes or goes.
+const COMING: f32 = 0.08;
 /// Sine of the angle to the eye below which a surface has no direction of its own.
 const FLAT: f32 = 0.18;
 
@@ -134,7 +136,9 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
         // Where it is light there are few; that which stands there is the same in every view.
         let bend = tones.bend(place.pixel, 14.0 * unit);
         let share = smoothstep(0.1, 0.75, dark) * (0.3 + 0.7 * controls.detail) * bend;
-        if random(20) >= share {
+        // One that comes or goes does so slowly.
+        let there = ((share - random(20)) / COMING).clamp(0.0, 1.0);
+        if there <= 0.0 {
             continue;
         }
         let way = trace(&place, manner, map, tones, length * (0.6 + 0.8 * random(21)), unit);
@@ -159,10 +163,11 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
                     pixel: *pixel,
                     depth: *depth,
                     s: i as f32 * STEP,
+                    phase: i as f32 * STEP,
                     pressure,
                     dryness: (manner.dryness + controls.dryness * (0.35 + 0.6 * t) + 0.3 * grey)
                         .clamp(0.0, 1.0),
-                    ink: ink * place.weight,
+                    ink: ink * place.weight * there,
                     radius: (manner.radius * scale * pressure).max(0.45),
                 }
             })
@@ -172,8 +177,10 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
             draw: place.draw,
             shape: place.shape,
             id: place.hash,
+            seed: place.hash,
             points,
             closed: false,
+            fading: false,
             weight: 0.0,
         });
     }

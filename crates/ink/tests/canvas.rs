@@ -36,13 +36,24 @@ fn stroke(dryness: f32, ink: f32, id: u32) -> Stroke {
             pixel: Vec2::new(30.0 + 2.0 * i as f32, 60.0),
             depth: 1.0,
             s: 2.0 * i as f32,
+            phase: 2.0 * i as f32,
             pressure: 1.0,
             dryness,
             ink,
             radius: FULL,
         })
         .collect();
-    Stroke { kind: LineKind::Contour, draw: 0, shape: 1, id, points, closed: false, weight: 1.0 }
+    Stroke {
+        kind: LineKind::Contour,
+        draw: 0,
+        shape: 1,
+        id,
+        seed: id,
+        points,
+        closed: false,
+        fading: false,
+        weight: 1.0,
+    }
 }
 
 fn stamps(strokes: &[Stroke]) -> [Vec<Stamp>; LAYERS] {

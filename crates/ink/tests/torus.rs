@@ -1,8 +1,10 @@
 //! Contours of a torus, whose zero set is known as exactly as one likes.
 
-use glam::{DVec2, DVec3, Mat4, Vec2, Vec3};
+mod analytic;
+
+use analytic::{Cells, MAJOR, MINOR, camera, point, scene, torus};
+use glam::{DVec2, DVec3, Vec2};
 use std::f64::consts::TAU;
-use std::sync::Arc;
 use yugen_ink::contour::{LineKind, Surface, to_world};
 use yugen_ink::literal;
 use yugen_ink::projection::Projection;
@@ -10,67 +12,7 @@ use yugen_ink::topology::{Creases, Topology};
 use yugen_ink::visibility::{Cleaning, DepthMap, SampledLine, sample};
 use yugen_realtime::{Gpu, Options, Stage};
 use yugen_scene::prepared::Rows;
-use yugen_scene::{
-    Aov, Camera, Film, Filter, FovAxis, Geometry, Material, Mesh, Projection as Kind, Scene, Shape, Value,
-    look_along,
-};
-
-const MAJOR: f64 = 1.0;
-const MINOR: f64 = 0.4;
-
-/// About the z axis.
-fn point(u: f64, v: f64) -> (DVec3, DVec3) {
-    let n = DVec3::new(u.cos() * v.cos(), u.sin() * v.cos(), v.sin());
-    (DVec3::new(u.cos(), u.sin(), 0.0) * MAJOR + n * MINOR, n)
-}
-
-/// 2 · across² · 2 triangles.
-fn torus(across: u32) -> Mesh {
-    let (nu, nv) = (2 * across, across);
-    let mut mesh = Mesh { name: "torus".into(), ..Mesh::default() };
-    for i in 0..nu {
-        for j in 0..nv {
-            let (p, n) = point(TAU * f64::from(i) / f64::from(nu), TAU * f64::from(j) / f64::from(nv));
-            mesh.positions.push(p.as_vec3());
-            mesh.normals.push(n.as_vec3());
-        }
-    }
-    let at = |i: u32, j: u32| (i % nu) * nv + j % nv;
-    for i in 0..nu {
-        for j in 0..nv {
-            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            mesh.triangles.extend([[a, b, c], [a, c, d]]);
-        }
-    }
-    mesh
-}
-
-fn camera(distance: f64, size: [u32; 2]) -> Camera {
-    let e = 20f64.to_radians();
-    let eye = DVec3::new(0.4 * e.cos(), -0.917 * e.cos(), e.sin()).normalize().as_vec3() * distance as f32;
-    Camera {
-        name: "test".into(),
-        to_world: look_along(eye, -eye, Vec3::Z),
-        projection: Kind::Perspective {
-            fov_x: 40f32.to_radians(),
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
-        near_far: [0.01, 100.0],
-        film: Film { width: size[0], height: size[1], crop: None, filter: Filter::Box },
-        samples_per_pixel: 1,
-    }
-}
-
-fn scene(mesh: Mesh) -> Scene {
-    Scene {
-        materials: vec![Material::lambert(Value::Rgb(Vec3::splat(0.5)))],
-        shapes: vec![Shape::new("torus", Geometry::Mesh(Arc::new(mesh)), Mat4::IDENTITY, 0)],
-        ..Scene::default()
-    }
-}
+use yugen_scene::{Aov, Filter, Scene};
 
 /// The zero set of N · (eye − P) by bisection along every circle of the tube: points in the world.
 fn zero_set(projection: &Projection, circles: u32) -> Vec<DVec3> {
@@ -95,42 +37,6 @@ fn zero_set(projection: &Projection, circles: u32) -> Vec<DVec3> {
         }
     }
     zeros
-}
-
-/// Places in the picture in cells, to find the nearest.
-struct Cells(std::collections::HashMap<[i64; 2], Vec<DVec2>>);
-
-impl Cells {
-    const SIDE: f64 = 8.0;
-
-    fn new(points: impl Iterator<Item = DVec2>) -> Self {
-        let mut cells = std::collections::HashMap::new();
-        for p in points {
-            let cell = (p / Self::SIDE).floor();
-            cells.entry([cell.x as i64, cell.y as i64]).or_insert_with(Vec::new).push(p);
-        }
-        Self(cells)
-    }
-
-    fn nearest(&self, p: DVec2) -> f64 {
-        let cell = (p / Self::SIDE).floor();
-        let mut best = f64::INFINITY;
-        for ring in 0..64i64 {
-            if best < (ring - 1) as f64 * Self::SIDE {
-                break;
-            }
-            for x in -ring..=ring {
-                for y in -ring..=ring {
-                    if x.abs().max(y.abs()) == ring
-                        && let Some(all) = self.0.get(&[cell.x as i64 + x, cell.y as i64 + y])
-                    {
-                        best = all.iter().map(|q| q.distance(p)).fold(best, f64::min);
-                    }
-                }
-            }
-        }
-        best
-    }
 }
 
 struct Placed {
@@ -270,6 +176,7 @@ fn what_is_seen_of_contours_is_what_rays_see() {
             threads: 2,
             bounces: None,
             hide_emitters: false,
+            lighting: Default::default(),
             seed: 0,
         };
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &placed.rows, &options).unwrap();

@@ -30,7 +30,19 @@ impl SkeletalMotion {
     /// # Errors
     /// Where a joint is at no place.
     pub fn poses(&self, frame: usize) -> Result<Vec<RigidPose>, SkeletonError> {
-        let joints = self.skeleton.to_skeleton(&self.pose(frame))?;
+        self.rigid(&self.pose(frame))
+    }
+
+    /// Where each joint is on the way from the skeleton's rest, at 0, to the first frame, at 1.
+    ///
+    /// # Errors
+    /// Where a joint is at no place.
+    pub fn approach(&self, t: f32) -> Result<Vec<RigidPose>, SkeletonError> {
+        self.rigid(&self.skeleton.rest().toward(&self.pose(0), t))
+    }
+
+    fn rigid(&self, pose: &Pose) -> Result<Vec<RigidPose>, SkeletonError> {
+        let joints = self.skeleton.to_skeleton(pose)?;
         let rigid = |m: &Mat4| {
             let (_, rotation, position) = m.to_scale_rotation_translation();
             // A joint that is scaled to nothing has no direction.

@@ -74,6 +74,23 @@ pub struct Pose {
     pub weights: BTreeMap<usize, Vec<f32>>,
 }
 
+impl Pose {
+    /// On the way to another pose of the same skeleton: straight, and by the shortest turns. Matrices stay those of the nearer.
+    pub fn toward(&self, other: &Self, t: f32) -> Self {
+        let mut pose = if t < 0.5 { self.clone() } else { other.clone() };
+        for ((p, a), b) in pose.placements.iter_mut().zip(&self.placements).zip(&other.placements) {
+            if let (Placement::Parts(a), Placement::Parts(b)) = (a, b) {
+                *p = Placement::Parts(Transform {
+                    translation: a.translation.lerp(b.translation, t),
+                    rotation: a.rotation.slerp(b.rotation, t),
+                    scale: a.scale.lerp(b.scale, t),
+                });
+            }
+        }
+        pose
+    }
+}
+
 /// Why joints are no skeleton, or a pose none of it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SkeletonError {

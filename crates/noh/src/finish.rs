@@ -23,11 +23,14 @@ pub struct Gloss {
     pub sheen_roughness: f32,
     /// Strength of the reflection of a dielectric.
     pub specular: f32,
+    /// Anisotropic: widths of the highlight across and along fibres that run with v, instead of one from the texture.
+    pub fibres: Option<[f32; 2]>,
     /// Diffuse by rough cavities instead of a dielectric's highlight: standard deviation of their slope, radians.
     pub matt: Option<f32>,
 }
 
-const PLAIN: Gloss = Gloss { sheen: Vec3::ZERO, sheen_roughness: 0.5, specular: 1.0, matt: None };
+const PLAIN: Gloss =
+    Gloss { sheen: Vec3::ZERO, sheen_roughness: 0.5, specular: 1.0, fibres: None, matt: None };
 
 impl Finish {
     /// How many times coarser than colours its normals are, where nothing fine stands out.
@@ -45,11 +48,14 @@ impl Finish {
             Self::Gravel => Gloss { matt: Some(0.45), ..PLAIN },
             Self::Earth | Self::Plaster => Gloss { matt: Some(0.35), ..PLAIN },
             Self::Curtain => {
-                Gloss { sheen: Vec3::splat(0.16), sheen_roughness: 0.45, specular: 0.5, matt: None }
+                Gloss { sheen: Vec3::splat(0.16), sheen_roughness: 0.45, specular: 0.5, ..PLAIN }
             }
             Self::Lining => {
-                Gloss { sheen: Vec3::new(0.16, 0.05, 0.03), sheen_roughness: 0.4, specular: 0.5, matt: None }
+                Gloss { sheen: Vec3::new(0.16, 0.05, 0.03), sheen_roughness: 0.4, specular: 0.5, ..PLAIN }
             }
+            Self::Under => Gloss { sheen: Vec3::splat(0.12), sheen_roughness: 0.4, specular: 0.5, ..PLAIN },
+            // Of human hair, oiled: wide across the strands, narrow along them.
+            Self::Hair => Gloss { fibres: Some([0.42, 0.12]), ..PLAIN },
             Self::Bark | Self::PineBark | Self::Log => Gloss { specular: 0.4, ..PLAIN },
             _ => PLAIN,
         }
@@ -78,6 +84,12 @@ impl Finish {
             Self::Lacquer => lacquer(),
             Self::Gilt => gilt(),
             Self::Lining => lining(),
+            Self::Omote => crate::player::painting(),
+            Self::Hair => hair(),
+            Self::Band => band(),
+            Self::Skin => skin(),
+            Self::Under => white(),
+            Self::Fan => gilt_paper(),
             Self::Cloth => return None,
         })
     }
@@ -437,13 +449,113 @@ fn lining() -> Surface {
     })
 }
 
+/// Strands along v.
+fn hair() -> Surface {
+    Surface::bake(256, 128, Vec2::splat(0.1), |p| {
+        let q = p / 0.1;
+        let strand = noise(q * Vec2::new(90.0, 2.0), [90, 2], 221);
+        let lock = noise(q * Vec2::new(14.0, 1.0), [14, 1], 222);
+        Texel {
+            colour: srgb(0x18120f) * (1.0 + 0.5 * strand + 0.3 * lock),
+            roughness: 0.3,
+            metallic: 0.0,
+            height: 5e-5 * strand + 2.2e-4 * lock,
+        }
+    })
+}
+
+/// Gold figures of leaf and lozenge (uroko) on red silk.
+fn band() -> Surface {
+    let (ground, gold) = (srgb(0x9c2018), Vec3::new(0.90, 0.62, 0.26));
+    Surface::bake(256, 256, Vec2::splat(0.1), |p| {
+        let q = p / 0.1 * Vec2::new(6.0, 6.0);
+        let cell = q - q.floor();
+        // Triangles like scales.
+        let over = cell.y > (2.0 * cell.x - 1.0).abs();
+        let thread = noise(p / 0.1 * Vec2::new(160.0, 110.0), [160, 110], 231);
+        let t = if over { 1.0 } else { 0.0 };
+        Texel {
+            colour: mix(ground, gold, t) * (1.0 + 0.07 * thread),
+            roughness: 0.5 - 0.12 * t,
+            metallic: t,
+            height: 6e-5 * t + 2e-5 * thread,
+        }
+    })
+}
+
+fn skin() -> Surface {
+    Surface::bake(128, 128, Vec2::splat(0.25), |p| {
+        let q = p / 0.25;
+        let cloud = fbm(q * 5.0, [5; 2], 4, 241);
+        let pore = noise(q * 60.0, [60; 2], 242);
+        Texel {
+            colour: srgb(0xc48f6e) * (1.0 + 0.06 * cloud),
+            roughness: 0.48 + 0.05 * cloud,
+            metallic: 0.0,
+            height: 4e-5 * pore,
+        }
+    })
+}
+
+/// White glossed silk (neri), in plain weave.
+fn white() -> Surface {
+    Surface::bake(128, 128, Vec2::splat(0.25), |p| {
+        let q = p / 0.25;
+        let cloud = fbm(q * 4.0, [4; 2], 3, 251);
+        let thread = noise(q * Vec2::new(60.0, 60.0), [60, 60], 252);
+        Texel {
+            colour: srgb(0xe6dfd0) * (1.0 + 0.03 * cloud),
+            roughness: 0.6,
+            metallic: 0.0,
+            height: 3e-5 * thread,
+        }
+    })
+}
+
+/// Paper with gold leaf, laid in squares, and red clouds at its ends: a woman's fan.
+fn gilt_paper() -> Surface {
+    let (gold, red, pine) = (Vec3::new(0.93, 0.66, 0.28), srgb(0x8e1b14), srgb(0x2b4a30));
+    Surface::bake(512, 256, Vec2::new(0.6, 0.22), |p| {
+        let q = p / Vec2::new(0.6, 0.22);
+        let leaf = Vec2::new(12.0 * q.x, 5.0 * q.y);
+        let edge = (leaf - leaf.floor()).min(1.0 - (leaf - leaf.floor())).min_element();
+        let tone = lattice(leaf.x as i32, leaf.y as i32, 261);
+        let cloud = fbm(q * Vec2::new(7.0, 3.0), [7, 3], 4, 262);
+        let wave = 0.10 * (TAU * 3.0 * q.x).sin();
+        // Clouds above and to the sides, and between them three sprays of pine.
+        let over = smoothstep(0.02, -0.02, q.y - 0.26 - wave + 0.12 * cloud).max(smoothstep(
+            0.02,
+            -0.02,
+            0.90 - q.y + 0.05 * cloud,
+        ));
+        let mut needle = 0.0f32;
+        for (x, y) in [(0.27, 0.62), (0.5, 0.56), (0.73, 0.62)] {
+            let d = (q - Vec2::new(x, y)) * Vec2::new(2.7, 1.0);
+            let turn = d.y.atan2(d.x);
+            let spray = (26.0 * turn).sin().abs();
+            let far = d.length();
+            needle = needle.max(
+                smoothstep(0.55, 0.9, spray) * smoothstep(0.17, 0.15, far) * smoothstep(0.01, 0.03, far),
+            );
+        }
+        let paint = over.max(needle);
+        let colour = gold * (0.92 + 0.08 * tone) * (0.85 + 0.15 * smoothstep(0.0, 0.03, edge));
+        Texel {
+            colour: mix(mix(colour, pine, needle), red * (1.0 + 0.1 * cloud), over),
+            roughness: 0.3 + 0.08 * tone + 0.2 * paint,
+            metallic: 1.0 - paint,
+            height: 1.5e-5 * paint,
+        }
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn tiles(finish: Finish) -> bool {
-        use Finish::{BambooPainting, Curtain, PineLeft, PineMiddle, PineRight};
-        ![BambooPainting, Curtain, PineLeft, PineMiddle, PineRight].contains(&finish)
+        use Finish::{BambooPainting, Curtain, Fan, Omote, PineLeft, PineMiddle, PineRight};
+        ![BambooPainting, Curtain, Fan, Omote, PineLeft, PineMiddle, PineRight].contains(&finish)
     }
 
     #[test]

@@ -15,9 +15,12 @@ mod layout;
 mod painting;
 mod part;
 mod pattern;
+mod performance;
+pub mod player;
 mod preset;
 mod robe;
 mod roof;
+mod sculpt;
 pub mod solid;
 mod timber;
 mod view;
@@ -27,6 +30,7 @@ pub use finish::Gloss;
 pub use fire_stand::FireStand;
 pub use layout::Layout;
 pub use part::{Finish, Part};
+pub use performance::{Costume, Performance, ROBE};
 pub use preset::{PRESETS, Preset, RoofCover, RoofForm};
 pub use robe::{Robe, RobeError};
 pub use view::{FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour, SceneError};
@@ -37,6 +41,7 @@ pub struct Stage {
     layout: Layout,
     parts: Vec<Part>,
     robe: Option<Robe>,
+    player: Vec<player::Piece>,
 }
 
 impl Stage {
@@ -51,7 +56,7 @@ impl Stage {
         garden::parts(&mut out);
         fire_stand::parts(&mut out);
         let parts = out.parts;
-        Ok(Self { layout, parts, robe: None })
+        Ok(Self { layout, parts, robe: None, player: Vec::new() })
     }
 
     /// With a robe on a rack in the middle of the main floor, its back to the front seats; in place of one that hangs
@@ -65,7 +70,19 @@ impl Stage {
         self
     }
 
-    /// The cloth of the robe that hangs there, if one does.
+    /// With a player, whose robe is of this cloth; [`Performance`] moves it.
+    pub fn with_player(mut self, cloth: Robe) -> Self {
+        self.robe = Some(cloth);
+        self.player = player::pieces();
+        self
+    }
+
+    /// Parts of the player, if there is one.
+    pub fn player(&self) -> &[player::Piece] {
+        &self.player
+    }
+
+    /// The cloth of the robe that hangs there or that the player wears, if there is one.
     pub fn robe(&self) -> Option<&Robe> {
         self.robe.as_ref()
     }

@@ -49,13 +49,25 @@ pub enum Finish {
     Gilt,
     /// Silk that lines a robe.
     Lining,
+    /// A mask, painted.
+    Omote,
+    /// Hair of a wig.
+    Hair,
+    /// Brocade of the band over a wig.
+    Band,
+    /// Skin.
+    Skin,
+    /// White silk and cotton under the robe.
+    Under,
+    /// Gilt paper of a fan.
+    Fan,
     /// The cloth of a robe, from maps: see [`crate::Robe`].
     Cloth,
 }
 
 impl Finish {
     /// All of them.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 27] = [
         Self::Floor,
         Self::Timber,
         Self::Bark,
@@ -76,6 +88,12 @@ impl Finish {
         Self::Lacquer,
         Self::Gilt,
         Self::Lining,
+        Self::Omote,
+        Self::Hair,
+        Self::Band,
+        Self::Skin,
+        Self::Under,
+        Self::Fan,
         Self::Cloth,
     ];
 
@@ -102,6 +120,12 @@ impl Finish {
             Self::Lacquer => "lacquer",
             Self::Gilt => "gilt",
             Self::Lining => "lining",
+            Self::Omote => "omote",
+            Self::Hair => "hair",
+            Self::Band => "brocade_band",
+            Self::Skin => "skin",
+            Self::Under => "white_silk",
+            Self::Fan => "gilt_paper",
             Self::Cloth => "cloth",
         }
     }

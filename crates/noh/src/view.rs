@@ -8,13 +8,14 @@ use glam::{Mat4, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
+use yugen_motion::SkeletonError;
 use yugen_motion::fire::FireError;
 use yugen_optics::spectrum::{blackbody, emission_rgb};
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::{Kind, ModelError};
 use yugen_scene::{
-    Camera, Film, FovAxis, Geometry, Light, Material, MaterialId, ModelBuilder, Projection, Scene, Shape,
-    Texture, TextureFilter, TurnedNormals, Value, Wrap, look_along,
+    CacheError, Camera, Film, FovAxis, Geometry, Light, Material, MaterialId, ModelBuilder, PoseError,
+    Projection, Scene, Shape, Texture, TextureFilter, TurnedNormals, Value, Wrap, look_along,
 };
 
 /// When it is.
@@ -50,6 +51,15 @@ pub enum SceneError {
     /// A fire.
     #[error(transparent)]
     Fire(#[from] FireError),
+    /// A robe that moves.
+    #[error(transparent)]
+    Cache(#[from] CacheError),
+    /// A player who moves.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+    /// A dance with joints at no place.
+    #[error(transparent)]
+    Skeleton(#[from] SkeletonError),
 }
 
 /// Of a wood fire's soot, kelvin: 1700 to 1900 are usual; assumed.
@@ -68,8 +78,8 @@ fn blackbody_colour(space: ColourSpace, kelvin: f64) -> Vec3 {
 }
 
 impl Stage {
-    /// The stage with its materials, cameras and lights. Shapes are the parts in their order, first; those of fires come
-    /// after them. Each of [`Stage::finishes`] has [`Finish::materials`], in that order.
+    /// The stage with its materials, cameras and lights. Shapes are the parts in their order, first, then those of the player,
+    /// in the coordinates of their joints; those of fires come after them. Each of [`Stage::finishes`] has [`Finish::materials`], in that order.
     pub fn scene(&self, hour: Hour, fire_light: FireLight) -> Result<Scene, SceneError> {
         let mut scene = Scene { working_space: ColourSpace::default(), ..Scene::default() };
         let mut materials: BTreeMap<Finish, MaterialId> = BTreeMap::new();
@@ -83,7 +93,7 @@ impl Stage {
                 (None, None) => {}
             }
         }
-        for part in self.parts() {
+        for part in self.parts().iter().chain(self.player().iter().map(|p| &p.part)) {
             let geometry = Geometry::Mesh(part.mesh.clone());
             let material = materials.get(&part.finish).copied().unwrap_or_default();
             scene.shapes.push(Shape::new(part.id.clone(), geometry, Mat4::IDENTITY, material));
@@ -117,7 +127,16 @@ impl Stage {
 
     /// What its parts are made of, each once, in a fixed order.
     pub fn finishes(&self) -> Vec<Finish> {
-        Finish::ALL.into_iter().filter(|f| self.parts().iter().any(|p| p.finish == *f)).collect()
+        let all = || self.parts().iter().chain(self.player().iter().map(|p| &p.part));
+        let cloth = |f: Finish| f == Finish::Cloth && self.robe().is_some();
+        Finish::ALL.into_iter().filter(|f| cloth(*f) || all().any(|p| p.finish == *f)).collect()
+    }
+
+    /// The material of a finish in [`Stage::scene`].
+    pub fn material_of(&self, finish: Finish) -> Option<MaterialId> {
+        let all = self.finishes();
+        let at = all.iter().position(|f| *f == finish)?;
+        Some(all[..at].iter().map(|f| f.materials()).sum())
     }
 
     /// Their textures. Each is a function of nothing but itself: the same bits for any number of threads.
@@ -219,7 +238,7 @@ impl Stage {
             ("old-pine", Vec3::new(0.0, 1.5, 0.6), Vec3::new(0.0, 1.6, l.rear), 62.0),
             ("basket", first.foot + Vec3::new(0.5, 0.35, 1.0), first.foot + Vec3::new(0.0, -0.18, 0.0), 42.0),
         ];
-        if self.robe().is_some() {
+        if self.parts().iter().any(|p| p.finish == Finish::Cloth) {
             views.extend(crate::robe::views(l));
         }
         views
@@ -294,6 +313,15 @@ fn material(scene: &mut Scene, finish: Finish, surface: &Surface) -> Result<(), 
     if let Some(sigma) = gloss.matt {
         builder = ModelBuilder::new(Kind::OrenNayar);
         builder.set("reflectance", Value::Texture(albedo))?.set("sigma", Value::Number(sigma))?;
+    } else if let Some([across, along]) = gloss.fibres {
+        builder = ModelBuilder::new(Kind::AshikhminShirley);
+        // Phong exponents of these widths.
+        let exponent = |width: f32| Value::Number(2.0 / (width * width) - 1.0);
+        builder
+            .set("diffuse", Value::Texture(albedo))?
+            .set("specular", Value::Rgb(Vec3::splat(0.046)))?
+            .set("n_u", exponent(across))?
+            .set("n_v", exponent(along))?;
     } else {
         let roughness = picture(surface.reduced(4).roughness_metallic(), Some(1));
         let metallic = match &scene.textures[roughness] {

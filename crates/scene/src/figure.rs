@@ -1,5 +1,6 @@
 //! What moves in a scene: figures, posed by their clips.
 
+use crate::cache::CACHE;
 use crate::{Geometry, Light, Mesh, Scene, suggest};
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
@@ -87,7 +88,9 @@ pub struct DeformedMesh {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PoseError {
     /// Nothing moves.
-    #[error("nothing in it moves: it has no animation, as a glTF file may have, and no fire")]
+    #[error(
+        "nothing in it moves: it has no animation, as a glTF file may have, no cache of a simulation and no fire"
+    )]
     Still,
     /// A clip that nobody has.
     #[error("there is no animation called '{name}'{hint}")]
@@ -124,16 +127,13 @@ pub enum PoseError {
 impl Scene {
     /// Whether [`Scene::pose`] moves anything.
     pub fn moves(&self) -> bool {
-        !self.figures.is_empty() || !self.fires.is_empty()
+        !self.figures.is_empty() || !self.caches.is_empty() || !self.fires.is_empty()
     }
 
     /// The animations: names, and seconds of their first and last key. One that several figures have counts once. Where
-    /// there are fires and nothing else moves, a minute of them, called `fire`.
+    /// there are no figures, the caches, called `cache`; without these a minute of the fires, called `fire`.
     pub fn clips(&self) -> Vec<(String, [f32; 2])> {
-        let mut all: Vec<(String, [f32; 2])> = Vec::new();
-        if self.figures.is_empty() && !self.fires.is_empty() {
-            all.push((FIRE.into(), MINUTE));
-        }
+        let mut all: Vec<(String, [f32; 2])> = self.without_figures().into_iter().collect();
         for clip in self.figures.iter().flat_map(|f| &f.clips) {
             let [first, last] = clip.span();
             match all.iter_mut().find(|(name, _)| *name == clip.name) {
@@ -147,8 +147,8 @@ impl Scene {
     /// Seconds of the first and the last key of what [`Scene::pose`] plays by this name, of all figures together; `None`
     /// where it plays nothing.
     pub fn clip_span(&self, clip: Option<&str>) -> Option<[f32; 2]> {
-        if self.plays_fire(clip) {
-            return Some(MINUTE);
+        if let Some((name, span)) = self.without_figures() {
+            return clip.is_none_or(|asked| asked == name).then_some(span);
         }
         let played = self.figures.iter().filter_map(|f| Some(f.clips[f.plays(clip)?].span()));
         played.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
@@ -156,8 +156,8 @@ impl Scene {
 
     /// Moves every figure to where its animation called `clip` takes it at `seconds`; each to its first where no name is
     /// given. A figure that has none of this name stays as it is. Before an animation begins and after it ends it stands
-    /// still; fires have no end, and burn whatever else plays. Shapes keep their numbers; a mesh that deforms is another one afterwards. After an error some of it may have
-    /// moved; another pose puts all in its place.
+    /// still; caches and fires play whatever else plays, and fires have no end. Shapes keep their numbers; a mesh that deforms
+    /// is another one afterwards. After an error some of it may have moved; another pose puts all in its place.
     pub fn pose(&mut self, clip: Option<&str>, seconds: f32) -> Result<(), PoseError> {
         if !self.moves() {
             return Err(PoseError::Still);
@@ -166,7 +166,7 @@ impl Scene {
             return Err(PoseError::Moment(seconds.to_string()));
         }
         let playing: Vec<Option<usize>> = self.figures.iter().map(|f| f.plays(clip)).collect();
-        if playing.iter().all(Option::is_none) && !self.plays_fire(clip) {
+        if playing.iter().all(Option::is_none) && self.clip_span(clip).is_none() {
             let name = clip.unwrap_or_default().to_string();
             let clips = self.clips();
             let hint = suggest(&name, clips.iter().map(|(name, _)| name.as_str()));
@@ -182,15 +182,23 @@ impl Scene {
         }
         self.figures = figures;
         posed?;
+        for cache in self.caches.clone() {
+            cache.play(seconds.into(), self);
+        }
         let fires = std::mem::take(&mut self.fires);
         let burning = fires.iter().try_for_each(|fire| fire.burn(seconds.into(), self));
         self.fires = fires;
         Ok(burning?)
     }
 
-    /// Whether fires are all that this animation has.
-    fn plays_fire(&self, clip: Option<&str>) -> bool {
-        self.figures.is_empty() && !self.fires.is_empty() && clip.is_none_or(|name| name == FIRE)
+    /// The animation of a scene without figures.
+    fn without_figures(&self) -> Option<(String, [f32; 2])> {
+        if !self.figures.is_empty() {
+            return None;
+        }
+        let caches = self.caches.iter().map(|c| c.span()).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        let fire = || (!self.fires.is_empty()).then(|| (FIRE.to_string(), MINUTE));
+        caches.map(|span| (CACHE.to_string(), span)).or_else(fire)
     }
 }
 

@@ -29,6 +29,7 @@ impl Scene {
             // Where they are now is in the shapes.
             figures: _,
             fires: _,
+            caches: _,
             integrator: _,
         } = self;
         let mut parts = Parts::default();

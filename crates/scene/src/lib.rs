@@ -4,6 +4,7 @@
 //! read it. Indices (`TextureId`, …) point into the vectors of the same scene.
 
 mod attributes;
+mod cache;
 mod camera;
 mod figure;
 mod film;
@@ -25,6 +26,7 @@ mod sticks;
 mod texture;
 
 pub use attributes::MissingAttribute;
+pub use cache::{CacheError, CachedMesh};
 pub use camera::{Camera, CameraError, FovAxis, Projection};
 pub use figure::{Attachment, DeformedMesh, Figure, Part, PoseError, rigid};
 pub use film::{Film, Filter};
@@ -73,6 +75,8 @@ pub struct Scene {
     pub figures: Vec<Arc<Figure>>,
     /// What burns, likewise.
     pub fires: Vec<Arc<SceneFire>>,
+    /// Meshes whose movement was computed before, likewise.
+    pub caches: Vec<Arc<CachedMesh>>,
     /// How the file wants to be rendered.
     pub integrator: Integrator,
 }

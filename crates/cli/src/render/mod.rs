@@ -1,20 +1,20 @@
 //! `yugen render`: a scene file to a picture.
 
 mod checkpoint;
-mod interrupt;
+mod frames;
+pub mod interrupt;
 mod parse;
 mod realtime;
 mod report;
-mod sequence;
 
-use crate::{argument, progress};
+use crate::sequence::Moments;
+use crate::{argument, ink, progress};
 use anyhow::{Context, Result, bail};
 use checkpoint::{Checkpoint, Pace, command_to_go_on};
 use clap::{Args, FromArgMatches};
 use indicatif::HumanDuration;
 use interrupt::Interrupt;
-pub use parse::{rate, seconds, size};
-pub use sequence::RATE;
+pub use parse::{frames, rate, seconds, size};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -44,9 +44,14 @@ pub struct Render {
 
     /// By which renderer: the reference is a path tracer on the processor that nothing has to be believed of; realtime
     /// is that of the stage, on the GPU (a software one will do), whose frames tend to the same picture. What it
-    /// approximates is in docs/realtime.md.
-    #[arg(long, default_value = "reference", value_parser = ["reference", "realtime"], value_name = "NAME")]
+    /// approximates is in docs/realtime.md. ink paints it with a brush, as `yugen ink` does where nothing is said of how.
+    #[arg(long, default_value = "reference", value_parser = ["reference", "realtime", "ink"], value_name = "NAME")]
     by: String,
+
+    /// How the real-time renderer lights surfaces: in full, as the reference does, or by the equations of the paper on Takigi Noh
+    /// (Wakita et al.), the baseline: fires are points without shadows, highlights one value of the ambient map.
+    #[arg(long, default_value = "full", value_parser = ["full", "paper"], value_name = "NAME")]
+    lighting: String,
 
     /// Width and height in pixels instead of the camera's. Where the aspect changes, the field of view stays
     /// along the axis that the scene gave it for.
@@ -140,26 +145,8 @@ pub struct Render {
     #[arg(long, value_name = "AXIS", value_parser = ["y", "z"])]
     up: Option<String>,
 
-    /// The pose of a glTF scene this many seconds into its animation; as the file stands where absent.
-    #[arg(long, value_name = "S", value_parser = parse::seconds)]
-    at: Option<f64>,
-
-    /// Which animation, by its name; the first where absent.
-    #[arg(long, value_name = "NAME")]
-    animation: Option<String>,
-
-    /// Renders these frames, of which number N stands N / fps seconds into the animation; all of it where absent and the
-    /// output is a film or has a %d in its name. Every frame is the picture that --at would give, noise included.
-    #[arg(long, value_name = "A-B", value_parser = parse::frames)]
-    frames: Option<[u32; 2]>,
-
-    /// Frames a second [default: 24].
-    #[arg(long, value_name = "F", value_parser = parse::rate)]
-    fps: Option<f64>,
-
-    /// The animation begins again when it has ended, as a walk does.
-    #[arg(long)]
-    cycle: bool,
+    #[command(flatten)]
+    moments: Moments,
 
     #[command(flatten)]
     display: argument::Display,
@@ -187,20 +174,26 @@ impl Render {
     }
 
     fn run_with(self, load: impl FnOnce(&Self) -> Result<Scene>) -> Result<()> {
-        self.check_sequence()?;
+        let of_one = [("--watch", self.watch.is_some()), ("--keep", self.keep), ("--restart", self.restart)];
+        let outputs = std::slice::from_ref(&self.output);
+        self.moments.check(outputs, self.resume, &of_one, &|output| Ok(image::can_write(output)?))?;
         self.display.of(&self.output, ColourSpace::default())?;
+        if self.by == "ink" {
+            self.check_ink()?;
+            let scene = load(&self)?;
+            return self.run_ink(scene);
+        }
         if self.is_sequence() {
             let scene = load(&self)?;
             return self.run_sequence(scene);
         }
-        image::can_write(&self.output)?;
         let checkpoint = Checkpoint::beside(&self.output, &self)?;
+        if self.lighting != "full" && self.by != "realtime" {
+            bail!("--lighting {} is of the real-time renderer: give --by realtime as well", self.lighting);
+        }
         let started = Instant::now();
         let mut scene = load(&self)?;
-        if let Some(seconds) = self.at {
-            let posed = scene.pose(self.animation.as_deref(), seconds as f32);
-            posed.with_context(|| self.scene.display().to_string())?;
-        }
+        self.moments.pose_at(&mut scene, &self.scene)?;
         if self.by == "realtime" {
             return self.run_realtime(&scene, started.elapsed());
         }
@@ -303,6 +296,50 @@ impl Render {
         }
         image::write(&self.output, &for_format(picture, &self.output), &write)?;
         Ok(denoising)
+    }
+
+    /// Refuses what was asked for that a painting does not have.
+    fn check_ink(&self) -> Result<()> {
+        let asked = [
+            ("--spp", self.spp.is_some()),
+            ("--time", self.time.is_some()),
+            ("--error", self.error.is_some()),
+            ("--integrator", self.integrator.is_some()),
+            ("--max-depth", self.max_depth.is_some()),
+            ("--clamp", self.clamp.is_some()),
+            ("--aov", !self.aov.is_empty()),
+            ("--denoise", self.denoise),
+            ("--curve and --exposure", self.display.is_asked()),
+            ("--resume of one picture", self.resume && !self.is_sequence()),
+            ("--restart", self.restart),
+            ("--keep", self.keep),
+            ("--watch", self.watch.is_some()),
+        ];
+        let given: Vec<&str> = asked.iter().filter(|o| o.1).map(|o| o.0).collect();
+        if !given.is_empty() {
+            bail!(
+                "a painting in ink has no {}: leave that out; 'yugen ink' has the options of a brush",
+                given.join(", ")
+            );
+        }
+        Ok(())
+    }
+
+    fn run_ink(&self, scene: Scene) -> Result<()> {
+        ink::Brush {
+            scene: &self.scene,
+            outputs: std::slice::from_ref(&self.output),
+            style: ink::plain(self.seed)?,
+            literal: false,
+            size: self.size,
+            crop: self.crop,
+            camera: self.camera.as_deref(),
+            moments: &self.moments,
+            resume: self.resume,
+            threads: argument::threads(self.threads),
+            json: self.json,
+        }
+        .run(scene)
     }
 
     fn load(&self) -> Result<Scene> {

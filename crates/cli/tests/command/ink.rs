@@ -1,6 +1,6 @@
 //! `yugen ink`.
 
-use super::{good, refused, report, scratch, yugen_in};
+use super::{good, refused, report, scratch, sequence, yugen_in};
 use std::path::Path;
 
 /// A ball on a table by a lamp.
@@ -80,6 +80,68 @@ fn presets_and_the_slides_paint_otherwise() {
     assert!(mean(&folder.join("b.png")) < mean(&folder.join("a.png")) - 10.0, "aged paper is darker");
     let said = good(yugen_in(&folder, "ink --list"));
     assert!(["mogu", "xuan", "cinnabar", "pima", "flying white"].iter().all(|w| said.contains(w)), "{said}");
+}
+
+/// What moves becomes numbered files and a film in one go; a still scene is gone round.
+#[test]
+fn scenes_that_move_become_pictures_vectors_and_films() {
+    let folder = scratch("ink-frames");
+    sequence::sliding(&folder);
+    let line = "ink a.gltf --size 96x64 --fps 4 -o f_%d.png -o f_%d.svg -o film.apng --json";
+    let done = report(yugen_in(&folder, line));
+    assert_eq!((&done["frames"], &done["rendered"]), (&serde_json::json!([0, 4]), &serde_json::json!(5)));
+    let read = |name: String| std::fs::read(folder.join(name)).unwrap();
+    let pictures: Vec<Vec<u8>> = (0..5).map(|i| read(format!("f_{i}.png"))).collect();
+    assert!(pictures.windows(2).all(|w| w[0] != w[1]), "it moves");
+    assert!((0..5).all(|i| {
+        String::from_utf8(read(format!("f_{i}.svg"))).unwrap().contains(&format!("data-frame=\"{i}\""))
+    }));
+    let film = std::fs::File::open(folder.join("film.apng")).unwrap();
+    let film = png::Decoder::new(std::io::BufReader::new(film)).read_info().unwrap();
+    assert_eq!(film.info().animation_control().unwrap().num_frames, 5);
+    // What is there is left, what is not is made as it was.
+    std::fs::remove_file(folder.join("f_3.png")).unwrap();
+    std::fs::write(folder.join("f_2.png"), "mine").unwrap();
+    let done = report(yugen_in(&folder, "ink a.gltf --size 96x64 --fps 4 -o f_%d.png --resume --json"));
+    assert_eq!((&done["rendered"], &done["found"]), (&serde_json::json!(1), &serde_json::json!(4)));
+    assert_eq!((read("f_2.png".into()), read("f_3.png".into())), (b"mine".to_vec(), pictures[3].clone()));
+
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    let done = report(yugen_in(&folder, "ink ball.toml --size 96x64 --turn 120 -o t_%d.png --json"));
+    assert_eq!(done["frames"], serde_json::json!([0, 2]));
+    good(yugen_in(&folder, "ink ball.toml --size 96x64 -o one.png"));
+    assert_eq!(read("t_0.png".into()), read("one.png".into()));
+    assert_ne!(read("t_0.png".into()), read("t_1.png".into()));
+
+    // Strokes have their names from frame to frame, and go on as they were where frames are there already.
+    let turn = "ink ball.toml --size 96x64 --turn 2 --frames 0-3 -o v_%d.svg -o v_%d.png";
+    good(yugen_in(&folder, turn));
+    let ids = |i: u32| -> Vec<String> {
+        let svg = String::from_utf8(read(format!("v_{i}.svg"))).unwrap();
+        let contours = svg.split("id=\"gou\"").nth(1).unwrap();
+        contours.split("data-id=\"").skip(1).map(|rest| rest[..8].to_string()).collect()
+    };
+    let kept = |i: u32| ids(i).iter().filter(|id| ids(0).contains(id)).count();
+    assert!(ids(0).len() >= 2 && (1..4).all(|i| kept(i) + 1 >= ids(0).len()), "{:?} {:?}", ids(0), ids(3));
+    let last = [read("v_3.svg".into()), read("v_3.png".into())];
+    ["v_3.svg", "v_3.png", "v_1.png"].iter().for_each(|f| std::fs::remove_file(folder.join(f)).unwrap());
+    good(yugen_in(&folder, &format!("{turn} --resume")));
+    assert_eq!([read("v_3.svg".into()), read("v_3.png".into())], last);
+
+    // The same painter by the other verb.
+    good(yugen_in(&folder, "render ball.toml --by ink --size 96x64 -o other.png"));
+    assert_eq!(read("other.png".into()), read("one.png".into()));
+    for (line, words) in [
+        ("render ball.toml --by ink --spp 4 --denoise -o b.png", "a painting in ink has no --spp, --denoise"),
+        ("ink ball.toml -o b.png --resume", "--resume is for a sequence"),
+        ("ink ball.toml -o b.png --turn 3", "--turn is for a sequence"),
+        ("ink ball.toml -o b%d.png --turn 0", "expected degrees"),
+        ("ink ball.toml -o b%d.png", "nothing in it moves"),
+        ("ink a.gltf -o b%d.png -o c.png", "needs the number of the frame"),
+        ("ink a.gltf -o b.apng -o c.apng", "one film at a time"),
+    ] {
+        refused(yugen_in(&folder, line), &[words]);
+    }
 }
 
 /// The page is what the tables say; `BLESS=1` writes it anew.

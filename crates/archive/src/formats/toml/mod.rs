@@ -2,6 +2,7 @@
 
 pub(in crate::formats) mod document;
 mod materials;
+mod movement;
 mod shapes;
 #[cfg(test)]
 mod tests;
@@ -22,8 +23,8 @@ use yugen_motion::fire::{Fire, Flicker, PARAMETERS, Parameter};
 use yugen_optics::{ColourSpace, Image};
 use yugen_scene::Scene;
 use yugen_scene::{
-    Aov, Camera, Film, Filter, FovAxis, Integrator, IntegratorKind, Light, Material, MaterialId, Mesh,
-    Projection, Texture, TextureId, look_along,
+    Aov, Camera, Figure, Film, Filter, FovAxis, Integrator, IntegratorKind, Light, Material, MaterialId,
+    Mesh, Projection, Texture, TextureId, look_along,
 };
 
 /// The most samples a pixel may ask for: a year of rendering.
@@ -51,9 +52,11 @@ pub fn read(bytes: &[u8], path: &Path, options: &Options) -> Result<Scene, Error
         objs: HashMap::new(),
         libraries: HashMap::new(),
         groups: HashMap::new(),
+        figures: Vec::new(),
+        caches: Vec::new(),
         grey: None,
     };
-    reader.scene(Keys::root(&doc, table.get_ref()))
+    reader.scene(Keys::root(&doc, table.get_ref()), path)
 }
 
 /// A texture or a material that was named, and what has become of it.
@@ -85,12 +88,15 @@ struct Reader<'a> {
     objs: HashMap<(PathBuf, bool), Parts>,
     libraries: HashMap<PathBuf, Libraries>,
     groups: HashMap<String, usize>,
+    /// By name, until the scene takes them.
+    figures: Vec<(String, Figure)>,
+    caches: Vec<movement::Cache>,
     /// What shapes without a material are made of.
     grey: Option<MaterialId>,
 }
 
 impl<'a> Reader<'a> {
-    fn scene(mut self, mut root: Keys<'a>) -> Result<Scene, Error> {
+    fn scene(mut self, mut root: Keys<'a>, file: &Path) -> Result<Scene, Error> {
         if let Some(item) = root.get("scene") {
             let mut keys = item.keys("scene")?;
             let spaces = ColourSpace::ALL.map(|s| (s.name(), s));
@@ -136,8 +142,17 @@ impl<'a> Reader<'a> {
                 }
                 // What is placed many times stands still.
                 self.scene.figures.clear();
+                if !self.caches.is_empty() {
+                    return Err(item
+                        .invalid("a shape of a group has a cache; what is placed many times stands still"));
+                }
                 self.scene.groups.push(shapes);
                 self.groups.insert(item.key, self.scene.groups.len() - 1);
+            }
+        }
+        if let Some(figures) = root.get("figure") {
+            for figure in figures.array()? {
+                self.figure(figure.keys("figure")?)?;
             }
         }
         if let Some(shapes) = root.get("shape") {
@@ -148,6 +163,7 @@ impl<'a> Reader<'a> {
             }
             self.scene.shapes = all;
         }
+        self.move_in(file)?;
         if let Some(lights) = root.get("light") {
             for light in lights.array()? {
                 let mut keys = light.keys("light")?;

@@ -59,7 +59,7 @@ impl<'a> Reader<'a> {
             None => None,
         };
 
-        let first = out.len();
+        let (first, figures) = (out.len(), self.scene.figures.len());
         let length = |i: &Item| i.number_in(1e-9, 1e9);
         let (geometry, own) = match kind {
             Type::Sphere => {
@@ -112,6 +112,7 @@ impl<'a> Reader<'a> {
             out.push(Shape::new(name.clone(), geometry, to_world * own, material));
         }
 
+        self.movement(&mut keys, &out[first..], first, figures)?;
         let flip = keys.or("flip", false, Item::boolean)?;
         let flat = keys.or("flat", false, Item::boolean)?;
         let emission = match keys.get("emission") {

@@ -346,3 +346,71 @@ fn maps_of_a_cloth_are_a_material() {
     assert!(say("btf = \"c.btf\"\nroughness = 1").contains("roughness"));
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+#[test]
+fn shapes_follow_joints_and_caches_and_are_written_so() {
+    use crate::formats::labels::Labels;
+    use crate::formats::pc2::PointCache;
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(
+        at("arm.bvh"),
+        "HIERARCHY\nROOT hip\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation \
+         Yrotation\nJOINT hand\n{\nOFFSET 100 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 50 \
+         0 0\n}\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.5\n0 100 0 0 0 0 0 0 0\n0 100 0 90 0 0 0 0 0\n",
+    )
+    .unwrap();
+    std::fs::write(at("flag.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let flat = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+    let up: Vec<Vec3> = flat.iter().map(|p| *p + Vec3::Z).collect();
+    PointCache { start: 0.0, rate: 1.0, samples: vec![flat, up] }.write(&at("flag.pc2")).unwrap();
+    let figure = "[[figure]]\nname = \"player\"\nmotion = \"arm.bvh\"\nunit = \"cm\"\nup = \"y\"\n";
+    let read = |shapes: &str| {
+        let text = format!("{figure}{shapes}");
+        super::read(text.as_bytes(), &at("s.toml"), &Options::default())
+    };
+    let mut scene = read(
+        "[[shape]]\ntype = \"sphere\"\nname = \"fist\"\nfigure = \"player\"\njoint = \"hand\"\nat = [0.1, 0, 0]\n\
+         [[shape]]\ntype = \"file\"\nname = \"flag\"\nfile = \"flag.obj\"\nat = [0, 5, 0]\n\
+         cache = { file = \"flag.pc2\", fps = 2 }\n",
+    )
+    .unwrap();
+    let places = |scene: &Scene| {
+        let Geometry::Mesh(mesh) = &scene.shapes[1].geometry else { panic!("a mesh") };
+        let flag = scene.shapes[1].to_world.transform_point3(mesh.positions[1]);
+        [scene.shapes[0].to_world.w_axis.truncate(), flag]
+    };
+    let near = |scene: &Scene, fist: Vec3, flag: Vec3| {
+        let [f, g] = places(scene);
+        assert!(f.distance(fist) < 1e-5 && g.distance(flag) < 1e-5, "{f} {g}");
+    };
+    near(&scene, Vec3::new(1.1, 1.0, 0.0), Vec3::X);
+    scene.pose(None, 0.5).unwrap();
+    near(&scene, Vec3::new(0.0, 2.1, 0.0), Vec3::new(1.0, 0.0, 1.0));
+    // Written and read again it moves alike.
+    let labels = Labels { materials: vec!["grey".into()], ..Labels::default() };
+    super::write(&at("again.toml"), &scene, &labels).unwrap();
+    let bytes = std::fs::read(at("again.toml")).unwrap();
+    let mut again = super::read(&bytes, &at("again.toml"), &Options::default()).unwrap();
+    near(&again, Vec3::new(1.1, 1.0, 0.0), Vec3::X);
+    again.pose(None, 0.25).unwrap();
+    scene.pose(None, 0.25).unwrap();
+    let [fist, flag] = places(&scene);
+    near(&again, fist, flag);
+    assert_eq!(again.clips(), scene.clips());
+    for (shape, says) in [
+        ("figure = \"plaer\"\njoint = \"hand\"", "did you mean 'player'"),
+        ("figure = \"player\"\njoint = \"hant\"", "did you mean 'hand'"),
+        ("figure = \"player\"", "give also 'joint'"),
+        ("joint = \"hand\"", "give also 'figure'"),
+        ("cache = \"flag.pc2\"", "is no mesh"),
+        ("figure = \"player\"\njoint = \"hand\"\ncache = \"flag.pc2\"", "not both"),
+        ("cache = { file = \"flag.pc2\", space = \"wrld\" }", "did you mean 'world'"),
+        ("cache = \"arm.bvh\"", "another file"),
+    ] {
+        let said = read(&format!("[[shape]]\ntype = \"sphere\"\n{shape}\n")).unwrap_err().to_string();
+        assert!(said.contains(says), "{shape}: {said}");
+    }
+    let group = "[[group.g]]\ntype = \"file\"\nfile = \"flag.obj\"\ncache = \"flag.pc2\"\n";
+    assert!(read(group).unwrap_err().to_string().contains("stands still"));
+}

@@ -3,19 +3,21 @@
 use crate::formats::btf;
 use crate::formats::image::{self, WriteOptions};
 use crate::formats::labels::Labels;
-use crate::formats::ply;
+use crate::formats::pc2::PointCache;
+use crate::formats::{motion, ply};
 use crate::{Error, Place, atomic_write, make_folder};
 use glam::{Affine2, Mat4, Vec3};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use yugen_motion::SkeletalMotion;
 use yugen_motion::fire::Fire;
 use yugen_optics::Image;
 use yugen_reflectance::{Choice, Kind, ParamType};
 use yugen_scene::{
-    Camera, Geometry, Light, Material, MaterialId, Projection, Scene, Texture, TextureFilter, TextureId,
-    Value, Wrap,
+    Attachment, CachedMesh, Camera, Figure, Geometry, Light, Material, MaterialId, Part, Projection, Scene,
+    Shape, Texture, TextureFilter, TextureId, Value, Wrap,
 };
 
 /// The folder beside `path` that [`write`] puts meshes and pictures into.
@@ -24,8 +26,8 @@ pub fn folder(path: &Path) -> PathBuf {
 }
 
 /// Writes `scene` to `path`. Cameras, fires, point and directional lights, constant and pictured environments, meshes and
-/// spheres, models with numbers, colours and pictures, maps of cloths, normal maps, two-sided and one-sided materials are
-/// written; anything else is an error that names it. A mesh is called after its file, whose name is that of the shape in plain
+/// spheres, models with numbers, colours and pictures, maps of cloths, normal maps, two-sided and one-sided materials,
+/// caches, and figures of one animation that carry shapes are written; anything else is an error that names it. A mesh is called after its file, whose name is that of the shape in plain
 /// letters. The scene file is written last: where it is, all of its files are.
 pub fn write(path: &Path, scene: &Scene, labels: &Labels) -> Result<(), Error> {
     let folder = folder(path);
@@ -66,6 +68,15 @@ fn quoted(text: &str) -> String {
     out + "\""
 }
 
+/// Where something is placed, if it is.
+fn matrix(to_world: Mat4, out: &mut String) {
+    if to_world != Mat4::IDENTITY {
+        let rows = to_world.transpose().to_cols_array_2d();
+        let row = |r: [f32; 4]| format!("[{}, {}, {}, {}]", r[0], r[1], r[2], r[3]);
+        let _ = writeln!(out, "matrix = [{}]", rows.map(row).join(", "));
+    }
+}
+
 fn triple(v: Vec3) -> String {
     format!("[{}, {}, {}]", v.x, v.y, v.z)
 }
@@ -97,10 +108,15 @@ impl Writer<'_> {
         // Fires bring shapes of their own.
         let of_fires: BTreeSet<usize> = self.scene.fires.iter().flat_map(|f| f.shapes()).collect();
         let own = || self.scene.shapes.iter().enumerate().filter(|(i, _)| !of_fires.contains(i));
-        let used: BTreeSet<MaterialId> = own().map(|(_, s)| s.material).collect();
+        let mut used: BTreeSet<MaterialId> = own().map(|(_, s)| s.material).collect();
+        // Both sides of a material have names of their own.
+        for id in used.clone() {
+            used.extend(self.sides(id).into_iter().flatten());
+        }
         for id in used {
             self.material(id, &mut out)?;
         }
+        let carried = self.figures(&mut out)?;
         let scene = self.scene;
         for (i, shape) in scene.shapes.iter().enumerate().filter(|(i, _)| !of_fires.contains(i)) {
             let _ = writeln!(out, "\n[[shape]]\nname = {}", quoted(&shape.name));
@@ -109,10 +125,15 @@ impl Writer<'_> {
             }
             match &shape.geometry {
                 Geometry::Mesh(mesh) => {
+                    let cache = scene.caches.iter().find(|c| c.shape() == i);
                     let file = self.file(&shape.name, "ply");
+                    let mesh = cache.map_or(mesh, |c| c.rest());
                     atomic_write(&self.folder.join(&file), &ply::write_bytes(mesh))?;
                     let file = quoted(&format!("{}/{file}", self.name));
                     let _ = writeln!(out, "type = \"file\"\nfile = {file}");
+                    if let Some(cache) = cache {
+                        self.cache(shape, cache, &mut out)?;
+                    }
                 }
                 Geometry::Sphere => out.push_str("type = \"sphere\"\n"),
                 _ => {
@@ -122,11 +143,12 @@ impl Writer<'_> {
                 }
             }
             let _ = writeln!(out, "material = {}", quoted(&self.labels.material(shape.material)));
-            if shape.to_world != Mat4::IDENTITY {
-                let rows = shape.to_world.transpose().to_cols_array_2d();
-                let row = |r: [f32; 4]| format!("[{}, {}, {}, {}]", r[0], r[1], r[2], r[3]);
-                let _ = writeln!(out, "matrix = [{}]", rows.map(row).join(", "));
+            let mut to_world = shape.to_world;
+            if let Some((figure, joint, to_joint)) = carried.get(&i) {
+                let _ = writeln!(out, "figure = {}\njoint = {}", quoted(figure), quoted(joint));
+                to_world = *to_joint;
             }
+            matrix(to_world, &mut out);
             if let Some(emission) = &shape.emission {
                 let emission = self.value(emission, false, &shape.name, "emission")?;
                 let _ = writeln!(out, "emission = {emission}");
@@ -190,18 +212,73 @@ impl Writer<'_> {
         Ok(out)
     }
 
+    /// Figures with their motion; of each shape that a joint carries, the names of both and where it is at the joint.
+    fn figures(&mut self, out: &mut String) -> Result<BTreeMap<usize, (String, String, Mat4)>, Error> {
+        let mut carried = BTreeMap::new();
+        for figure in &self.scene.figures {
+            let Figure { to_world, skeleton, clips, attachments, deformed, .. } = &**figure;
+            let ([clip], []) = (&clips[..], &deformed[..]) else {
+                return Err(self.cannot("a figure has a skin or several animations".into()));
+            };
+            let file = self.file("figure", "glb");
+            let name = file.trim_end_matches(".glb").to_string();
+            let path = self.folder.join(&file);
+            let frames = clip.channels.iter().map(|(_, curve)| curve.times().len()).max().unwrap_or(0);
+            let [first, last] = clip.span();
+            let rate = if last > first { (frames - 1) as f64 / f64::from(last - first) } else { 0.0 };
+            let moved = SkeletalMotion { skeleton: skeleton.clone(), clip: clip.clone(), rate, frames };
+            atomic_write(&path, &motion::gltf::write(&moved, &path)?)?;
+            let file = quoted(&format!("{}/{file}", self.name));
+            let _ = writeln!(out, "\n[[figure]]\nname = {}\nmotion = {file}", quoted(&name));
+            matrix(*to_world, out);
+            for Attachment { joint, part } in attachments {
+                let Part::Shape { shape, to_joint, flips: false } = part else {
+                    return Err(self.cannot("a figure carries a camera, a light or a mirrored shape".into()));
+                };
+                let joint = skeleton.joints()[*joint].name.clone();
+                carried.insert(*shape, (name.clone(), joint, *to_joint));
+            }
+        }
+        Ok(carried)
+    }
+
+    /// Where the vertices of a shape are over time, as a file of its own.
+    fn cache(&mut self, shape: &Shape, cache: &CachedMesh, out: &mut String) -> Result<(), Error> {
+        let space = match cache.to_shape() {
+            m if m == Mat4::IDENTITY => "own",
+            m if m == shape.to_world.inverse() => "world",
+            _ => return Err(self.cannot(format!("the cache of '{}' has coordinates of its own", shape.name))),
+        };
+        let file = self.file(&shape.name, "pc2");
+        let start = (f64::from(cache.span()[0]) * cache.rate()) as f32;
+        let points = PointCache { start, rate: 1.0, samples: cache.samples().to_vec() };
+        points.write(&self.folder.join(&file))?;
+        let (file, fps) = (quoted(&format!("{}/{file}", self.name)), cache.rate());
+        let _ = writeln!(out, "cache = {{ file = {file}, fps = {fps}, space = \"{space}\" }}");
+        Ok(())
+    }
+
     fn cannot(&self, problem: String) -> Error {
         Error::invalid(Place::file(self.path), format!("{problem}; leave it out or write it by hand"))
     }
 
     fn camera(&self, camera: &Camera, out: &mut String) -> Result<(), Error> {
+        let [across, up, forward, at] = [0, 1, 2, 3].map(|i| camera.to_world.col(i).truncate());
+        let [near, far] = camera.near_far;
         let Projection::Perspective { fov_x, aperture_radius, focus_distance, principal_point, .. } =
             camera.projection
         else {
-            return Err(self.cannot(format!("the camera '{}' has parallel rays", camera.name)));
+            let _ = writeln!(
+                out,
+                "\n[[camera]]\nname = {}\nfrom = {}\nto = {}\nup = {}\nwidth = {}\nnear_far = [{near}, {far}]",
+                quoted(&camera.name),
+                triple(at),
+                triple(at + forward),
+                triple(up.normalize_or(Vec3::Y)),
+                2.0 * across.length(),
+            );
+            return Ok(());
         };
-        let [_, up, forward, at] = [0, 1, 2, 3].map(|i| camera.to_world.col(i).truncate());
-        let [near, far] = camera.near_far;
         let _ = writeln!(
             out,
             "\n[[camera]]\nname = {}\nfrom = {}\nto = {}\nup = {}\nfov = {}\nnear_far = [{near}, {far}]",
@@ -220,9 +297,22 @@ impl Writer<'_> {
         Ok(())
     }
 
+    /// The materials of a front and a back that differ.
+    fn sides(&self, id: MaterialId) -> Option<[MaterialId; 2]> {
+        match self.scene.materials.get(id) {
+            Some(Material::TwoSided { front, back }) if front != back => Some([*front, *back]),
+            _ => None,
+        }
+    }
+
     fn material(&mut self, id: MaterialId, out: &mut String) -> Result<(), Error> {
         let name = self.labels.material(id);
         let _ = writeln!(out, "\n[material.{}]", quoted(&name));
+        if let Some(sides) = self.sides(id) {
+            let [front, back] = sides.map(|id| quoted(&self.labels.material(id)));
+            let _ = writeln!(out, "front = {front}\nback = {back}");
+            return Ok(());
+        }
         let mut at = id;
         // What is around a model, from outside in.
         for _ in 0..8 {

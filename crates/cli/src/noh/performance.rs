@@ -1,0 +1,186 @@
+//! `yugen noh performance`: a player who dances on the stage by the light of its fires.
+
+use super::{cloth, labels, part_labels};
+use crate::{argument, json, progress};
+use anyhow::{Context, Result, bail};
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use yugen_archive::formats::toml;
+use yugen_archive::{check_outputs, check_writable, read_bounded};
+use yugen_capture::weave::{Cloth, Fabric, Irregularity};
+use yugen_motion::cloth::{Fabric as Material, PRESETS};
+use yugen_motion::garment::{self, Fitting};
+use yugen_motion::{SkeletalMotion, dance};
+use yugen_noh::{Costume, FireLight, Hour, Performance, Preset, Robe, Stage};
+use yugen_optics::{ColourSpace, Mat4, Vec2, Vec3};
+use yugen_reflectance::btf::Btf;
+
+/// What is danced where nobody brings a list: some twenty seconds.
+const DANCE: &str = include_str!("dance.txt");
+/// Of the cloth that is woven where nobody brings one: repeats across and up, texels across, and how wide these are made, m; three
+/// times as large as they are woven, so that the figures are seen from the seats.
+const REPEATS: [f32; 2] = [3.0, 2.0];
+const TEXELS: usize = 512;
+const WIDE: f32 = 0.09;
+/// Frames of the motion a second.
+const RATE: f64 = 60.0;
+/// Of the robe's frames one in so many is kept.
+const KEEP: usize = 2;
+/// The longest dance, s.
+const LONGEST: f64 = 1800.0;
+
+/// Puts a player on a Noh stage, who dances by the light of the fires.
+///
+/// `yugen noh performance -o noh.toml`, then `yugen view noh.toml`, or `yugen render noh.toml --camera player --at 4 --exposure -5 --curve
+/// agx -o player.png`, or `--frames 0-299 --fps 30 -o noh.mp4`. The stage is that of `yugen noh stage`.
+#[derive(Args)]
+pub struct PerformanceVerb {
+    /// Where to: .toml; meshes, pictures and motion go into a folder of the same name beside it.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+
+    /// Which stage; `yugen noh stage --list` has them all.
+    #[arg(long, default_value = "national", value_name = "NAME")]
+    preset: String,
+
+    /// The dance: a list of units of form, as `yugen motion dance` takes it [default: one of twenty seconds].
+    #[arg(long, value_name = "FILE")]
+    dance: Option<PathBuf>,
+
+    /// The cloth of the robe: maps (.btf), and how many millimetres they are wide [default: kinran woven here].
+    #[arg(long, value_name = "FILE[:MM]")]
+    robe: Option<String>,
+
+    /// How the maps of the robe's cloth reflect; see `yugen noh stage --help`.
+    #[arg(long, value_name = "FORM")]
+    form: Option<String>,
+
+    /// The robe: a cut and measures that differ from its own, as in "kosode length=1.45", or a file with these words; `none` leaves the
+    /// player in white.
+    #[arg(long, default_value = "kosode", value_name = "CUT")]
+    garment: String,
+
+    /// What the robe weighs and how it bends.
+    #[arg(long, default_value = "karaori", value_parser = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>(), value_name = "FABRIC")]
+    fabric: String,
+
+    /// Edges of the robe's triangles, mm; half as long takes some eight times as long.
+    #[arg(long, default_value_t = 20.0, value_name = "MM", value_parser = edge)]
+    edge: f32,
+
+    /// Threads [default: as many as there are cores]; the result does not depend on them.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+
+    /// When it is.
+    #[arg(long, value_parser = ["night", "dusk"], default_value = "night", value_name = "HOUR")]
+    hour: String,
+
+    /// What was made, as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+fn edge(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|v: &f32| (5.0..=60.0).contains(v));
+    number.ok_or_else(|| "expected millimetres from 5 to 60, as in 20".into())
+}
+
+impl PerformanceVerb {
+    /// The robe, danced in; nothing where nobody wears one.
+    fn costume(&self, moved: &SkeletalMotion) -> Result<Option<Costume>> {
+        if self.garment == "none" {
+            return Ok(None);
+        }
+        let path = Path::new(&self.garment);
+        let words = if path.is_file() {
+            String::from_utf8(read_bounded(path, 1 << 16)?).ok().context("a garment is a line of text")?
+        } else {
+            self.garment.clone()
+        };
+        let garment = garment::parse(&words).with_context(|| format!("--garment {}", self.garment))?;
+        let fabric = Material::preset(&self.fabric).map(|p| p.fabric).context("--fabric is a preset")?;
+        let fitting = Fitting {
+            edge: 1e-3 * self.edge,
+            fabric,
+            threads: argument::threads(self.threads),
+            ..Fitting::default()
+        };
+        let bar = progress::bar(moved.frames as u64, self.json);
+        bar.set_message("the robe");
+        let costume = Costume::simulate(&garment, moved, &fitting, KEEP, |_| bar.inc(1));
+        bar.finish_and_clear();
+        Ok(Some(costume?))
+    }
+
+    /// Does it.
+    pub fn run(self) -> Result<()> {
+        if super::extension(&self.output) != "toml" {
+            bail!("{}: a performance is written as .toml", self.output.display());
+        }
+        check_writable(&self.output)?;
+        check_outputs([self.output.as_path()])?;
+        let list = match &self.dance {
+            Some(path) => {
+                let bytes = read_bounded(path, 1 << 20)?;
+                String::from_utf8(bytes).ok().with_context(|| format!("{}: no text", path.display()))?
+            }
+            None => DANCE.into(),
+        };
+        let name = self.dance.as_ref().map_or("the dance".into(), |p| p.display().to_string());
+        let units = dance::parse(&list).with_context(|| name.clone())?;
+        let moved = dance::dance(&units, RATE).map_err(anyhow::Error::msg)?;
+        let seconds = (moved.frames - 1) as f64 / RATE;
+        if seconds > LONGEST {
+            bail!("{name} takes {seconds:.0} s; half an hour is the most");
+        }
+        let robe = match &self.robe {
+            Some(robe) => cloth(robe, self.form.as_deref())?,
+            None => kinran(self.form.as_deref())?,
+        };
+        let preset = Preset::find(&self.preset)?;
+        let stage = Stage::new(preset, preset.dimensions())?.with_player(robe);
+        // The dance begins behind the middle of the main floor, to the front.
+        let start = moved.poses(0)?.first().map_or(Vec3::ZERO, |p| p.position.with_y(0.0));
+        let z = -0.25 * stage.layout().get("depth");
+        let floor = stage.layout().floor(z);
+        let place = Mat4::from_translation(Vec3::new(0.0, floor, z) - start);
+        let costume = self.costume(&moved)?;
+        let performance = Performance { stage, dance: moved, costume, place };
+        let hour = if self.hour == "dusk" { Hour::Dusk } else { Hour::Night };
+        let scene = performance.scene(hour, FireLight::Flames)?;
+        let mut labels = labels(&performance.stage);
+        let player = performance.stage.player().iter().map(|p| part_labels(&performance.stage, &p.part));
+        labels.shapes.extend(player);
+        toml::write(&self.output, &scene, &labels)?;
+        if self.json {
+            json::print(json!({
+                "file": self.output, "seconds": seconds, "frames": performance.dance.frames, "fps": RATE,
+                "player": performance.stage.player().iter().map(|p| json!({
+                    "id": p.part.id, "ja": p.part.ja, "romaji": p.part.romaji, "en": p.part.en, "joint": p.joint,
+                })).collect::<Vec<_>>(),
+                "cameras": scene.cameras.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
+            }));
+        } else {
+            println!("{seconds:.1} s of dance on {} ({})", preset.en, preset.ja);
+            let names: Vec<&str> = scene.cameras.iter().map(|c| c.name.as_str()).collect();
+            println!("cameras: {}", names.join(", "));
+            println!("written to {}", self.output.display());
+        }
+        Ok(())
+    }
+}
+
+/// Gold brocade, woven.
+fn kinran(form: Option<&str>) -> Result<Robe> {
+    let _span = tracing::info_span!("weave").entered();
+    let space = ColourSpace::default();
+    let fabric = Fabric::preset("kinran", space).context("kinran is a preset")?;
+    let extent = fabric.repeat() * Vec2::from(REPEATS);
+    let size = [TEXELS, (extent.y / extent.x * TEXELS as f32).round() as usize];
+    let maps: Btf = Cloth::weave(&fabric, size, extent, Irregularity::default(), 0).btf;
+    let form = form.unwrap_or(Robe::forms().next().map_or("", |f| f.0));
+    Ok(Robe::new(Arc::new(maps), WIDE, form)?)
+}

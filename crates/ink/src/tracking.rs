@@ -1,0 +1,689 @@
+//! Strokes that stay what they are from frame to frame, when the camera or the scene moves.
+//!
+//! Contours slide over the surface, so that nothing of a mesh is a name for one. But a place of the surface that was on a line
+//! is near that line in the next frame: every sample of a stroke keeps its foothold on the mesh, is put where that foothold is
+//! now, and what is drawn there inherits from it (Kalnins et al. 2003, "Coherent Stylized Silhouettes"). By a vote of its
+//! samples a stroke keeps its identity and its seed, sample by sample its phase (where along the brush's own marks it is) and
+//! what the brush did there. What has nothing to inherit from fades in; what nobody has inherited from fades out where it was.
+//! And what was drawn is drawn on where it is as good not to ([`crate::select`]).
+//!
+//! Nothing of this depends on light or paint: a tracker that has seen the lines of all frames before is in the state of one
+//! that has painted them.
+
+use crate::contour::{Foothold, LineKind};
+use crate::stroke::{Brush, Hand, Path, Piece, Stroke};
+use crate::visibility::{STEP, SampledLine};
+use glam::Vec2;
+use std::collections::{HashMap, HashSet};
+use yugen_optics::random::hash_combine;
+
+/// Frames over which strokes come and go: a quarter of a second of film.
+const FADE: f32 = 6.0;
+/// How far from where it was expected a line is looked for, pixels of a picture of 1080 lines: half the width of the brush.
+const REACH: f32 = 8.0;
+/// Cosine of the angle by which it may have turned: 30 degrees.
+const TURNED: f32 = 0.866;
+/// Relative depth by which it may have moved.
+const SAME_DEPTH: f32 = 0.02;
+/// Frames for which a line is drawn on though a test says that it is hidden: a single frame is more often wrong than right.
+const GRACE: u8 = 2;
+/// What covers a line from so far before it, relative to its depth, surely hides it.
+const SURELY: f32 = 0.05;
+/// Part of the way by which pressure, dryness and ink go to what they should be in a frame: nothing jumps, and half is done
+/// in two frames.
+const FOLLOW: f32 = 0.3;
+/// Standard deviation along a stroke over which phases are made smooth, pixels of a picture of 1080 lines.
+const SMOOTH: f32 = 40.0;
+/// Most that phase may run ahead of or behind arc length: marks of the brush may be stretched by half.
+const STRETCH: f32 = 0.5;
+/// Part of the way by which stretched marks relax in a frame, and the most pixels of a picture of 1080 lines that this may be:
+/// a quarter of the slip that is allowed.
+const RELAX: f32 = 0.02;
+/// See [`RELAX`].
+const RELAX_MOST: f32 = 0.25;
+/// Length over which what comes in new at the end of a stroke is as present as the stroke, pixels of a picture of 1080 lines.
+const GROWTH: f32 = 48.0;
+/// Part of the lines that must be found again; where there are fewer the picture is another one (a cut).
+const CUT: f32 = 0.1;
+/// Shortest stroke that comes in new, pixels of a picture of 1080 lines: four times what it may shrink to.
+const LEAST_NEW: f32 = 48.0;
+/// Least samples of a stroke that goes: less than a print of the brush.
+const LEAST_GHOST: usize = 4;
+
+/// What a place on a line inherits.
+#[derive(Clone, Copy, Debug)]
+pub struct Trace {
+    /// Index among the strokes of the frame before; `None` where a line was seen and not drawn.
+    pub stroke: Option<u32>,
+    /// The stroke was there, and not only going.
+    pub drawn: bool,
+    /// Where along the marks of the brush it is, pixels.
+    pub phase: f32,
+    /// What the brush did.
+    pub brush: Brush,
+    /// 0 to 1: below one it was coming or going.
+    pub presence: f32,
+    /// Frames for which it has been drawn though hidden.
+    pub grace: u8,
+    /// The line runs the other way now.
+    pub reversed: bool,
+}
+
+/// What became of strokes from one frame to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Change {
+    /// How many there are, without those that are going.
+    pub strokes: usize,
+    /// Of them, those that were not there before, or were going.
+    pub born: usize,
+    /// Of them, those that were part of another one.
+    pub split: usize,
+    /// Those of the frame before that are no more.
+    pub died: usize,
+    /// How far marks of the brush have moved along their stroke against the surface, pixels: in the mean, and of the worst
+    /// twentieth.
+    pub slip: [f32; 2],
+}
+
+/// A point of a stroke in memory.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    foothold: Foothold,
+    /// From the line to where it was drawn.
+    offset: Vec2,
+    outward: Vec2,
+    phase: f32,
+    brush: Brush,
+    presence: f32,
+    grace: u8,
+    /// Where it is in this frame, and how deep; `None` where it cannot be.
+    now: Option<(Vec2, f32)>,
+}
+
+#[derive(Clone, Debug)]
+struct Remembered {
+    id: u32,
+    seed: u32,
+    kind: LineKind,
+    draw: u32,
+    shape: u32,
+    closed: bool,
+    fading: bool,
+    weight: f32,
+    points: Vec<Point>,
+}
+
+impl Remembered {
+    /// Pixels of phase from its beginning to its end.
+    fn span(&self) -> f32 {
+        match (self.points.first(), self.points.last()) {
+            (Some(a), Some(b)) => (b.phase - a.phase).abs(),
+            _ => 0.0,
+        }
+    }
+}
+
+/// Lines that were seen: footholds in their order.
+type SeenLine = (LineKind, u32, Vec<Foothold>);
+
+#[derive(Clone, Debug, Default)]
+struct Memory {
+    strokes: Vec<Remembered>,
+    seen: Vec<SeenLine>,
+}
+
+/// Follows strokes from frame to frame.
+#[derive(Clone, Debug, Default)]
+pub struct Tracker {
+    memory: Option<Memory>,
+    /// Lines of this frame that are seen.
+    seen: Vec<SeenLine>,
+    frame: u32,
+    change: Change,
+}
+
+/// Where a foothold of a draw is in this frame, pixels and depth.
+pub type Project<'a> = dyn Fn(u32, &Foothold) -> Option<(Vec2, f32)> + 'a;
+
+/// Something on a line, to be found by its place in the picture.
+#[derive(Clone, Copy)]
+struct Entry {
+    pixel: Vec2,
+    way: Vec2,
+    depth: f32,
+    kind: LineKind,
+    draw: u32,
+    /// Stroke and point; or a line that was only seen.
+    source: Option<[u32; 2]>,
+    /// What counts besides its distance, pixels.
+    handicap: f32,
+}
+
+struct Places {
+    side: f32,
+    entries: Vec<Entry>,
+    cells: HashMap<[i32; 2], Vec<u32>>,
+}
+
+impl Places {
+    fn new(side: f32) -> Self {
+        Self { side, entries: Vec::new(), cells: HashMap::new() }
+    }
+
+    fn cell(&self, p: Vec2) -> [i32; 2] {
+        (p / self.side).floor().to_array().map(|v| v as i32)
+    }
+
+    fn add(&mut self, entry: Entry) {
+        if !entry.pixel.is_finite() {
+            return;
+        }
+        let cell = self.cell(entry.pixel);
+        self.cells.entry(cell).or_default().push(self.entries.len() as u32);
+        self.entries.push(entry);
+    }
+
+    /// The nearest that goes the same way, or the opposite one, of the same kind of line of the same draw.
+    fn nearest(&self, p: Vec2, way: Vec2, depth: f32, kind: LineKind, draw: u32) -> Option<&Entry> {
+        let [x, y] = self.cell(p);
+        let cells = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| [x, y]));
+        let near =
+            cells.filter_map(|c| self.cells.get(&c)).flatten().map(|i| (*i, &self.entries[*i as usize]));
+        near.filter(|(_, e)| {
+            e.draw == draw
+                && e.kind == kind
+                && e.pixel.distance(p) < self.side
+                && (e.depth - depth).abs() < SAME_DEPTH * depth
+                // What has no direction goes any way.
+                && (e.way.dot(way).abs() > TURNED || e.way == Vec2::ZERO || way == Vec2::ZERO)
+        })
+        .min_by(|(i, a), (j, b)| {
+            let far = |e: &Entry| e.pixel.distance(p) + e.handicap;
+            far(a).total_cmp(&far(b)).then(i.cmp(j))
+        })
+        .map(|(_, e)| e)
+    }
+}
+
+/// Unit, along places.
+fn ways(places: &[Option<Vec2>]) -> Vec<Vec2> {
+    (0..places.len())
+        .map(|i| {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(places.len() - 1));
+            match (places[a].or(places[i]), places[b].or(places[i])) {
+                (Some(p), Some(q)) => (q - p).normalize_or_zero(),
+                _ => Vec2::ZERO,
+            }
+        })
+        .collect()
+}
+
+impl Tracker {
+    /// Begins anew: the next frame has none before it.
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Whether there was a frame before.
+    pub fn has_memory(&self) -> bool {
+        self.memory.is_some()
+    }
+
+    /// What became of strokes in the last frame.
+    pub fn change(&self) -> Change {
+        self.change
+    }
+
+    /// Tells lines what they inherit, and decides anew what of them is seen. Before they are cleaned.
+    pub fn recall(&mut self, lines: &mut [SampledLine], project: &Project, unit: f32) {
+        self.seen = lines.iter().flat_map(seen_runs).collect();
+        let Some(memory) = &mut self.memory else { return };
+        let side = REACH * unit.max(0.5);
+        let mut places = Places::new(side);
+        for (i, stroke) in (0u32..).zip(&mut memory.strokes) {
+            stroke.points.iter_mut().for_each(|p| p.now = project(stroke.draw, &p.foothold));
+            let now: Vec<Option<Vec2>> = stroke.points.iter().map(|p| p.now.map(|n| n.0)).collect();
+            for (j, (point, way)) in (0u32..).zip(stroke.points.iter().zip(ways(&now))) {
+                let Some((pixel, depth)) = point.now else { continue };
+                // What is going is inherited from where nothing better is.
+                let handicap = if stroke.fading { 0.25 * side } else { 0.0 };
+                let (kind, draw, source) = (stroke.kind, stroke.draw, Some([i, j]));
+                places.add(Entry { pixel, way, depth, kind, draw, source, handicap });
+            }
+        }
+        for (kind, draw, footholds) in &memory.seen {
+            let now: Vec<_> = footholds.iter().map(|f| project(*draw, f)).collect();
+            let pixels: Vec<Option<Vec2>> = now.iter().map(|n| n.map(|n| n.0)).collect();
+            for (now, way) in now.iter().zip(ways(&pixels)) {
+                let Some((pixel, depth)) = *now else { continue };
+                let (kind, draw, handicap) = (*kind, *draw, 0.5 * side);
+                places.add(Entry { pixel, way, depth, kind, draw, source: None, handicap });
+            }
+        }
+        let (mut all, mut found) = (0usize, 0usize);
+        for line in lines.iter_mut() {
+            let pixels: Vec<Option<Vec2>> = line.samples.iter().map(|s| Some(s.line)).collect();
+            for (sample, way) in line.samples.iter_mut().zip(ways(&pixels)) {
+                let entry = places.nearest(sample.line, way, sample.depth, line.kind, line.draw);
+                sample.trace = entry.map(|e| match e.source {
+                    Some(source) => memory.trace(source, sample.line, e.way.dot(way) < 0.0),
+                    None => Trace {
+                        stroke: None,
+                        drawn: false,
+                        phase: 0.0,
+                        brush: Brush::default(),
+                        presence: 0.0,
+                        grace: 0,
+                        reversed: false,
+                    },
+                });
+                all += usize::from(sample.visible);
+                found += usize::from(sample.visible && sample.trace.is_some());
+            }
+        }
+        if (found as f32) < CUT * all as f32 {
+            self.memory = None;
+            lines.iter_mut().flat_map(|l| &mut l.samples).for_each(|s| s.trace = None);
+            return;
+        }
+        for line in lines {
+            for sample in &mut line.samples {
+                let (visible, cover) = (sample.visible, sample.cover);
+                let Some(trace) = &mut sample.trace else { continue };
+                trace.grace = if visible { 0 } else { trace.grace.saturating_add(1) };
+                sample.visible |= trace.drawn && trace.grace <= GRACE && cover < SURELY;
+            }
+            // What is seen for the first time may be an error: it waits for a second frame.
+            let runs = line.samples.chunk_by_mut(|a, b| a.visible == b.visible);
+            for run in runs.filter(|run| run.iter().all(|s| s.trace.is_none())) {
+                run.iter_mut().for_each(|s| s.visible = false);
+            }
+        }
+    }
+
+    /// Strokes of the pieces of lines that are drawn, and those that are going. `is_free`: whether nothing covers a place in
+    /// the picture at a depth.
+    pub fn strokes(
+        &mut self,
+        pieces: Vec<Piece>,
+        hand: &Hand,
+        is_free: &dyn Fn(Vec2, f32) -> bool,
+    ) -> Vec<Stroke> {
+        let memory = self.memory.take();
+        let known = memory.is_some();
+        let memory = memory.unwrap_or_default();
+        let mut pieces = pieces;
+        for piece in &mut pieces {
+            orient(piece, &memory);
+        }
+        let heirs = heirs(&pieces, &memory);
+        // A crumb begins no stroke; one that was there may end as one.
+        let least = if known { LEAST_NEW * hand.unit.max(0.5) } else { 0.0 };
+        let (mut pieces, heirs): (Vec<Piece>, Vec<Heir>) =
+            pieces.into_iter().zip(heirs).filter(|(p, h)| h.keeps || p.length(&p.arc()) >= least).unzip();
+        let mut used: HashSet<u32> = memory.strokes.iter().map(|s| s.id).collect();
+        let (mut strokes, mut next) = (Vec::new(), Memory::default());
+        let mut change = Change { strokes: pieces.len(), ..Change::default() };
+        let mut slips: Vec<f32> = Vec::new();
+        for (piece, heir) in pieces.iter_mut().zip(&heirs) {
+            let parent = heir.parent.map(|p| &memory.strokes[p as usize]);
+            // One that was going has come again.
+            change.born += usize::from(heir.keeps && parent.is_some_and(|p| p.fading));
+            let id = match (parent, heir.keeps) {
+                (Some(parent), true) => parent.id,
+                _ => {
+                    *if parent.is_some() { &mut change.split } else { &mut change.born } +=
+                        usize::from(known);
+                    let base = hand.own(piece);
+                    let base = if known { hash_combine(base, self.frame) } else { base };
+                    let mut own = (0u32..).map(|k| if k == 0 { base } else { hash_combine(base, k) });
+                    own.find(|id| !used.contains(id)).unwrap_or(base)
+                }
+            };
+            used.insert(id);
+            let seed = parent.map_or(id, |p| p.seed);
+            if let Some(parent) = parent.filter(|_| piece.closed) {
+                begin_where_it_began(piece, parent);
+            }
+            let s = piece.arc();
+            let same = |t: &Trace| t.stroke.is_some_and(|i| memory.strokes[i as usize].seed == seed);
+            let votes: Vec<Option<f32>> =
+                piece.samples.iter().map(|s| s.trace.filter(same).map(|t| t.phase)).collect();
+            let around = parent.filter(|p| p.closed).map(Remembered::span);
+            let (phase, slip) = phases(&s, &votes, around, hand.unit);
+            slips.extend(slip);
+            let path = Path { seed, s: &s, phase: &phase };
+            let mut brush = hand.brush(piece, &path);
+            for (brush, sample) in brush.iter_mut().zip(&piece.samples) {
+                if let Some(before) = sample.trace.filter(|t| t.stroke.is_some()) {
+                    *brush = before.brush.lerp(brush, FOLLOW);
+                }
+            }
+            let presence = if known { presence(piece, &s, hand.unit) } else { vec![1.0; s.len()] };
+            let stroke = hand.stroke(piece, id, &path, &brush, &presence);
+            let points = (0..s.len()).map(|i| {
+                let sample = &piece.samples[i];
+                Point {
+                    foothold: sample.foothold,
+                    offset: stroke.points[i].pixel - sample.line,
+                    outward: sample.outward,
+                    phase: phase[i],
+                    brush: brush[i],
+                    presence: presence[i],
+                    grace: sample.trace.map_or(0, |t| t.grace),
+                    now: None,
+                }
+            });
+            next.strokes.push(Remembered {
+                id,
+                seed,
+                kind: piece.kind,
+                draw: piece.draw,
+                shape: piece.shape,
+                closed: piece.closed,
+                fading: false,
+                weight: stroke.weight,
+                points: points.collect(),
+            });
+            strokes.push(stroke);
+        }
+        let kept: HashSet<u32> = next.strokes.iter().map(|s| s.id).collect();
+        change.died = memory.strokes.iter().filter(|s| !s.fading && !kept.contains(&s.id)).count();
+        slips.sort_by(f32::total_cmp);
+        if !slips.is_empty() {
+            let mean = slips.iter().sum::<f32>() / slips.len() as f32;
+            change.slip = [mean, slips[slips.len() - 1 - slips.len() / 20]];
+        }
+        for ghost in ghosts(&memory, &pieces, hand.unit, is_free) {
+            strokes.push(hand.ghost(&ghost));
+            next.strokes.push(ghost.remembered);
+        }
+        next.seen = std::mem::take(&mut self.seen);
+        self.memory = Some(next);
+        self.frame += 1;
+        self.change = change;
+        strokes
+    }
+}
+
+/// Runs of a line that are seen.
+fn seen_runs(line: &SampledLine) -> Vec<SeenLine> {
+    let runs = line.samples.chunk_by(|a, b| a.visible == b.visible).filter(|run| run[0].visible);
+    runs.map(|run| (line.kind, line.draw, run.iter().map(|s| s.foothold).collect())).collect()
+}
+
+impl Memory {
+    /// What a place near a point of a stroke inherits: between that point and its neighbours.
+    fn trace(&self, [stroke, point]: [u32; 2], at: Vec2, reversed: bool) -> Trace {
+        let remembered = &self.strokes[stroke as usize];
+        let (points, j) = (&remembered.points, point as usize);
+        let here = &points[j];
+        let mut best = (f32::INFINITY, here, here, 0.0);
+        for k in [j.checked_sub(1), Some(j + 1).filter(|k| *k < points.len())].into_iter().flatten() {
+            let (Some((p, _)), Some((q, _))) = (here.now, points[k].now) else { continue };
+            let way = q - p;
+            let t = ((at - p).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
+            let far = at.distance(p + way * t);
+            if far < best.0 {
+                best = (far, here, &points[k], t);
+            }
+        }
+        let (_, a, b, t) = best;
+        // Beyond an end there was no stroke.
+        let end = !remembered.closed && (j == 0 || j + 1 == points.len()) && t == 0.0;
+        let beyond = end && here.now.is_some_and(|(p, _)| p.distance(at) > 0.5 * STEP as f32);
+        let mix = |x: f32, y: f32| x + (y - x) * t;
+        Trace {
+            stroke: Some(stroke),
+            drawn: !remembered.fading && !beyond,
+            phase: mix(a.phase, b.phase),
+            brush: a.brush.lerp(&b.brush, t),
+            presence: mix(a.presence, b.presence),
+            grace: here.grace,
+            reversed,
+        }
+    }
+}
+
+/// Lets a piece go the way that most of what it inherits went.
+fn orient(piece: &mut Piece, memory: &Memory) {
+    let traces = || piece.samples.iter().filter_map(|s| s.trace).filter(|t| t.stroke.is_some());
+    // A stroke that goes round nearly a whole circle goes both ways; its phases tell which.
+    let reversed = traces().filter(|t| t.reversed).count();
+    if 2 * reversed > traces().count() && !memory.strokes.is_empty() {
+        piece.samples.reverse();
+        piece.samples.iter_mut().filter_map(|s| s.trace.as_mut()).for_each(|t| t.reversed = !t.reversed);
+    }
+}
+
+/// From whom a piece inherits.
+#[derive(Clone, Copy, Default)]
+struct Heir {
+    parent: Option<u32>,
+    /// It is the parent, not only a part of it.
+    keeps: bool,
+}
+
+/// For each piece the stroke that most of it was; of several with the same one the longest is it.
+fn heirs(pieces: &[Piece], memory: &Memory) -> Vec<Heir> {
+    let mut claims: Vec<(usize, usize, u32)> = Vec::new();
+    for (i, piece) in pieces.iter().enumerate() {
+        let mut votes: HashMap<u32, usize> = HashMap::new();
+        for stroke in piece.samples.iter().filter_map(|s| s.trace?.stroke) {
+            *votes.entry(stroke).or_default() += 1;
+        }
+        claims.extend(votes.into_iter().map(|(stroke, count)| (count, i, stroke)));
+    }
+    // Those that are there come before those that are going.
+    let fading = |stroke: u32| memory.strokes[stroke as usize].fading;
+    claims.sort_by(|a, b| {
+        fading(a.2).cmp(&fading(b.2)).then(b.0.cmp(&a.0)).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
+    });
+    let mut heirs = vec![Heir::default(); pieces.len()];
+    let mut taken: HashSet<u32> = HashSet::new();
+    for (_, piece, stroke) in &claims {
+        let id = memory.strokes[*stroke as usize].id;
+        if !heirs[*piece].keeps && taken.insert(id) {
+            heirs[*piece] = Heir { parent: Some(*stroke), keeps: true };
+        }
+    }
+    for (_, piece, stroke) in claims {
+        heirs[piece].parent.get_or_insert(stroke);
+    }
+    heirs
+}
+
+/// Lets a closed piece begin where the stroke began that it was.
+fn begin_where_it_began(piece: &mut Piece, parent: &Remembered) {
+    let Some(first) = parent.points.first().and_then(|p| p.now) else { return };
+    let near = |s: &crate::visibility::Sample| {
+        s.line.distance(first.0) + 300.0 * (s.depth - first.1).abs() / first.1
+    };
+    let start = piece.samples.iter().enumerate().min_by(|a, b| near(a.1).total_cmp(&near(b.1)));
+    if let Some((start, _)) = start {
+        piece.samples.rotate_left(start);
+    }
+}
+
+/// Phase at each arc length, smooth and near what was voted for, and how far each vote is from it. `around`: of a closed
+/// stroke, the phase after which it begins again.
+fn phases(s: &[f32], votes: &[Option<f32>], around: Option<f32>, unit: f32) -> (Vec<f32>, Vec<f32>) {
+    let mut votes: Vec<(f32, f32)> =
+        s.iter().zip(votes).filter_map(|(s, v)| Some((*s, (*v)? - s))).filter(|v| v.1.is_finite()).collect();
+    if votes.is_empty() {
+        return (s.to_vec(), Vec::new());
+    }
+    let mut sorted: Vec<f32> = votes.iter().map(|v| v.1).collect();
+    sorted.sort_by(f32::total_cmp);
+    let median = sorted[sorted.len() / 2];
+    if let Some(around) = around.filter(|a| *a > 1.0) {
+        votes.iter_mut().for_each(|v| v.1 -= around * ((v.1 - median) / around).round());
+    }
+    let sigma = SMOOTH * unit.max(0.3);
+    let mean = votes.iter().map(|v| v.1).sum::<f32>() / votes.len() as f32;
+    let (mut from, mut to) = (0, 0);
+    let mut offsets: Vec<f32> = s
+        .iter()
+        .map(|at| {
+            while from < votes.len() && votes[from].0 < at - 2.5 * sigma {
+                from += 1;
+            }
+            while to < votes.len() && votes[to].0 <= at + 2.5 * sigma {
+                to += 1;
+            }
+            let (mut sum, mut weights) = (0.0f64, 0.0f64);
+            // At the ends of a stroke it is smoothed over what lies on both sides alike, so that it does not shrink.
+            for (place, offset) in &votes[from.min(to)..to] {
+                let weight = f64::from((-0.5 * ((place - at) / sigma).powi(2)).exp());
+                sum += weight * f64::from(*offset);
+                weights += weight;
+            }
+            if weights > 1e-6 { (sum / weights) as f32 } else { f32::NAN }
+        })
+        .collect();
+    // Where nobody has voted: as the nearest.
+    for i in 1..offsets.len() {
+        if offsets[i].is_nan() {
+            offsets[i] = offsets[i - 1];
+        }
+    }
+    for i in (1..offsets.len()).rev() {
+        if offsets[i - 1].is_nan() {
+            offsets[i - 1] = offsets[i];
+        }
+    }
+    let most = RELAX_MOST * unit;
+    offsets.iter_mut().for_each(|o| *o += (RELAX * (mean - *o)).clamp(-most, most));
+    // From the place that is nearest to the middle, so that an outlier does not carry the rest away.
+    let middle = (0..offsets.len())
+        .min_by(|a, b| (offsets[*a] - median).abs().total_cmp(&(offsets[*b] - median).abs()))
+        .unwrap_or(0);
+    for i in middle + 1..offsets.len() {
+        let most = STRETCH * (s[i] - s[i - 1]);
+        offsets[i] = offsets[i].clamp(offsets[i - 1] - most, offsets[i - 1] + most);
+    }
+    for i in (0..middle).rev() {
+        let most = STRETCH * (s[i + 1] - s[i]);
+        offsets[i] = offsets[i].clamp(offsets[i + 1] - most, offsets[i + 1] + most);
+    }
+    let phase: Vec<f32> = s.iter().zip(&offsets).map(|(s, o)| s + o).collect();
+    let (mut i, mut slips) = (0, Vec::new());
+    for (at, offset) in votes {
+        while s[i] < at {
+            i += 1;
+        }
+        slips.push((offsets[i] - offset).abs());
+    }
+    (phase, slips)
+}
+
+/// How much of each sample is there: more than before by a step; of what is new as much as of its neighbours that are not.
+fn presence(piece: &Piece, s: &[f32], unit: f32) -> Vec<f32> {
+    let before = |s: &crate::visibility::Sample| s.trace.map_or(0.0, |t| t.presence);
+    let mut presence: Vec<f32> = piece.samples.iter().map(|s| (before(s) + 1.0 / FADE).min(1.0)).collect();
+    let growth = GROWTH * unit.max(0.3);
+    for i in 1..presence.len() {
+        presence[i] = presence[i].max(presence[i - 1] - (s[i] - s[i - 1]) / growth);
+    }
+    for i in (1..presence.len()).rev() {
+        presence[i - 1] = presence[i - 1].max(presence[i] - (s[i] - s[i - 1]) / growth);
+    }
+    presence
+}
+
+/// A stroke, or a part of one, that is no longer and goes.
+pub struct Ghost {
+    remembered: Remembered,
+    /// Where its points are, and how deep.
+    places: Vec<(Vec2, f32)>,
+}
+
+/// What of the strokes of the frame before nobody has taken over and nothing covers.
+fn ghosts(memory: &Memory, pieces: &[Piece], unit: f32, is_free: &dyn Fn(Vec2, f32) -> bool) -> Vec<Ghost> {
+    let mut places = Places::new(REACH * unit.max(0.5));
+    for piece in pieces {
+        let pixels: Vec<Option<Vec2>> = piece.samples.iter().map(|s| Some(s.line)).collect();
+        for (sample, way) in piece.samples.iter().zip(ways(&pixels)) {
+            let (pixel, depth) = (sample.line, sample.depth);
+            let (kind, draw, source, handicap) = (piece.kind, piece.draw, None, 0.0);
+            places.add(Entry { pixel, way, depth, kind, draw, source, handicap });
+        }
+    }
+    let mut ghosts = Vec::new();
+    for stroke in &memory.strokes {
+        let now: Vec<Option<Vec2>> = stroke.points.iter().map(|p| p.now.map(|n| n.0)).collect();
+        let ways = ways(&now);
+        let goes = |i: &usize| -> bool {
+            let point = &stroke.points[*i];
+            let Some((pixel, depth)) = point.now else { return false };
+            point.presence > 1.0 / FADE
+                && places.nearest(pixel, ways[*i], depth, stroke.kind, stroke.draw).is_none()
+                && is_free(pixel + point.outward * crate::visibility::OUTWARD, depth)
+        };
+        let going: Vec<(usize, bool)> = (0..stroke.points.len()).map(|i| (i, goes(&i))).collect();
+        for run in going.chunk_by(|a, b| a.1 == b.1).filter(|run| run[0].1 && run.len() >= LEAST_GHOST) {
+            let (first, last) = (run[0].0, run[run.len() - 1].0);
+            let mut points = stroke.points[first..=last].to_vec();
+            let places = points.iter().filter_map(|p| p.now.map(|(at, depth)| (at + p.offset, depth)));
+            let places = places.collect();
+            points.iter_mut().for_each(|p| p.presence -= 1.0 / FADE);
+            let remembered = Remembered { fading: true, closed: false, points, ..stroke.clone() };
+            ghosts.push(Ghost { remembered, places });
+        }
+    }
+    ghosts
+}
+
+impl Hand {
+    /// A stroke that goes.
+    fn ghost(&self, ghost: &Ghost) -> Stroke {
+        let r = &ghost.remembered;
+        let mut stroke = Stroke {
+            kind: r.kind,
+            draw: r.draw,
+            shape: r.shape,
+            id: r.id,
+            seed: r.seed,
+            points: Vec::with_capacity(r.points.len()),
+            closed: false,
+            fading: true,
+            weight: r.weight,
+        };
+        let mut s = 0.0;
+        for (i, (point, (pixel, depth))) in r.points.iter().zip(&ghost.places).enumerate() {
+            if i > 0 {
+                s += pixel.distance(ghost.places[i - 1].0);
+            }
+            stroke.points.push(self.point(*pixel, *depth, s, point.phase, &point.brush, point.presence));
+        }
+        stroke
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn phases_follow_votes_and_stay_smooth() {
+        let s: Vec<f32> = (0..200).map(|i| 2.0 * i as f32).collect();
+        let (phase, slip) = phases(&s, &vec![None; 200], None, 1.0);
+        assert_eq!((phase, slip.len()), (s.clone(), 0));
+        // Moved along by three pixels, with an outlier and an end about which nobody knows.
+        let mut votes: Vec<Option<f32>> = s.iter().map(|s| Some(s + 3.0)).collect();
+        votes[60] = Some(700.0);
+        votes[150..].fill(None);
+        let (phase, slip) = phases(&s, &votes, None, 1.0);
+        assert!(phase.windows(2).all(|w| w[1] > w[0]));
+        let off = |i: usize| (phase[i] - s[i] - 3.0).abs();
+        assert!(off(0) < 0.1 && off(199) < 0.5, "{} {}", off(0), off(199));
+        let mut sorted = slip;
+        sorted.sort_by(f32::total_cmp);
+        assert!(sorted[100] < 10.0);
+        // Around a closed stroke.
+        let votes: Vec<Option<f32>> = s.iter().map(|s| Some((s + 3.0) % 400.0)).collect();
+        let (phase, slip) = phases(&s, &votes, Some(400.0), 1.0);
+        assert!(slip.iter().all(|s| *s < 0.1), "{slip:?}");
+        assert!((phase[199] - 401.0).abs() < 0.1);
+    }
+}

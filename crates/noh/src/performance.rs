@@ -1,0 +1,167 @@
+//! A player who dances on the stage: parts at their joints, a robe that a simulation has moved.
+
+use crate::view::SceneError;
+use crate::{Finish, FireLight, Hour, Stage};
+use glam::{Mat4, Vec2, Vec3};
+use std::sync::Arc;
+use yugen_motion::SkeletalMotion;
+use yugen_motion::garment::{self, Body, Fitting, Garment, GarmentError, Moment};
+use yugen_scene::{
+    Attachment, Camera, Figure, Film, FovAxis, Geometry, Material, Mesh, Part, Projection, Scene, Shape,
+    look_along,
+};
+
+/// A robe that moves, in the coordinates of the dance.
+#[derive(Clone, Debug)]
+pub struct Costume {
+    /// As it is sewn, with (u, v) in metres on the cloth.
+    pub mesh: Mesh,
+    /// Where all vertices are, sample by sample; the first at the beginning of the dance.
+    pub samples: Arc<[Vec<Vec3>]>,
+    /// Samples a second.
+    pub rate: f64,
+}
+
+impl Costume {
+    /// A garment put on the player and danced in; of its frames every `keep`th is kept. `tell` hears of each frame that is done.
+    ///
+    /// # Errors
+    /// A garment or a fabric that is none.
+    pub fn simulate(
+        garment: &Garment,
+        dance: &SkeletalMotion,
+        fitting: &Fitting,
+        keep: usize,
+        mut tell: impl FnMut(usize),
+    ) -> Result<Self, GarmentError> {
+        let fitting = Fitting { seconds: (1.0 / dance.rate) as f32, ..*fitting };
+        let body = Body::player();
+        let approach = |t: f32| dance.approach(t).unwrap_or_default();
+        let mut worn = garment::Costume::dress(garment, &body, &fitting, approach)?;
+        let cut = worn.cut();
+        let mesh = Mesh {
+            name: garment.name.clone(),
+            positions: worn.points(),
+            normals: worn.normals(),
+            uvs: cut.uvs.clone(),
+            triangles: cut.triangles.clone(),
+            ..Mesh::default()
+        };
+        let mut samples = Vec::with_capacity(dance.frames / keep + 1);
+        for frame in 0..dance.frames {
+            if frame > 0 {
+                let poses = dance.poses(frame).map_err(|e| GarmentError::Body(e.to_string()))?;
+                worn.step(&poses, &Moment::default());
+            }
+            if frame.is_multiple_of(keep) {
+                samples.push(worn.points());
+            }
+            tell(frame);
+        }
+        Ok(Self { mesh, samples: samples.into(), rate: dance.rate / keep as f64 })
+    }
+}
+
+/// A dance on a stage.
+#[derive(Clone, Debug)]
+pub struct Performance {
+    /// With a player ([`Stage::with_player`]).
+    pub stage: Stage,
+    /// Of the skeleton [`yugen_motion::dance::player`].
+    pub dance: SkeletalMotion,
+    /// What the player wears.
+    pub costume: Option<Costume>,
+    /// Coordinates of the dance to those of the stage.
+    pub place: Mat4,
+}
+
+/// Eyes of a player above the floor, m; and a head's height, for views.
+const EYES: f32 = 1.55;
+
+impl Performance {
+    /// As a scene, with the player in the first pose. Shapes of the stage and the player come as in [`Stage::scene`], then
+    /// fires, then the robe.
+    ///
+    /// # Errors
+    /// Where the stage's scene cannot be, or the robe's samples are not of its mesh.
+    pub fn scene(&self, hour: Hour, fire_light: FireLight) -> Result<Scene, SceneError> {
+        let mut scene = self.stage.scene(hour, fire_light)?;
+        let joints = self.dance.skeleton.joints();
+        let first = self.stage.parts().len();
+        let mut attachments = Vec::new();
+        for (shape, piece) in (first..).zip(self.stage.player()) {
+            if let Some(joint) = joints.iter().position(|j| j.name == piece.joint) {
+                let part = Part::Shape { shape, to_joint: Mat4::IDENTITY, flips: false };
+                attachments.push(Attachment { joint, part });
+            }
+        }
+        if let Some(costume) = &self.costume {
+            let shape = scene.shapes.len();
+            let [cloth, lining] = [Finish::Cloth, Finish::Lining].map(|f| self.stage.material_of(f));
+            let (front, back) = (cloth.unwrap_or_default(), lining.unwrap_or_default());
+            scene.materials.push(Material::TwoSided { front, back });
+            let material = scene.materials.len() - 1;
+            scene.shapes.push(Shape::new(
+                ROBE,
+                Geometry::Mesh(Arc::new(costume.mesh.clone())),
+                self.place,
+                material,
+            ));
+            scene.add_cache(shape, costume.samples.clone(), costume.rate, 0.0, Mat4::IDENTITY)?;
+        }
+        scene.figures.push(Arc::new(Figure {
+            to_world: self.place,
+            skeleton: self.dance.skeleton.clone(),
+            clips: vec![self.dance.clip.clone()],
+            skins: Vec::new(),
+            attachments,
+            deformed: Vec::new(),
+        }));
+        scene.pose(None, 0.0)?;
+        let views = self.views()?;
+        // Seats of the audience first.
+        scene.cameras.extend(views);
+        Ok(scene)
+    }
+
+    /// Near views of the player where the dance begins, and parallel ones from front, side and back, as a frozen moment is
+    /// looked at.
+    fn views(&self) -> Result<Vec<Camera>, SceneError> {
+        let pelvis = self.dance.poses(0)?.first().map_or(Vec3::ZERO, |p| p.position);
+        let at = self.place.transform_point3(pelvis.with_y(0.0));
+        let up = |y: f32| at + Vec3::Y * y;
+        let ahead = self.place.transform_vector3(Vec3::Z).normalize_or(Vec3::Z);
+        let left = self.place.transform_vector3(Vec3::X).normalize_or(Vec3::X);
+        let film = Film { width: 1280, height: 720, ..Film::default() };
+        let camera = |name: &str, from: Vec3, to: Vec3, projection: Projection, scale: f32| Camera {
+            name: name.into(),
+            to_world: look_along(from, to - from, Vec3::Y) * Mat4::from_scale(Vec3::new(scale, scale, 1.0)),
+            projection,
+            near_far: [0.02, 500.0],
+            film: film.clone(),
+            samples_per_pixel: 64,
+        };
+        let near = |name: &str, from: Vec3, to: Vec3, fov: f32| {
+            let projection = Projection::Perspective {
+                fov_x: fov.to_radians(),
+                fov_axis: FovAxis::X,
+                aperture_radius: 0.0,
+                focus_distance: from.distance(to),
+                principal_point: Vec2::ZERO,
+            };
+            camera(name, from, to, projection, 1.0)
+        };
+        let mut all = vec![
+            near("player", up(1.25) + ahead * 4.2 - left * 1.2, up(0.92), 46.0),
+            near("mask", up(EYES) + ahead * 1.6 - left * 0.25, up(EYES + 0.03), 22.0),
+            near("sleeve", up(1.25) + ahead * 2.0 + left * 1.2, up(1.05) + left * 0.2, 34.0),
+        ];
+        for (name, way) in [("front", ahead), ("side", left), ("back", -ahead)] {
+            all.push(camera(name, up(0.95) + way * 6.0, up(0.95), Projection::Orthographic, 1.9));
+        }
+        Ok(all)
+    }
+}
+
+/// What the shape of the robe is called.
+pub const ROBE: &str = "robe";
