@@ -240,7 +240,7 @@ impl Painter {
         let _span = tracing::info_span!("find_strokes").entered();
         let (lines, dots) = self.lines(projection, map);
         let hand = hand(&self.style, self.size, depths(map));
-        let pieces = lines.iter().flat_map(|line| hand.pieces(line)).collect();
+        let pieces = hand.all_pieces(&lines);
         let is_free = |pixel: Vec2, depth: f32| map.at(pixel).0 > depth * (1.0 - COVERS);
         let mut strokes = self.tracker.strokes(pieces, &hand, &is_free);
         // A painter lets near things overlap far ones.
@@ -292,6 +292,7 @@ impl Painter {
         }
         layers[Layer::Dot as usize] = dots.into_iter().filter_map(|(_, stamp)| stamp).collect();
         let _span = tracing::info_span!("paint", stamps = layers[Layer::Contour as usize].len()).entered();
+        self.canvas.outline(&map.shape);
         self.canvas.paint(&layers);
         let stamps = layers.map(|l| l.len());
         Ok(Painting { strokes, wrinkles, stamps, change: self.tracker.change() })
