@@ -2,8 +2,10 @@
 //! which marches through the flame.
 
 use glam::{Mat4, Vec2, Vec3};
-use yugen_motion::fire::{Fire, Flicker};
-use yugen_realtime::{Gpu, Options, Stage};
+use yugen_motion::fire::Fire;
+use yugen_optics::Image;
+use yugen_optics::flip::mean_flip;
+use yugen_realtime::{Gpu, Lighting, Options, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
@@ -12,9 +14,12 @@ use yugen_scene::{
 };
 use yugen_transport::render::{self, Action, Budget, Job};
 
-/// Pixels of a patch, and patches across.
+/// Pixels of a patch, of its rim on each side, and patches across.
 const SIDE: u32 = 12;
+const RIM: u32 = 4;
 const ACROSS: u32 = 4;
+/// Moments of the fire.
+const INSTANTS: u32 = 20;
 const FOOT: Vec3 = Vec3::new(2.6, -1.0, 2.2);
 
 fn materials(scene: &Scene) -> Vec<(&'static str, Material)> {
@@ -81,7 +86,7 @@ fn scene() -> Scene {
         scene.shapes.push(Shape::new(name, Geometry::Rectangle, place, scene.materials.len()));
         scene.materials.push(material);
     }
-    let fire = Fire { foot: FOOT, flicker: Flicker::Still, ..Fire::default() };
+    let fire = Fire { foot: FOOT, ..Fire::default() };
     scene.add_fire("", &fire, None, 0.0).expect("a fire");
     let [width, height] = [SIDE * ACROSS, SIDE * 3];
     scene.cameras = vec![Camera {
@@ -102,53 +107,123 @@ fn scene() -> Scene {
     scene
 }
 
-#[test]
-fn materials_reflect_a_fire_as_in_the_reference() {
-    let Some(gpu) = Gpu::for_tests() else { return };
-    let scene = scene();
-    let options = render::Options { budget: Some(Budget::Samples(512)), ..Default::default() };
-    let job = Job::new(&scene, &options).expect("the reference takes it");
-    assert!(job.run(|_, _| Action::Continue));
-    let want = job.image().select(&["R", "G", "B"]).expect("a picture");
+/// How far pictures of a patch are off, over instants.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    squares: f64,
+    of: f64,
+    found: f64,
+    want: f64,
+    flip: f64,
+}
 
-    let [width, height] = [SIDE * ACROSS, SIDE * 3];
+impl Sums {
+    fn error(&self) -> f64 {
+        (self.squares / self.of).sqrt()
+    }
+
+    fn ratio(&self) -> f64 {
+        self.found / self.want
+    }
+}
+
+/// Display values of a patch without its rim, from 0 to 1, as an exposure shows it that takes `white` to .5.
+fn shown(picture: &Image, column: u32, row: u32, white: f32) -> Image {
+    let inner = SIDE - 2 * RIM;
+    let mut out = Image::rgb(inner as usize, inner as usize);
+    for (i, [x, y]) in patch().enumerate() {
+        let from = picture.pixel((column * SIDE + x) as usize, (row * SIDE + y) as usize);
+        for (to, v) in out.data[3 * i..3 * i + 3].iter_mut().zip(from) {
+            *to = (0.5 * v / white).clamp(0.0, 1.0).powf(1.0 / 2.2);
+        }
+    }
+    out
+}
+
+/// Pixels of a patch but those of its rim.
+fn patch() -> impl Iterator<Item = [u32; 2]> {
+    (RIM..SIDE - RIM).flat_map(|y| (RIM..SIDE - RIM).map(move |x| [x, y]))
+}
+
+fn stage(gpu: &Gpu, rows: &Rows, lighting: Lighting) -> Stage {
     let options = Options {
-        size: [width, height],
+        size: [SIDE * ACROSS, SIDE * 3],
         filter: Filter::Box,
         aovs: Vec::new(),
         trace_camera: true,
         threads: 2,
         bounces: Some(1),
         hide_emitters: false,
+        lighting,
         seed: 0,
     };
-    let rows = Rows::new(&scene).expect("rows");
-    let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
-    for _ in 0..16 {
-        stage.frame(&scene.cameras[0]).expect("a frame");
-    }
-    let found = stage.image().expect("a picture").select(&["R", "G", "B"]).expect("channels");
+    Stage::new(&gpu.device, &gpu.queue, rows, &options).expect("a stage")
+}
 
-    for (i, shape) in scene.shapes.iter().take(12).enumerate() {
-        let (column, row) = (i as u32 % ACROSS, i as u32 / ACROSS);
-        let (mut squares, mut of, mut sums) = (0.0f64, 0.0f64, [0.0f64; 2]);
-        // The middle of the patch, without its rim.
-        for y in 4..SIDE - 4 {
-            for x in 4..SIDE - 4 {
-                let at = 3 * ((row * SIDE + y) * width + column * SIDE + x) as usize;
-                for c in at..at + 3 {
-                    let [a, b] = [found.data[c], want.data[c]].map(f64::from);
-                    squares += (a - b).powi(2);
-                    of += b * b;
-                    sums[0] += a;
-                    sums[1] += b;
+/// The table of docs/realtime.md: `full` and `paper` against the reference, over instants of a fire that flickers.
+#[test]
+fn materials_reflect_a_fire_as_in_the_reference() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut scene = scene();
+    let mut rows = Rows::new(&scene).expect("rows");
+    let lightings = [Lighting::Full, Lighting::Paper];
+    let mut stages = lightings.map(|l| stage(&gpu, &rows, l));
+    let mut sums = [[Sums::default(); 12]; 2];
+    for instant in 0..INSTANTS {
+        // Without a rhythm of their own, over half a minute.
+        scene.pose(None, (instant as f32 * 0.618_034).fract() * 30.0).expect("a pose");
+        let options = render::Options { budget: Some(Budget::Samples(256)), ..Default::default() };
+        let job = Job::new(&scene, &options).expect("the reference takes it");
+        assert!(job.run(|_, _| Action::Continue));
+        let want = job.image().select(&["R", "G", "B"]).expect("a picture");
+        rows.pose(&scene).expect("a pose of the same scene");
+        for (stage, sums) in stages.iter_mut().zip(&mut sums) {
+            assert!(stage.pose(&rows).expect("a pose"), "of the same stage");
+            for _ in 0..16 {
+                stage.frame(&scene.cameras[0]).expect("a frame");
+            }
+            let found = stage.image().expect("a picture").select(&["R", "G", "B"]).expect("channels");
+            for (i, sums) in sums.iter_mut().enumerate() {
+                let (column, row) = (i as u32 % ACROSS, i as u32 / ACROSS);
+                let mut bright = 0.0f32;
+                for [x, y] in patch() {
+                    let at = ((column * SIDE + x) as usize, (row * SIDE + y) as usize);
+                    for (a, b) in found.pixel(at.0, at.1).iter().zip(want.pixel(at.0, at.1)) {
+                        bright = bright.max(*b);
+                        let [a, b] = [*a, *b].map(f64::from);
+                        sums.squares += (a - b).powi(2);
+                        sums.of += b * b;
+                        sums.found += a;
+                        sums.want += b;
+                    }
                 }
+                let [a, b] = [&found, &want].map(|p| shown(p, column, row, bright));
+                sums.flip += mean_flip(&a, &b).expect("pictures of one size") / f64::from(INSTANTS);
             }
         }
-        let (error, ratio) = ((squares / of).sqrt(), sums[0] / sums[1]);
-        println!("{:<16} {error:.3} {ratio:.3}", shape.name);
+    }
+    println!("{:<16} full: error ratio FLIP   paper: error ratio FLIP", "");
+    for (i, shape) in scene.shapes.iter().take(12).enumerate() {
+        let [full, paper] = [sums[0][i], sums[1][i]];
+        println!(
+            "{:<16}       {:.3} {:.3} {:.3}         {:.3} {:.3} {:.3}",
+            shape.name,
+            full.error(),
+            full.ratio(),
+            full.flip,
+            paper.error(),
+            paper.ratio(),
+            paper.flip
+        );
+    }
+    for (i, shape) in scene.shapes.iter().take(12).enumerate() {
+        let [full, paper] = [sums[0][i], sums[1][i]];
+        let (error, ratio) = (full.error(), full.ratio());
         // Worst seen .099 and 1.092: the sides to which a flame shines are known to the second degree only, and over a sharp
         // highlight it is no Gaussian. Logs that hid nothing would make it half as bright again.
         assert!(error < 0.15 && (ratio - 1.0).abs() < 0.14, "{}: {error} {ratio}", shape.name);
+        // The paper's highlight is no integral: on what costumes are made of it is not a third as near.
+        let costume = i < 4;
+        assert!(!costume || paper.error() > 3.0 * error, "{}: {} {error}", shape.name, paper.error());
     }
 }

@@ -326,6 +326,7 @@ fn aovs_are_those_of_the_reference() {
         threads: 2,
         bounces: None,
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");

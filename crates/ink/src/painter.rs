@@ -134,6 +134,7 @@ impl Painter {
             threads,
             bounces: None,
             hide_emitters: false,
+            lighting: Default::default(),
             seed: style.seed,
         };
         let stage = Stage::new(device, queue, &rows, &options)?;

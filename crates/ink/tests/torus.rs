@@ -176,6 +176,7 @@ fn what_is_seen_of_contours_is_what_rays_see() {
             threads: 2,
             bounces: None,
             hide_emitters: false,
+            lighting: Default::default(),
             seed: 0,
         };
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &placed.rows, &options).unwrap();

@@ -1,6 +1,6 @@
 //! What changes with time, as plain data and pure functions: what was captured of a performer, skeletons, the clips that
-//! move them, the solve of one from the other, a dance, and meshes that follow by skins and morph targets; cloth; noise, and
-//! fire.
+//! move them, the solve of one from the other, a dance, and meshes that follow by skins and morph targets; cloth, and
+//! robes made of it; noise, and fire.
 //!
 //! Seconds throughout; matrices act on columns, so that a joint's matrix times a point of the joint is a point of its
 //! parent.

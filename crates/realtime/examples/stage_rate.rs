@@ -125,6 +125,7 @@ fn cost(gpu: &Gpu, rows: &Rows, camera: &Camera, change: &dyn Fn(&mut Options), 
         threads: 2,
         bounces: Some(1),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     change(&mut options);
@@ -340,6 +341,7 @@ fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
         threads: 2,
         bounces: Some(8),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options)?;

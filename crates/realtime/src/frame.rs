@@ -19,6 +19,17 @@ use yugen_optics::{Fingerprint, Image};
 use yugen_scene::prepared::{DrawRow, Rows, VertexRow, wgsl};
 use yugen_scene::{Aov, Camera, Filter};
 
+/// How surfaces are lit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lighting {
+    /// As the reference renderer has it: every light with its shadow, and what surfaces throw at each other.
+    #[default]
+    Full,
+    /// By the equations of Wakita et al., "Digital Archiving of Takigi Noh Based on Reflectance Analysis", 5: fires are points without
+    /// shadows, a highlight is one value of the ambient map. See `paper.wgsl`.
+    Paper,
+}
+
 /// What a stage is made for.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -37,6 +48,8 @@ pub struct Options {
     pub bounces: Option<u32>,
     /// The camera does not see lights.
     pub hide_emitters: bool,
+    /// How surfaces are lit.
+    pub lighting: Lighting,
     /// Same seed, same picture.
     pub seed: u32,
 }

@@ -23,7 +23,8 @@
 //! | `primary.wgsl` | 1, binding 1 | the visibility buffer: `primary_hit` |
 //! | `film.wgsl` | 2 | the sums that a pass adds to: `film_add` |
 //! | `flames.wgsl` | 3 | volumes along a ray: `flames_along` |
-//! | `shade.wgsl` | | the picture |
+//! | `samples.wgsl` | | `sample2`: numbers of a pixel |
+//! | `shade.wgsl`, `paper.wgsl` | | the picture, and how Wakita et al. light it |
 //! | `gbuffer.wgsl`, `preview.wgsl` | | what is shown while the sum is young |
 //! | `display.wgsl` | | exposure, gamut and curve |
 //!
@@ -61,5 +62,5 @@ pub mod visibility;
 
 pub use device::Gpu;
 pub use error::StageError;
-pub use frame::{Options, Picked, Stage, Target};
+pub use frame::{Lighting, Options, Picked, Stage, Target};
 pub use preview::Preview;

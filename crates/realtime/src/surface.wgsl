@@ -179,3 +179,9 @@ fn surface_at(draw: u32, triangle: u32, barycentric: vec2<f32>) -> Surface {
         triangle, draw, d.material, d.emitter,
     );
 }
+
+fn footprint_on(s: Surface, dir: vec3<f32>, width: f32) -> f32 {
+    // Width on the surface, stretched where it is seen at a slant, in units of uv.
+    let slant = max(abs(dot(s.geometric_normal, dir)), 0.1);
+    return width / (slant * max(min(length(s.dp_du), length(s.dp_dv)), 1e-12));
+}

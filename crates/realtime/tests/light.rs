@@ -40,6 +40,7 @@ fn picture(gpu: &Gpu, scene: &Scene, size: u32, bounces: u32, frames: u32) -> Im
         threads: 2,
         bounces: Some(bounces),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
@@ -254,6 +255,7 @@ fn floor_by(gpu: &Gpu, rows: &Rows, frames: u32, reach: f32, want: &dyn Fn(Vec3)
         threads: 2,
         bounces: Some(1),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     let mut beside = camera(33);
@@ -445,6 +447,7 @@ fn a_scene_without_light_is_lit_from_the_eye() {
         threads: 2,
         bounces: Some(3),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
@@ -493,6 +496,7 @@ fn layers_see_what_is_behind_masks_and_hidden_lights() {
             threads: 2,
             bounces: None,
             hide_emitters,
+            lighting: Default::default(),
             seed: 0,
         };
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
@@ -553,6 +557,7 @@ fn samples_that_are_no_numbers_are_counted() {
             threads: 2,
             bounces: Some(0),
             hide_emitters: false,
+            lighting: Default::default(),
             seed: 0,
         };
         let rows = Rows::new(&scene).expect("rows");
@@ -599,6 +604,7 @@ fn a_fire_burns_on_in_the_same_stage() {
         threads: 2,
         bounces: Some(1),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     let stage = |rows: &Rows| Stage::new(&gpu.device, &gpu.queue, rows, &options).expect("a stage");

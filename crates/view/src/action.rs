@@ -3,6 +3,7 @@
 use crate::language::{Language, Words};
 use egui::{Key, Modifiers};
 use yugen_optics::tonemap::Curve;
+use yugen_realtime::Lighting;
 use yugen_scene::suggest;
 
 /// What is to be done.
@@ -32,6 +33,8 @@ pub enum Command {
     Resolution(Option<Resolution>),
     /// Surfaces that reflect light on its way; as the scene says where `All`.
     Bounces(Bounces),
+    /// How surfaces are lit; the other way where absent.
+    Lighting(Option<Lighting>),
     /// A light (by name or number) on, off or dimmed.
     Light(String, LightChange),
     /// A parameter of a material (by number or by the name of a shape that wears it).
@@ -407,6 +410,23 @@ pub const ACTIONS: &[Action] = &[
             ["next"] => Some(Command::Bounces(Bounces::Next)),
             ["all"] => Some(Command::Bounces(Bounces::All)),
             [n] => n.parse().ok().map(|n| Command::Bounces(Bounces::Most(n))),
+            _ => None,
+        },
+    },
+    Action {
+        name: "lighting",
+        usage: "full|paper|next",
+        group: Group::Picture,
+        keys: &[key(Key::M, "next")],
+        held: false,
+        does: [
+            "light as in the reference, or by the equations of Wakita et al.",
+            "照明：リファレンスと同じ、または脇田らの論文の式",
+        ],
+        parse: |w| match w {
+            ["full"] => Some(Command::Lighting(Some(Lighting::Full))),
+            ["paper"] => Some(Command::Lighting(Some(Lighting::Paper))),
+            ["next"] => Some(Command::Lighting(None)),
             _ => None,
         },
     },

@@ -2,7 +2,7 @@
 
 use crate::edit::Edits;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use yugen_realtime::{Options, Preview, Stage, StageError};
+use yugen_realtime::{Lighting, Options, Preview, Stage, StageError};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Material, Scene};
 
@@ -16,8 +16,8 @@ pub struct Order {
     pub edits: Edits,
     /// What [`Made`] will call it.
     pub number: u64,
-    /// The scene and the most bounces of which it is, by which the window knows what it got.
-    pub of: (u64, u32),
+    /// The scene, the most bounces and the lighting of which it is, by which the window knows what it got.
+    pub of: (u64, u32, Lighting),
     /// A stage; else rows for the one there is.
     pub stage: Option<(wgpu::Device, wgpu::Queue, Options)>,
 }
@@ -27,7 +27,7 @@ pub struct Made {
     /// Of which order.
     pub number: u64,
     /// As in the order.
-    pub of: (u64, u32),
+    pub of: (u64, u32, Lighting),
     /// The changed scene and its rows or stage, or why there is none.
     pub outcome: Result<(Arc<Scene>, Ready), String>,
     /// How long it took.

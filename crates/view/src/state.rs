@@ -7,6 +7,7 @@ use crate::language::{Language, Words};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_optics::tonemap::Curve;
+use yugen_realtime::Lighting;
 use yugen_scene::{Camera, MaterialId, Scene, suggest};
 
 /// What is asked of the window or of files.
@@ -64,6 +65,8 @@ pub struct State {
     pub resolution: Resolution,
     /// How far light is followed.
     pub bounces: Bounces,
+    /// How surfaces are lit.
+    pub lighting: Lighting,
     /// Whether the reference is on.
     pub reference: bool,
     /// How both are seen.
@@ -127,6 +130,7 @@ impl State {
             curve: Curve::default(),
             resolution: Resolution::default(),
             bounces: Bounces::default(),
+            lighting: Lighting::default(),
             reference: false,
             compare: Compare::default(),
             split: 0.5,
@@ -253,6 +257,11 @@ impl State {
             Command::Curve(curve) => self.curve = curve.unwrap_or_else(|| next(Curve::ALL, self.curve)),
             Command::Resolution(r) => {
                 self.resolution = r.unwrap_or_else(|| next(Resolution::ALL.map(|(r, _)| r), self.resolution));
+            }
+            Command::Lighting(lighting) => {
+                let other = if self.lighting == Lighting::Full { Lighting::Paper } else { Lighting::Full };
+                self.lighting = lighting.unwrap_or(other);
+                self.changes += 1;
             }
             Command::Bounces(bounces) => {
                 self.bounces = match bounces {

@@ -22,7 +22,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::window::{Fullscreen, WindowId};
 use yugen_optics::Image;
 use yugen_optics::tonemap::Display;
-use yugen_realtime::Options as StageOptions;
+use yugen_realtime::{Lighting, Options as StageOptions};
 use yugen_scene::{Camera, Scene};
 
 /// What the window is opened with.
@@ -113,6 +113,7 @@ struct App {
     asked_scene: u64,
     stage_scene: u64,
     stage_bounces: u32,
+    stage_lighting: Lighting,
     /// The scene as it is shown.
     changed_scene: Arc<Scene>,
     prepared: f64,
@@ -169,6 +170,7 @@ impl App {
             asked_scene: 0,
             stage_scene: 0,
             stage_bounces: u32::MAX,
+            stage_lighting: Lighting::default(),
             prepared: 0.0,
             camera: None,
             moved: Instant::now(),
@@ -261,7 +263,9 @@ impl App {
         if self.asked_changes == self.state.changes && self.asked_scene == self.state.scenes {
             return;
         }
-        let anew = self.stage_scene != self.state.scenes || self.stage_bounces != self.state.most_bounces();
+        let anew = self.stage_scene != self.state.scenes
+            || self.stage_bounces != self.state.most_bounces()
+            || self.stage_lighting != self.state.lighting;
         self.ask(anew);
     }
 
@@ -276,6 +280,7 @@ impl App {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             bounces: Some(self.state.most_bounces()),
             hide_emitters: self.state.scene.integrator.hide_emitters,
+            lighting: self.state.lighting,
             seed: 0,
         };
         (self.asked_changes, self.asked_scene) = (self.state.changes, self.state.scenes);
@@ -284,7 +289,7 @@ impl App {
             moment: self.state.moment(),
             edits: self.state.edits.clone(),
             number: self.state.changes,
-            of: (self.state.scenes, self.state.most_bounces()),
+            of: (self.state.scenes, self.state.most_bounces(), self.state.lighting),
             stage: anew.then(|| (graphics.device().clone(), graphics.queue().clone(), options)),
         });
         // What plays is always being prepared.
@@ -309,7 +314,7 @@ impl App {
                 }
             }
             Ok((scene, Ready::Stage(stage))) => {
-                (self.stage_scene, self.stage_bounces) = made.of;
+                (self.stage_scene, self.stage_bounces, self.stage_lighting) = made.of;
                 graphics.set_stage(*stage);
                 (self.changed_scene, self.shown_changes) = (scene, made.number);
                 (self.camera, self.frames) = (None, 0);

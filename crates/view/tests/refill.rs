@@ -52,6 +52,7 @@ fn stage(gpu: &Gpu, scene: &Scene) -> Stage {
         threads: 1,
         bounces: Some(2),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 3,
     };
     let rows = Rows::new(scene).expect("the scene is sound");

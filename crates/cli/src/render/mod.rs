@@ -48,6 +48,11 @@ pub struct Render {
     #[arg(long, default_value = "reference", value_parser = ["reference", "realtime", "ink"], value_name = "NAME")]
     by: String,
 
+    /// How the real-time renderer lights surfaces: in full, as the reference does, or by the equations of the paper on Takigi Noh
+    /// (Wakita et al.), the baseline: fires are points without shadows, highlights one value of the ambient map.
+    #[arg(long, default_value = "full", value_parser = ["full", "paper"], value_name = "NAME")]
+    lighting: String,
+
     /// Width and height in pixels instead of the camera's. Where the aspect changes, the field of view stays
     /// along the axis that the scene gave it for.
     #[arg(long, value_name = "WxH", value_parser = parse::size)]
@@ -183,6 +188,9 @@ impl Render {
             return self.run_sequence(scene);
         }
         let checkpoint = Checkpoint::beside(&self.output, &self)?;
+        if self.lighting != "full" && self.by != "realtime" {
+            bail!("--lighting {} is of the real-time renderer: give --by realtime as well", self.lighting);
+        }
         let started = Instant::now();
         let mut scene = load(&self)?;
         self.moments.pose_at(&mut scene, &self.scene)?;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use yugen_archive::check_outputs;
 use yugen_archive::formats::image;
 use yugen_optics::Image;
-use yugen_realtime::{Gpu, Options, Stage};
+use yugen_realtime::{Gpu, Lighting, Options, Stage};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Aov, Camera, IntegratorKind, Scene, Strategy};
 
@@ -47,6 +47,7 @@ impl<'a> Realtime<'a> {
             threads: asked.threads.unwrap_or(cores),
             bounces: Some(integrator.most_bounces()),
             hide_emitters: integrator.hide_emitters,
+            lighting: if render.lighting == "paper" { Lighting::Paper } else { Lighting::Full },
             seed: render.seed,
         };
         let dark = integrator.kind == IntegratorKind::Path && integrator.max_depth == Some(0);

@@ -146,3 +146,44 @@ fn a_stage_is_built_read_and_rendered() {
         assert!(mean > 15.0 && mean < 240.0, "{file}: {mean}");
     }
 }
+
+/// A player dances on the stage in a robe that follows: the scene is read again, and its joints, its cache and its fires move.
+#[test]
+fn a_performance_is_made_and_played() {
+    let folder = scratch("noh-performance");
+    std::fs::write(folder.join("short.txt"), "kamae seconds=.2 # stands\nsashikomi steps=1 seconds=.3\n").unwrap();
+    let made = report(yugen_in(
+        &folder,
+        "noh performance --dance short.txt --edge 60 --json -o a.toml",
+    ));
+    let player: Vec<&str> =
+        made["player"].as_array().unwrap().iter().map(|p| p["id"].as_str().unwrap()).collect();
+    assert!(["omote", "katsura", "ogi", "tabi-hidari"].iter().all(|id| player.contains(id)), "{player:?}");
+    let text = std::fs::read_to_string(folder.join("a.toml")).unwrap();
+    for words in ["joint = \"head\"", "cache = { file = \"a/robe.pc2\", fps = 30", "back = \"lining\"", "width = 3.8"] {
+        assert!(text.contains(words), "{words}");
+    }
+    let info = report(yugen_in(&folder, "info a.toml --json"));
+    let moves = info["animations"].as_array().map(Vec::len);
+    assert!(moves == Some(1), "{info}");
+    let picture = |at: f32, name: &str| {
+        let line = format!("render a.toml --camera front --at {at} --size 40x30 --spp 2 --exposure -4 -o {name}.png");
+        assert!(yugen_in(&folder, &line).success);
+        std::fs::read(folder.join(format!("{name}.png"))).unwrap()
+    };
+    assert_ne!(picture(0.0, "first"), picture(0.5, "last"));
+    let bare = report(yugen_in(&folder, "noh performance --dance short.txt --garment none --json -o b.toml"));
+    assert_eq!(bare["frames"], made["frames"]);
+    for (line, words) in [
+        ("noh performance -o b.glb", &["b.glb: a performance is written as .toml"][..]),
+        ("noh performance --garment kosoda -o c.toml", &["kosoda", "kosode"]),
+        ("noh performance --dance none.txt -o c.toml", &["none.txt"]),
+        ("noh performance --dance a.toml -o c.toml", &["a.toml"]),
+        ("noh performance --edge 1 -o c.toml", &["millimetres from 5 to 60"]),
+        ("noh performance --fabric lead -o c.toml", &["karaori"]),
+        ("noh performance --preset nationel -o c.toml", &["did you mean 'national'"]),
+    ] {
+        refused(yugen_in(&folder, line), words);
+    }
+    assert!(!folder.join("c.toml").exists());
+}

@@ -276,6 +276,15 @@ impl Solid {
         }
     }
 
+    /// How far any of its points moves between two stances, where that is easily told, m.
+    pub(super) fn moved(&self, from: &Stance, to: &Stance) -> Option<f32> {
+        let Self::Capsule { ends, radii } = self else { return None };
+        let moved = ends.map(|p| (to.rotation * p + to.origin).distance(from.rotation * p + from.origin));
+        // About its axis it may turn too.
+        let turn = from.rotation.angle_between(to.rotation) * radii[0].max(radii[1]);
+        Some(moved[0].max(moved[1]) + turn)
+    }
+
     /// Length of the steps in which a way is looked along for a crossing, m: a fraction of what is thinnest.
     fn stride(&self) -> f32 {
         match self {
@@ -300,7 +309,7 @@ impl Placed {
         Self { to_world: Mat3::from_quat(rotation), origin: from.origin.lerp(to.origin, t) }
     }
 
-    fn local(&self, p: Vec3) -> Vec3 {
+    pub fn local(&self, p: Vec3) -> Vec3 {
         self.to_world.transpose() * (p - self.origin)
     }
 
@@ -311,7 +320,7 @@ impl Placed {
 
 /// Speed with which a vertex that starts inside comes out, m/s: a costume frees itself within a simulated second, and is not
 /// shot off.
-const RECOVERY: f32 = 0.5;
+pub(super) const RECOVERY: f32 = 0.5;
 
 impl Solid {
     /// By how much a vertex moves that would go from `x` to `x` + `u` in a substep of `h` seconds, if it stays `gap` away from the

@@ -4,13 +4,21 @@
 //! found, and until the next time no vertex moves farther than a part of the distance to the nearest of its pairs. So nothing can
 //! pass, whatever springs pull, and no collision has to be looked for between two places. A tree of boxes over the triangles is
 //! made once and only fitted anew; where neighbours in the cloth face the same way nothing is looked for.
+//!
+//! Three lists, each made from the one before when it is due. Leaves of the tree that are near, with a margin that lasts for about a
+//! frame. Pairs of vertices, triangles and edges within reach, when a vertex has gone as far as it may: several times a frame.
+//! Pairs that touch, in each substep, with weights of where. All but the first are made by all threads, in blocks of a fixed number, and
+//! pushed apart one after the other in the order of the blocks: same bits for any number of threads.
 
 use super::Cloth;
-use super::body::barycentric;
+use super::body::{RECOVERY, barycentric};
 use super::order::Order;
 use super::springs::panels;
-use glam::{Vec2, Vec3, Vec4};
+use super::team::Parts;
+use glam::{Vec2, Vec3, Vec3A, Vec4};
 use std::collections::HashSet;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Triangles of a leaf.
 const LEAF: usize = 4;
@@ -18,71 +26,143 @@ const LEAF: usize = 4;
 const RADIUS: f32 = 0.2;
 /// Distance within which pairs are found, in mean edges: so far that who is not paired may move as much as who touches.
 const QUERY: f32 = 0.42;
+/// How far vertices may move before leaves are compared again, in mean edges.
+const MARGIN: f32 = 0.5;
 /// Part of half the distance of a pair that a vertex may move.
 const PART: f32 = 0.9;
+/// Part of the distance to keep that a vertex may move whatever it is near to: what passes through itself would else be stuck.
+const LEAST: f32 = 2e-4;
+/// Blocks of the work on pairs: several for each of a dozen threads.
+pub(super) const BLOCKS: usize = 64;
+/// Of the distance to keep, within which a pair may come to touch while others are pushed.
+const TOUCH: f32 = 1.1;
 
 /// A box around something.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
-    low: Vec3,
-    high: Vec3,
+    low: Vec3A,
+    high: Vec3A,
 }
 
 impl Bounds {
-    const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+    const NONE: Self = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
 
-    fn with(self, p: Vec3) -> Self {
+    #[inline(always)]
+    fn with(self, p: Vec3A) -> Self {
         Self { low: self.low.min(p), high: self.high.max(p) }
     }
 
+    #[inline(always)]
     fn joined(self, o: Self) -> Self {
         Self { low: self.low.min(o.low), high: self.high.max(o.high) }
     }
 
+    #[inline(always)]
     fn meets(&self, o: &Self, gap: f32) -> bool {
-        (self.low - gap).cmple(o.high).all() && (o.low - gap).cmple(self.high).all()
+        ((self.low - Vec3A::splat(gap)).cmple(o.high) & (o.low - Vec3A::splat(gap)).cmple(self.high)).all()
+    }
+
+    #[inline(always)]
+    fn grown(self, by: f32) -> Self {
+        Self { low: self.low - Vec3A::splat(by), high: self.high + Vec3A::splat(by) }
+    }
+
+    #[inline(always)]
+    fn has(&self, p: Vec3A) -> bool {
+        (self.low.cmple(p) & p.cmple(self.high)).all()
     }
 }
 
-/// Triangles with the vertices and edges that belong to them, each to one.
+/// Triangles with the vertices and edges that belong to them, each to one: ranges of the lists.
 struct Leaf {
-    triangles: Vec<[u32; 3]>,
-    vertices: Vec<u32>,
-    edges: Vec<[u32; 2]>,
-    /// Mean normal, and the least cosine of a triangle's to it.
-    normal: Vec3,
-    cosine: f32,
-    /// Leaves that it has a vertex in common with, itself among them.
-    near: HashSet<u32>,
+    triangles: Range<u32>,
+    vertices: Range<u32>,
+    edges: Range<u32>,
+    /// Leaves that it has a vertex in common with, itself among them, sorted.
+    near: Vec<u32>,
     /// Whether it has triangles of several panels.
     mixed: bool,
 }
 
-/// What touches what.
-pub(super) struct Contacts {
-    radius: f32,
-    query: f32,
-    friction: f32,
-    leaves: Vec<Leaf>,
-    /// A heap: children of i at 2i + 1 and 2i + 2; leaves last.
-    boxes: Vec<Bounds>,
-    /// Of each vertex, itself and those that are nearer than pairs in the flat cloth.
-    ring: Vec<Vec<u32>>,
+/// A leaf where it is now.
+#[derive(Clone, Copy)]
+struct Now {
+    bounds: Bounds,
+    /// Mean normal, and the least cosine of a triangle's to it.
+    normal: Vec3A,
+    cosine: f32,
+}
+
+/// What was found in a block.
+#[derive(Default)]
+struct Found {
     /// A vertex and a triangle.
     sides: Vec<[u32; 4]>,
     /// Two edges.
     crosses: Vec<[u32; 4]>,
-    stack: Vec<(u32, u32)>,
-    /// Where vertices were when pairs were found, and how far from there each may be.
-    at: Vec<Vec3>,
-    reach: Vec<f32>,
-    /// How far all have moved together since.
-    drift: Vec3,
-    held: bool,
+    /// Those of them that touch, with the weights of their nearest points, which sum up to one and minus one.
+    touching: Vec<([u32; 4], [f32; 4])>,
 }
 
+/// What does not change.
+struct Fixed {
+    radius: f32,
+    query: f32,
+    margin: f32,
+    friction: f32,
+    leaves: Vec<Leaf>,
+    triangles: Vec<[u32; 3]>,
+    vertices: Vec<u32>,
+    edges: Vec<[u32; 2]>,
+    /// Of each vertex, itself and those that are nearer than the radius in the flat cloth.
+    ring: Vec<Vec<u32>>,
+    /// Places that go where they are told.
+    attached: Vec<u32>,
+}
+
+/// What one thread changes while the others wait.
+struct Lists {
+    /// A heap: children of i at 2i + 1 and 2i + 2; leaves last.
+    boxes: Vec<Bounds>,
+    stack: Vec<(u32, u32)>,
+    /// Leaves that may have pairs; the highest bit of the first says that they have a vertex in common.
+    near: Vec<[u32; 2]>,
+    /// How far all have moved together since pairs were found; and since leaves were compared.
+    drift: Vec3A,
+    far_drift: Vec3A,
+}
+
+/// What touches what.
+pub(super) struct Contacts {
+    fixed: Fixed,
+    now: Vec<Now>,
+    lists: [Lists; 1],
+    found: Vec<Found>,
+    /// Where vertices were when pairs were found, and how far from there each may be, as bits: the least of several threads.
+    at: Vec<Vec3A>,
+    reach: Vec<AtomicU32>,
+    /// Where they were when leaves were compared.
+    far_at: Vec<Vec3A>,
+    /// Whether leaves must be compared again.
+    far: AtomicBool,
+}
+
+/// [`Contacts`] as threads share them in a step.
+pub(super) struct Shared<'a> {
+    fixed: &'a Fixed,
+    now: Parts<'a, Now>,
+    lists: Parts<'a, Lists>,
+    found: Parts<'a, Found>,
+    at: Parts<'a, Vec3A>,
+    reach: &'a [AtomicU32],
+    far_at: Parts<'a, Vec3A>,
+    far: &'a AtomicBool,
+}
+
+const COMMON: u32 = 1 << 31;
+
 impl Contacts {
-    pub fn new(cloth: &Cloth, order: &Order, held: bool) -> Option<Self> {
+    pub fn new(cloth: &Cloth, order: &Order, attached: Vec<u32>) -> Option<Self> {
         let sheet = &cloth.sheet;
         if sheet.triangles.is_empty() || cloth.springs.is_empty() {
             return None;
@@ -94,7 +174,7 @@ impl Contacts {
         let query = radius.max(QUERY * edge);
         // What is as near in the flat cloth does not touch for that.
         let mut ring: Vec<Vec<u32>> = (0..n as u32).map(|v| vec![v]).collect();
-        for s in cloth.springs.iter().filter(|s| s.rest < 1.5 * query) {
+        for s in cloth.springs.iter().filter(|s| s.rest < 1.5 * radius) {
             let [a, b] = s.ends.map(place);
             ring[a as usize].push(b);
             ring[b as usize].push(a);
@@ -115,6 +195,7 @@ impl Contacts {
         let mut edges_of: HashSet<[u32; 2]> = HashSet::new();
         let count = sheet.triangles.len();
         let mut leaves = Vec::with_capacity(depth);
+        let (mut triangles, mut vertices, mut edges) = (Vec::with_capacity(count), Vec::new(), Vec::new());
         for k in 0..depth {
             // The same halves as `split` has.
             let (mut from, mut to) = (0, count);
@@ -130,95 +211,186 @@ impl Contacts {
                     to = half;
                 }
             }
-            let mut leaf = Leaf {
-                triangles: Vec::new(),
-                vertices: Vec::new(),
-                edges: Vec::new(),
-                normal: Vec3::ZERO,
-                cosine: -1.0,
-                near: HashSet::new(),
-                mixed: order_of[from..to]
-                    .windows(2)
-                    .any(|t| panel_of[t[0] as usize] != panel_of[t[1] as usize]),
-            };
+            let firsts = [triangles.len(), vertices.len(), edges.len()];
             for t in &order_of[from..to] {
                 let t = sheet.triangles[*t as usize].map(place);
-                leaf.triangles.push(t);
-                leaf.vertices.extend(t.iter().filter(|v| owned.insert(**v)));
+                triangles.push(t);
+                vertices.extend(t.iter().filter(|v| owned.insert(**v)));
                 for (a, b) in [(0, 1), (1, 2), (2, 0)] {
                     let e = [t[a].min(t[b]), t[a].max(t[b])];
                     if edges_of.insert(e) {
-                        leaf.edges.push(e);
+                        edges.push(e);
                     }
                 }
             }
-            leaves.push(leaf);
+            let range = |first: usize, len: usize| first as u32..len as u32;
+            leaves.push(Leaf {
+                triangles: range(firsts[0], triangles.len()),
+                vertices: range(firsts[1], vertices.len()),
+                edges: range(firsts[2], edges.len()),
+                near: Vec::new(),
+                mixed: order_of[from..to]
+                    .windows(2)
+                    .any(|t| panel_of[t[0] as usize] != panel_of[t[1] as usize]),
+            });
         }
         // Leaves that have a vertex in common.
         let mut leaves_of: Vec<Vec<u32>> = vec![Vec::new(); n];
+        let corners = |leaf: &Leaf| {
+            triangles[leaf.triangles.start as usize..leaf.triangles.end as usize].iter().flatten()
+        };
         for (k, leaf) in leaves.iter().enumerate() {
-            for v in leaf.triangles.iter().flatten() {
+            for v in corners(leaf) {
                 if leaves_of[*v as usize].last() != Some(&(k as u32)) {
                     leaves_of[*v as usize].push(k as u32);
                 }
             }
         }
         for leaf in &mut leaves {
-            for v in leaf.triangles.iter().flatten() {
-                leaf.near.extend(&leaves_of[*v as usize]);
-            }
+            let mut near: Vec<u32> =
+                corners(leaf).flat_map(|v| leaves_of[*v as usize].iter().copied()).collect();
+            near.sort_unstable();
+            near.dedup();
+            leaf.near = near;
         }
-        Some(Self {
-            radius,
-            query,
-            friction: cloth.friction[1],
+        let lists = Lists {
             boxes: vec![Bounds::NONE; 2 * leaves.len() - 1],
-            leaves,
-            ring,
-            sides: Vec::new(),
-            crosses: Vec::new(),
             stack: Vec::with_capacity(256),
-            at: vec![Vec3::ZERO; n],
+            near: Vec::new(),
+            drift: Vec3A::ZERO,
+            far_drift: Vec3A::ZERO,
+        };
+        Some(Self {
+            now: vec![Now { bounds: Bounds::NONE, normal: Vec3A::ZERO, cosine: -1.0 }; leaves.len()],
+            lists: [lists],
+            found: (0..BLOCKS).map(|_| Found::default()).collect(),
+            at: vec![Vec3A::ZERO; n],
             // Pairs are looked for before anything moves.
-            reach: vec![0.0; n],
-            drift: Vec3::ZERO,
-            held,
+            reach: (0..n).map(|_| AtomicU32::new(0)).collect(),
+            far_at: vec![Vec3A::ZERO; n],
+            far: AtomicBool::new(true),
+            fixed: Fixed {
+                radius,
+                query,
+                margin: MARGIN * edge,
+                friction: cloth.friction[1],
+                leaves,
+                triangles,
+                vertices,
+                edges,
+                ring,
+                attached,
+            },
         })
     }
 
-    /// Finds all pairs.
-    pub fn find(&mut self, x: &[Vec4]) {
-        for (at, x) in self.at.iter_mut().zip(x) {
-            *at = x.truncate();
+    /// For the threads of a step.
+    pub fn shared(&mut self) -> Shared<'_> {
+        Shared {
+            fixed: &self.fixed,
+            now: Parts::new(&mut self.now),
+            lists: Parts::new(&mut self.lists),
+            found: Parts::new(&mut self.found),
+            at: Parts::new(&mut self.at),
+            reach: &self.reach,
+            far_at: Parts::new(&mut self.far_at),
+            far: &self.far,
         }
-        self.drift = Vec3::ZERO;
+    }
+}
+
+/// Leaves that are fitted as one task.
+const FIT: usize = 128;
+
+/// Finding of pairs, in phases that follow one another: [`Shared::look`] at all places, [`Shared::fit`] of all leaves,
+/// [`Shared::compare`], [`Shared::pair`] in all blocks. Then in each substep [`Shared::touch`] in all blocks, [`Shared::part`].
+///
+/// # Safety
+/// Of all: a phase is over before the next begins, and the tasks of a phase have different numbers or ranges.
+#[allow(unsafe_code, clippy::missing_safety_doc)]
+impl Shared<'_> {
+    /// Takes over where places are.
+    pub unsafe fn look(&self, range: &Range<usize>, x: &[Vec4]) {
+        // SAFETY: by the promise of the phases.
+        let (at, lists) = unsafe { (self.at.part(range), &self.lists.read(&(0..1))[0]) };
+        let far_at = unsafe { self.far_at.read(range) };
+        let drift = lists.far_drift + lists.drift;
         // Two that are not paired are farther apart than the query, and end no nearer than the radius.
-        let farthest = 0.5 * (self.query - self.radius).max(0.2 * self.radius) * PART;
-        self.reach.fill(farthest);
-        self.sides.clear();
-        self.crosses.clear();
-        let first = self.leaves.len() - 1;
-        let at = &self.at;
+        let f = self.fixed;
+        let farthest = (0.5 * (f.query - f.radius).max(0.2 * f.radius) * PART).to_bits();
+        let mut most = 0.0f32;
+        for (((at, x), far_at), reach) in at.iter_mut().zip(x).zip(far_at).zip(&self.reach[range.clone()]) {
+            *at = Vec3A::from_vec4(*x);
+            reach.store(farthest, Ordering::Relaxed);
+            most = most.max((*at - *far_at - drift).length_squared());
+        }
+        if most > f.margin * f.margin {
+            self.far.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// How many tasks [`Shared::fit`] has.
+    pub fn fits(&self) -> usize {
+        self.fixed.leaves.len().div_ceil(FIT)
+    }
+
+    /// Boxes and normals of leaves.
+    pub unsafe fn fit(&self, task: usize) {
+        let range = task * FIT..self.fixed.leaves.len().min((task + 1) * FIT);
+        // SAFETY: by the promise of the phases.
+        let (now, at) = unsafe { (self.now.part(&range), self.at.read(&(0..self.at.len()))) };
         let p = |v: u32| at[v as usize];
-        for (k, leaf) in self.leaves.iter_mut().enumerate() {
-            let bounds = leaf.triangles.iter().flatten().fold(Bounds::NONE, |b, v| b.with(p(*v)));
-            self.boxes[first + k] = bounds;
-            let normal_of = |t: &[u32; 3]| (p(t[1]) - p(t[0])).cross(p(t[2]) - p(t[0])).normalize_or_zero();
-            leaf.normal = leaf.triangles.iter().map(normal_of).sum::<Vec3>().normalize_or_zero();
-            leaf.cosine = leaf.triangles.iter().map(|t| normal_of(t).dot(leaf.normal)).fold(1.0, f32::min);
+        for (now, leaf) in now.iter_mut().zip(&self.fixed.leaves[range]) {
+            let triangles = &self.fixed.triangles[leaf.triangles.start as usize..leaf.triangles.end as usize];
+            let mut normals = [Vec3A::ZERO; 2 * LEAF];
+            now.bounds = Bounds::NONE;
+            now.normal = Vec3A::ZERO;
+            for (t, n) in triangles.iter().zip(&mut normals) {
+                let [a, b, c] = t.map(p);
+                now.bounds = now.bounds.with(a).with(b).with(c);
+                *n = (b - a).cross(c - a).normalize_or_zero();
+                now.normal += *n;
+            }
+            now.normal = now.normal.normalize_or_zero();
+            now.cosine = normals[..triangles.len().min(2 * LEAF)]
+                .iter()
+                .map(|n| n.dot(now.normal))
+                .fold(1.0, f32::min);
         }
+    }
+
+    /// Finds leaves that are near, where vertices have moved too far since.
+    pub unsafe fn compare(&self) {
+        // SAFETY: by the promise of the phases, alone.
+        let (lists, now) = unsafe { (&mut self.lists.part(&(0..1))[0], self.now.read(&(0..self.now.len()))) };
+        lists.far_drift += lists.drift;
+        lists.drift = Vec3A::ZERO;
+        if !self.far.swap(false, Ordering::Relaxed) {
+            return;
+        }
+        lists.far_drift = Vec3A::ZERO;
+        let all = 0..self.at.len();
+        unsafe { self.far_at.part(&all).copy_from_slice(self.at.read(&all)) };
+        let gap = self.fixed.query + 2.0 * self.fixed.margin;
+        let first = now.len() - 1;
+        let Lists { boxes, stack, near, .. } = lists;
+        near.clear();
+        boxes[first..].iter_mut().zip(now).for_each(|(b, now)| *b = now.bounds);
         for i in (0..first).rev() {
-            self.boxes[i] = self.boxes[2 * i + 1].joined(self.boxes[2 * i + 2]);
+            boxes[i] = boxes[2 * i + 1].joined(boxes[2 * i + 2]);
         }
-        let mut stack = std::mem::take(&mut self.stack);
         stack.push((0, 0));
         while let Some((a, b)) = stack.pop() {
             let (i, j) = (a as usize, b as usize);
-            if a != b && !self.boxes[i].meets(&self.boxes[j], self.query) {
+            if a != b && !boxes[i].meets(&boxes[j], gap) {
                 continue;
             }
             match (i >= first, j >= first) {
-                (true, true) => self.pair(i - first, j - first),
+                (true, true) => {
+                    let (a, b) = (i - first, (j - first) as u32);
+                    let common = self.fixed.leaves[a].near.binary_search(&b).is_ok();
+                    near.push([a as u32 | if common { COMMON } else { 0 }, b]);
+                }
                 _ if a == b => {
                     let (l, r) = (2 * a + 1, 2 * a + 2);
                     stack.extend([(l, l), (r, r), (l, r)]);
@@ -231,88 +403,144 @@ impl Contacts {
                 }
             }
         }
-        self.stack = stack;
     }
 
-    fn pair(&mut self, a: usize, b: usize) {
-        let (one, two) = (&self.leaves[a], &self.leaves[b]);
-        // Neighbours that face the same way do not touch each other.
-        let tight = |l: &Leaf| l.cosine > 0.8 && !l.mixed;
-        if one.near.contains(&(b as u32)) && tight(one) && tight(two) && one.normal.dot(two.normal) > 0.6 {
+    /// Finds the pairs of a block.
+    pub unsafe fn pair(&self, block: usize) {
+        // SAFETY: by the promise of the phases.
+        let near = unsafe { &self.lists.read(&(0..1))[0].near };
+        let found = unsafe { &mut self.found.part(&(block..block + 1))[0] };
+        found.sides.clear();
+        found.crosses.clear();
+        let each = near.len().div_ceil(BLOCKS);
+        for [a, b] in near.iter().skip(block * each).take(each) {
+            unsafe { self.pair_leaves((a & !COMMON) as usize, *b as usize, a & COMMON != 0, found) };
+        }
+    }
+
+    unsafe fn pair_leaves(&self, a: usize, b: usize, common: bool, found: &mut Found) {
+        // SAFETY: by the promise of the phases.
+        let (now, at) = unsafe { (self.now.read(&(0..self.now.len())), self.at.read(&(0..self.at.len()))) };
+        let (f, query) = (self.fixed, self.fixed.query);
+        if a != b && !now[a].bounds.meets(&now[b].bounds, query) {
             return;
         }
-        let at = &self.at;
+        let (one, two) = (&f.leaves[a], &f.leaves[b]);
+        // Neighbours that face the same way do not touch each other.
+        let tight = |k: usize| now[k].cosine > 0.9 && !f.leaves[k].mixed;
+        if common && tight(a) && tight(b) && now[a].normal.dot(now[b].normal) > 0.8 {
+            return;
+        }
         let p = |v: u32| at[v as usize];
-        let query = self.query;
-        let near = |v: u32, w: u32| self.ring[v as usize].binary_search(&w).is_ok();
-        let reach = &mut self.reach;
-        let mut shorten = |vertices: &[u32], d: f32| {
+        let near = |v: u32, w: u32| f.ring[v as usize].binary_search(&w).is_ok();
+        let shorten = |vertices: &[u32], d: f32| {
+            let reach = (0.5 * PART * d).max(LEAST * f.radius).to_bits();
             for v in vertices {
-                let r = &mut reach[*v as usize];
-                *r = r.min(0.5 * PART * d);
+                // Of positive numbers bits have the same order.
+                self.reach[*v as usize].fetch_min(reach, Ordering::Relaxed);
             }
         };
-        for (from, to) in [(one, two), (two, one)].iter().take(if a == b { 1 } else { 2 }) {
-            for t in &to.triangles {
-                let [q0, q1, q2] = t.map(p);
-                let bounds = Bounds { low: q0.min(q1).min(q2) - query, high: q0.max(q1).max(q2) + query };
-                for v in &from.vertices {
-                    let q = p(*v);
-                    let inside = bounds.low.cmple(q).all() && q.cmple(bounds.high).all();
-                    if !inside || t.iter().any(|w| near(*v, *w)) {
+        for (from, to, k) in [(one, two, b), (two, one, a)].iter().take(if a == b { 1 } else { 2 }) {
+            let around = now[*k].bounds.grown(query);
+            for v in &f.vertices[from.vertices.start as usize..from.vertices.end as usize] {
+                let q = p(*v);
+                if !around.has(q) {
+                    continue;
+                }
+                for t in &f.triangles[to.triangles.start as usize..to.triangles.end as usize] {
+                    let [q0, q1, q2] = t.map(p);
+                    let bounds = Bounds { low: q0.min(q1).min(q2), high: q0.max(q1).max(q2) }.grown(query);
+                    if !bounds.has(q) || t.iter().any(|w| v == w || near(*v, *w)) {
                         continue;
                     }
-                    let w = barycentric(q, q0, q1, q2);
+                    let w = barycentric(q.into(), q0.into(), q1.into(), q2.into());
                     let d = q.distance(q0 * w[0] + q1 * w[1] + q2 * w[2]);
                     if d < query {
-                        self.sides.push([*v, t[0], t[1], t[2]]);
+                        found.sides.push([*v, t[0], t[1], t[2]]);
                         shorten(&[*v, t[0], t[1], t[2]], d);
                     }
                 }
             }
         }
-        for (i, e) in one.edges.iter().enumerate() {
+        let around = now[b].bounds.grown(query);
+        let edges = |leaf: &Leaf| &f.edges[leaf.edges.start as usize..leaf.edges.end as usize];
+        for (i, e) in edges(one).iter().enumerate() {
             let [p0, p1] = e.map(p);
             let bounds = Bounds { low: p0.min(p1), high: p0.max(p1) };
-            let others = if a == b { &two.edges[i + 1..] } else { &two.edges[..] };
-            for f in others {
-                let [q0, q1] = f.map(p);
-                let other = Bounds { low: q0.min(q1), high: q0.max(q1) };
-                if !bounds.meets(&other, query) || e.iter().any(|v| near(*v, f[0]) || near(*v, f[1])) {
+            if !bounds.meets(&around, 0.0) {
+                continue;
+            }
+            let others = if a == b { &edges(two)[i + 1..] } else { edges(two) };
+            for other in others {
+                let [q0, q1] = other.map(p);
+                let box_of = Bounds { low: q0.min(q1), high: q0.max(q1) };
+                if !bounds.meets(&box_of, query) || e.iter().any(|v| near(*v, other[0]) || near(*v, other[1]))
+                {
                     continue;
                 }
-                let [s, t] = nearest_of_edges(p0, p1, q0, q1);
+                let [s, t] = nearest_of_edges(p0.into(), p1.into(), q0.into(), q1.into());
                 let d = p0.lerp(p1, s).distance(q0.lerp(q1, t));
                 if d < query {
-                    self.crosses.push([e[0], e[1], f[0], f[1]]);
-                    shorten(&[e[0], e[1], f[0], f[1]], d);
+                    found.crosses.push([e[0], e[1], other[0], other[1]]);
+                    shorten(&[e[0], e[1], other[0], other[1]], d);
                 }
             }
         }
     }
 
-    /// Pushes pairs apart that are nearer than the radius, vertices being at `x` + `u`, with friction.
-    pub fn solve(&self, x: &[Vec4], u: &mut [Vec4], inverse: &[f32]) {
-        for pair in &self.sides {
-            let v = pair.map(|v| v as usize);
-            let q = v.map(|v| (x[v] + u[v]).truncate());
-            let w = barycentric(q[0], q[1], q[2], q[3]);
-            self.part(u, inverse, v, [1.0, -w[0], -w[1], -w[2]], &q);
+    /// Which pairs of a block touch, vertices being at `x` + `u`.
+    pub unsafe fn touch(&self, block: usize, x: &[Vec4], u: &[Vec4]) {
+        // SAFETY: by the promise of the phases.
+        let Found { sides, crosses, touching } = unsafe { &mut self.found.part(&(block..block + 1))[0] };
+        touching.clear();
+        let near = TOUCH * self.fixed.radius;
+        let place = |v: u32| Vec3A::from_vec4(x[v as usize] + u[v as usize]);
+        let mut keep = |pair: &[u32; 4], q: [Vec3A; 4], c: [f32; 4]| {
+            let between = (q[0] * c[0] + q[1] * c[1]) + (q[2] * c[2] + q[3] * c[3]);
+            if between.length_squared() < near * near {
+                touching.push((*pair, c));
+            }
+        };
+        for pair in sides.iter() {
+            let q = pair.map(place);
+            let w = barycentric(q[0].into(), q[1].into(), q[2].into(), q[3].into());
+            keep(pair, q, [1.0, -w[0], -w[1], -w[2]]);
         }
-        for pair in &self.crosses {
-            let v = pair.map(|v| v as usize);
-            let q = v.map(|v| (x[v] + u[v]).truncate());
-            let [s, t] = nearest_of_edges(q[0], q[1], q[2], q[3]);
-            self.part(u, inverse, v, [1.0 - s, s, t - 1.0, -t], &q);
+        for pair in crosses.iter() {
+            let q = pair.map(place);
+            let [s, t] = nearest_of_edges(q[0].into(), q[1].into(), q[2].into(), q[3].into());
+            keep(pair, q, [1.0 - s, s, t - 1.0, -t]);
         }
+    }
+
+    /// Pushes pairs apart that are nearer than the radius, with friction, one after the other; and takes the mean motion, of what is
+    /// attached if anything is, as that which all have in common: what moves together does not come nearer.
+    pub unsafe fn part(&self, x: &[Vec4], u: &mut [Vec4], inverse: &[f32], h: f32) {
+        // SAFETY: by the promise of the phases, alone.
+        let (found, lists) = unsafe { (self.found.read(&(0..BLOCKS)), &mut self.lists.part(&(0..1))[0]) };
+        for (pair, c) in found.iter().flat_map(|f| &f.touching) {
+            self.push(x, u, inverse, pair.map(|v| v as usize), c, h);
+        }
+        let at = unsafe { self.at.read(&(0..self.at.len())) };
+        let way = |p: usize| Vec3A::from_vec4(x[p] + u[p]) - (at[p] + lists.drift);
+        // What is attached follows nobody: the rest follows it. And what flies off alone does not count.
+        let attached = &self.fixed.attached;
+        lists.drift += if attached.is_empty() {
+            (0..at.len()).map(|p| way(p).clamp_length_max(self.fixed.query)).sum::<Vec3A>() / at.len() as f32
+        } else {
+            attached.iter().map(|p| way(*p as usize)).sum::<Vec3A>() / attached.len() as f32
+        };
     }
 
     /// Two points of weights that sum up to one and minus one.
     #[inline]
-    fn part(&self, u: &mut [Vec4], inverse: &[f32], v: [usize; 4], c: [f32; 4], q: &[Vec3; 4]) {
-        let between = (q[0] * c[0] + q[1] * c[1]) + (q[2] * c[2] + q[3] * c[3]);
+    fn push(&self, x: &[Vec4], u: &mut [Vec4], inverse: &[f32], v: [usize; 4], c: &[f32; 4], h: f32) {
+        let f = self.fixed;
+        let sum_of = |x: &[Vec4]| x[v[0]] * c[0] + x[v[1]] * c[1] + (x[v[2]] * c[2] + x[v[3]] * c[3]);
+        let (start, slide) = (Vec3A::from_vec4(sum_of(x)), Vec3A::from_vec4(sum_of(u)));
+        let between = start + slide;
         let square = between.length_squared();
-        if square >= self.radius * self.radius || square < 1e-20 {
+        if square >= f.radius * f.radius || square < 1e-20 {
             return;
         }
         let d = square.sqrt();
@@ -322,41 +550,36 @@ impl Contacts {
             return;
         }
         let n = between / d;
-        let push = self.radius - d;
+        // As much as they have come nearer in this substep; what was too near before parts in time.
+        let push = (f.radius - d).min((start.dot(n) - d).max(0.0) + RECOVERY * h);
         // By how much the two points slide past each other in this substep.
-        let slide = (u[v[0]] * c[0] + u[v[1]] * c[1] + u[v[2]] * c[2] + u[v[3]] * c[3]).truncate();
         let slide = slide - n * slide.dot(n);
         let far = slide.length();
-        let hold = if far > 0.0 { (self.friction * push / far).min(1.0) } else { 0.0 };
+        let hold = if far > 0.0 { (f.friction * push / far).min(1.0) } else { 0.0 };
         let by = (n * push - slide * hold) / sum;
         for k in 0..4 {
             u[v[k]] += (by * (w[k] * c[k])).extend(0.0);
         }
     }
 
-    /// Keeps a vertex from going farther than it may; whether pairs must be found again.
-    #[inline]
-    pub fn hold(&self, place: usize, x: Vec4, u: &mut Vec4) -> bool {
-        let from = self.at[place] + self.drift;
-        let way = (x + *u).truncate() - from;
-        let (far, reach) = (way.length(), self.reach[place]);
-        if far > reach {
-            *u = (from + way * (reach / far) - x.truncate()).extend(0.0);
+    /// Keeps places from going farther than they may, unless they are attached and go where they are told; whether pairs must be
+    /// found again.
+    pub unsafe fn hold(&self, range: &Range<usize>, x: &[Vec4], u: &mut [Vec4], inverse: &[f32]) -> bool {
+        // SAFETY: by the promise of the phases.
+        let (at, drift) = unsafe { (self.at.read(range), self.lists.read(&(0..1))[0].drift) };
+        let mut again = false;
+        for ((((x, u), at), reach), w) in
+            x.iter().zip(u).zip(at).zip(&self.reach[range.clone()]).zip(&inverse[range.clone()])
+        {
+            let from = *at + drift;
+            let way = Vec3A::from_vec4(*x + *u) - from;
+            let (far, reach) = (way.length(), f32::from_bits(reach.load(Ordering::Relaxed)));
+            if far > reach && *w > 0.0 {
+                *u = (from + way * (reach / far) - Vec3A::from_vec4(*x)).extend(0.0);
+            }
+            again |= far > 0.7 * reach;
         }
-        far > 0.7 * reach
-    }
-
-    /// Takes the mean motion as that which all have in common: what moves together does not come nearer.
-    pub fn follow(&mut self, x: &[Vec4], u: &[Vec4]) {
-        // Attached vertices go where they are told, and do not follow.
-        if self.held {
-            return;
-        }
-        let mut sum = Vec3::ZERO;
-        for ((x, u), at) in x.iter().zip(u).zip(&self.at) {
-            sum += (*x + *u).truncate() - *at;
-        }
-        self.drift = sum / self.at.len() as f32;
+        again
     }
 }
 
@@ -365,7 +588,7 @@ fn split(list: &mut [u32], leaves: usize, middle: &impl Fn(u32) -> Vec3) {
     if leaves <= 1 || list.len() <= 1 {
         return;
     }
-    let bounds = list.iter().fold(Bounds::NONE, |b, t| b.with(middle(*t)));
+    let bounds = list.iter().fold(Bounds::NONE, |b, t| b.with(middle(*t).into()));
     let size = bounds.high - bounds.low;
     let axis = if size.x >= size.y && size.x >= size.z {
         0
@@ -412,14 +635,14 @@ pub(super) fn crossings(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<([u32
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {
             let e = [t[a].min(t[b]), t[a].max(t[b])];
             if known.insert(e) {
-                edges.push((e, Bounds::NONE.with(p(e[0])).with(p(e[1]))));
+                edges.push((e, Bounds::NONE.with(p(e[0]).into()).with(p(e[1]).into())));
             }
         }
     }
     let mut faces: Vec<(u32, Bounds)> = triangles
         .iter()
         .enumerate()
-        .map(|(i, t)| (i as u32, t.iter().fold(Bounds::NONE, |b, v| b.with(p(*v)))))
+        .map(|(i, t)| (i as u32, t.iter().fold(Bounds::NONE, |b, v| b.with(p(*v).into()))))
         .collect();
     edges.sort_by(|a, b| a.1.low.x.total_cmp(&b.1.low.x));
     faces.sort_by(|a, b| a.1.low.x.total_cmp(&b.1.low.x));

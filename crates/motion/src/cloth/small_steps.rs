@@ -7,7 +7,7 @@
 //! would be softer the finer the mesh. And everything is laid out so that threads and lanes have work ([`super::order`]).
 
 use super::body::{Placed, Solid, Stance};
-use super::contact::Contacts;
+use super::contact::{BLOCKS, Contacts};
 use super::lattice::{BLOCK, Lattices};
 use super::order::Order;
 use super::sweep::{Hinges, Link, Springs};
@@ -28,6 +28,9 @@ pub struct Settings {
     pub coarse: bool,
     /// Whether cloth touches cloth.
     pub contact: bool,
+    /// Part of the way to its target that an attached vertex goes in a substep: 1 holds it there whatever pulls; with less it gives
+    /// way to what is stronger, as cloth under a belt does, and does not go through other cloth.
+    pub grip: f32,
     /// Threads; the result does not depend on them.
     pub threads: usize,
 }
@@ -35,7 +38,7 @@ pub struct Settings {
 impl Default for Settings {
     /// 20 substeps of a sixtieth of a second, on one thread.
     fn default() -> Self {
-        Self { seconds: 1.0 / 60.0, substeps: 20, coarse: true, contact: false, threads: 1 }
+        Self { seconds: 1.0 / 60.0, substeps: 20, coarse: true, contact: false, grip: 1.0, threads: 1 }
     }
 }
 
@@ -55,6 +58,9 @@ const STABLE: f32 = 1.6;
 const REACH: f32 = 0.1;
 /// Substeps beyond which bending is softened rather than more of them done.
 const MOST: u32 = 64;
+/// How much what lies on a body gives way to cloth that presses on it: as if it were twenty times as heavy, so that the cloth
+/// above stays above.
+const LOADED: f32 = 0.05;
 /// Density of air, kg/m³, at 15 °C.
 const AIR: f32 = 1.225;
 /// Drag coefficients of a plate across and along the wind: 1.17 for plates as long as wide (Hoerner 1965), .02 for
@@ -93,6 +99,8 @@ pub struct SmallSteps {
     /// Of places, which bodies are near.
     near: Vec<u64>,
     contacts: Option<Contacts>,
+    /// Of places, inverse masses as other cloth feels them: less for what lies on a body.
+    give: Vec<f32>,
     /// Whether pairs must be found again.
     stale: AtomicBool,
 }
@@ -120,7 +128,10 @@ impl SmallSteps {
         let order = Order::new(n, &edges);
         let of = |p: &u32| *p as usize;
         let mut inverse: Vec<f32> = order.vertex.iter().map(|v| 1.0 / cloth.masses[of(v)]).collect();
-        attached.iter().for_each(|v| inverse[order.place[of(v)] as usize] = 0.0);
+        let fixed = settings.grip >= 1.0 || settings.grip.is_nan();
+        if fixed {
+            attached.iter().for_each(|v| inverse[order.place[of(v)] as usize] = 0.0);
+        }
         let x: Vec<Vec4> = order.vertex.iter().map(|v| cloth.sheet.positions[of(v)].extend(0.0)).collect();
         let mut hinges: Vec<Hinge> = cloth
             .hinges
@@ -130,7 +141,8 @@ impl SmallSteps {
         let bounds = bounds(&hinges, &inverse);
         let needed = (seconds * typical(&bounds) / STABLE.sqrt()).ceil() as u32;
         let substeps = settings.substeps.clamp(1, 10_000).max(needed.min(MOST));
-        let settings = Settings { substeps, threads, seconds, ..settings };
+        let grip = if fixed { 1.0 } else { settings.grip.max(0.0) };
+        let settings = Settings { substeps, threads, seconds, grip, ..settings };
         let h = seconds / substeps as f32;
         let calm = settings.calm_seconds();
         let links: Vec<Link> = cloth.springs.iter().map(|s| Link::new(s, &order.place, &inverse)).collect();
@@ -163,8 +175,12 @@ impl SmallSteps {
             attached_of[strip_of(*place as usize)].push(i as u32);
         }
         let [strips, borders] = tasks;
-        let contacts =
-            if settings.contact { Contacts::new(&cloth, &order, !attached.is_empty()) } else { None };
+        let contacts = if settings.contact {
+            let attached = attached.iter().filter(|_| fixed).map(|a| a.0).collect();
+            Contacts::new(&cloth, &order, attached)
+        } else {
+            None
+        };
         Ok(Self {
             positions: cloth.sheet.positions.clone(),
             u: vec![Vec4::ZERO; n],
@@ -175,6 +191,7 @@ impl SmallSteps {
             settings,
             x,
             order,
+            give: inverse.clone(),
             inverse,
             strips,
             borders,
@@ -255,7 +272,7 @@ impl SmallSteps {
         }
         let n = self.settings.substeps;
         // Bounds of what bodies sweep over.
-        let mut sweeps = [(Vec3::ZERO, 0.0f32); u64::BITS as usize];
+        let mut sweeps = [(Vec3::ZERO, 0.0f32, None); u64::BITS as usize];
         for (b, (body, stance)) in self.bodies.iter().zip(&mut self.stances).enumerate() {
             let to = step.stances.get(b).copied().unwrap_or(*stance);
             for s in 0..=n {
@@ -265,7 +282,8 @@ impl SmallSteps {
             let (middle, radius) = body.bounds();
             let ends = [&*stance, &to].map(|s| s.rotation * middle + s.origin);
             // A turn takes its middle around, at most half as far as a straight line is long.
-            sweeps[b] = (0.5 * (ends[0] + ends[1]), radius + ends[0].distance(ends[1]));
+            sweeps[b] =
+                (0.5 * (ends[0] + ends[1]), radius + ends[0].distance(ends[1]), body.moved(stance, &to));
             *stance = to;
         }
         let (bodies, placed) = (&self.bodies, &self.placed);
@@ -273,9 +291,12 @@ impl SmallSteps {
         let [friction, gap] = [self.cloth.friction[0], 0.5 * self.cloth.thickness];
         let seconds = self.settings.seconds;
         let near = Parts::new(&mut self.near);
-        let touching = self.contacts.is_some();
-        let contacts = Parts::new(self.contacts.as_mut().map_or(&mut [], std::slice::from_mut));
+        let give = Parts::new(&mut self.give);
+        let contacts = self.contacts.as_mut().map(Contacts::shared);
+        let touching = contacts.is_some();
+        let contacts = contacts.as_ref();
         let stale = &self.stale;
+        let grip = self.settings.grip;
         let calm_seconds = self.settings.calm_seconds();
         let h = self.settings.seconds / n as f32;
         let (x, u, v) = (Parts::new(&mut self.x), Parts::new(&mut self.u), Parts::new(&mut self.v));
@@ -299,57 +320,61 @@ impl SmallSteps {
                 *near = 0;
                 // As far as it flies, and as far as a pull may take it.
                 let reach = v.length() * seconds + REACH;
-                for (b, (middle, radius)) in sweeps.iter().enumerate() {
-                    let met = x.truncate().distance_squared(*middle) < (radius + reach) * (radius + reach);
+                for (b, (middle, radius, moved)) in sweeps.iter().enumerate() {
+                    let p = x.truncate();
+                    let around = p.distance_squared(*middle) < (radius + reach) * (radius + reach);
+                    let met = around
+                        && moved.is_none_or(|moved| {
+                            let first = &placed[b * (n as usize + 1)];
+                            bodies[b].distance(first.local(p)).0 < reach + moved
+                        });
                     *near |= u64::from(met) << b;
                 }
             }
         };
         #[allow(unsafe_code)]
-        let carry = |k: usize, s: u32| unsafe {
+        let carry = |k: usize| unsafe {
             let range = &strips[k].range;
-            let (x, u) = (x.part(range), u.part(range));
             if has_lattices {
                 let lattice = &lattices.read(&(0..1))[0];
-                for (u, place) in u.iter_mut().zip(range.clone()) {
+                for (u, place) in u.part(range).iter_mut().zip(range.clone()) {
                     *u += lattice.moves(place);
                 }
             }
-            if !bodies.is_empty() {
-                let of = near.read(range).iter().zip(&inverse[range.clone()]);
-                for ((x, u), (near, _)) in
-                    x.iter_mut().zip(u.iter_mut()).zip(of).filter(|(_, (near, w))| **near != 0 && **w > 0.0)
-                {
-                    let mut left = *near;
-                    while left != 0 {
-                        let b = left.trailing_zeros() as usize;
-                        left &= left - 1;
-                        let first = b * (n as usize + 1) + s as usize;
-                        let stances = [&placed[first], &placed[first + 1]];
-                        let stopped = bodies[b].stop(stances, x.truncate(), u.truncate(), gap, friction, h);
-                        if let Some([to, shift]) = stopped {
-                            *u = to.extend(0.0);
-                            *x += shift.extend(0.0);
-                        }
+        };
+        #[allow(unsafe_code)]
+        let stop = |k: usize, s: u32| unsafe {
+            let range = &strips[k].range;
+            let (x, u, give) = (x.part(range), u.part(range), give.part(range));
+            let of = near.read(range).iter().zip(&inverse[range.clone()]);
+            for ((x, u), ((near, w), give)) in x.iter_mut().zip(u.iter_mut()).zip(of.zip(give)) {
+                *give = *w;
+                if *w == 0.0 {
+                    continue;
+                }
+                let mut left = *near;
+                while left != 0 {
+                    let b = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    let first = b * (n as usize + 1) + s as usize;
+                    let stances = [&placed[first], &placed[first + 1]];
+                    let stopped = bodies[b].stop(stances, x.truncate(), u.truncate(), gap, friction, h);
+                    if let Some([to, shift]) = stopped {
+                        *u = to.extend(0.0);
+                        *x += shift.extend(0.0);
+                        *give = LOADED * *w;
                     }
                 }
             }
         };
         #[allow(unsafe_code)]
-        let finish = |k: usize| unsafe {
+        let finish = |k: usize, s: u32| unsafe {
+            // Bodies have the last word, but for what keeps cloth from passing through itself.
+            stop(k, s);
             let range = &strips[k].range;
             let (x, u, v, lost) = (x.part(range), u.part(range), v.part(range), lost.part(range));
-            if touching {
-                let contacts = &contacts.read(&(0..1))[0];
-                let mut far = false;
-                for ((x, u), place) in
-                    x.iter().zip(u.iter_mut()).zip(range.clone()).filter(|(_, p)| inverse[*p] > 0.0)
-                {
-                    far |= contacts.hold(place, *x, u);
-                }
-                if far {
-                    stale.store(true, Ordering::Relaxed);
-                }
+            if contacts.is_some_and(|c| c.hold(range, x, u, inverse)) {
+                stale.store(true, Ordering::Relaxed);
             }
             for (((x, u), v), lost) in x.iter_mut().zip(u).zip(v).zip(lost) {
                 *v = *u * (1.0 / h);
@@ -374,7 +399,8 @@ impl SmallSteps {
             for a in &attached_of[k] {
                 let (place, from, to) = attached[*a as usize];
                 let i = place as usize - task.range.start;
-                u[i] = from + (to - from) * ((s + 1) as f32 / n as f32) - x[i];
+                let way = from + (to - from) * ((s + 1) as f32 / n as f32) - x[i];
+                u[i] = if grip < 1.0 { u[i] + (way - u[i]) * grip } else { way };
             }
             task.springs.solve(x, u);
         };
@@ -407,9 +433,9 @@ impl SmallSteps {
                         0 => look(k),
                         _ => {
                             if !touching {
-                                carry(k, s - 1);
+                                carry(k);
                             }
-                            finish(k);
+                            finish(k, s - 1);
                         }
                     }
                     if calms {
@@ -422,13 +448,21 @@ impl SmallSteps {
                 if calms {
                     team.each(borders.len(), |k| calm(&borders[k]));
                 }
-                if touching {
+                // All threads see the same: it was written in the phase before, and is taken back behind the next.
+                if let Some(contacts) = contacts.filter(|_| stale.load(Ordering::Relaxed)) {
+                    #[allow(unsafe_code)]
+                    team.each(strips.len(), |k| unsafe {
+                        contacts.look(&strips[k].range, x.read(&strips[k].range))
+                    });
+                    #[allow(unsafe_code)]
+                    team.each(contacts.fits(), |k| unsafe { contacts.fit(k) });
                     #[allow(unsafe_code)]
                     team.each(1, |_| unsafe {
-                        if stale.swap(false, Ordering::Relaxed) {
-                            contacts.part(&(0..1))[0].find(x.read(&(0..x.len())));
-                        }
+                        contacts.compare();
+                        stale.store(false, Ordering::Relaxed);
                     });
+                    #[allow(unsafe_code)]
+                    team.each(BLOCKS, |k| unsafe { contacts.pair(k) });
                 }
                 if calms || touching {
                     team.each(strips.len(), |k| begin(k, s));
@@ -447,22 +481,30 @@ impl SmallSteps {
                         lattices.part(&(0..1))[0].solve(centres.read(&(0..nodes)), x, u);
                     });
                 }
-                if touching {
-                    team.each(strips.len(), |k| carry(k, s));
+                if let Some(contacts) = contacts {
+                    if has_lattices {
+                        team.each(strips.len(), carry);
+                    }
+                    #[allow(unsafe_code)]
+                    team.each(BLOCKS, |k| unsafe {
+                        contacts.touch(k, x.read(&(0..x.len())), u.read(&(0..u.len())));
+                    });
                     #[allow(unsafe_code)]
                     team.each(1, |_| unsafe {
-                        let (x, u) = (x.read(&(0..x.len())), u.part(&(0..u.len())));
-                        let contacts = &mut contacts.part(&(0..1))[0];
-                        contacts.solve(x, u, inverse);
-                        contacts.follow(x, u);
+                        contacts.part(
+                            x.read(&(0..x.len())),
+                            u.part(&(0..u.len())),
+                            give.read(&(0..give.len())),
+                            h,
+                        );
                     });
                 }
             }
             team.each(strips.len(), |k| {
                 if !touching {
-                    carry(k, n - 1);
+                    carry(k);
                 }
-                finish(k);
+                finish(k, n - 1);
             });
         });
         for (x, v) in self.x.iter().zip(&self.order.vertex) {

@@ -52,6 +52,9 @@ const RADII: [[f32; 2]; 19] = [
     [0.045, 0.035],
 ];
 
+/// Index of the head.
+const HEAD: usize = 4;
+
 impl Body {
     /// The player of [`crate::dance`], from joint to joint.
     pub fn player() -> Self {
@@ -72,6 +75,8 @@ impl Body {
                 radii: RADII[joint],
             })
             .collect();
+        // A head is round, and above the neck.
+        capsules[HEAD].ends = [Vec3::new(0.0, 0.07, 0.01), Vec3::new(0.0, 0.09, 0.0)];
         // Trunks are wider than deep.
         for (joint, from, to, x, radii) in [
             (0, -0.03, 0.10, 0.055, [0.125, 0.125]),

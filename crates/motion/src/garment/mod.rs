@@ -129,6 +129,8 @@ pub struct Wear {
     pub armhole: f32,
     /// How far below the shoulder the cuff is open, m.
     pub cuff: f32,
+    /// Half the width of the neck, m.
+    pub neck: f32,
     /// What a belt takes of it: from and to so far below the shoulder, m.
     pub belt: [f32; 2],
 }

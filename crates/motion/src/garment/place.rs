@@ -26,7 +26,7 @@ const OVER: f32 = 0.015;
 /// From the body to the spread cloth, m.
 const ROOM: f32 = 0.03;
 /// What the belt takes of the way around the body for either front, at the most: each then ends at the other side.
-const REACH: f32 = 0.74;
+const REACH: f32 = 0.78;
 
 /// Spots of the mesh's vertices; of strips along others, those that they would have if they went on flat.
 pub(super) fn spots(garment: &Garment, cut: &Cut) -> Vec<Spot> {
@@ -79,6 +79,8 @@ pub(super) struct Spread {
     depth: f32,
     /// How far the top of the shoulders is drawn to the back at the neck, m along the cloth.
     back: f32,
+    /// How far the neck is opened to either side, m.
+    opened: f32,
 }
 
 impl Spread {
@@ -101,7 +103,7 @@ impl Spread {
             trunk.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), (p, r)| (l.min(p.y - r), h.max(p.y + r)));
         let most = (wear.half + wear.hem) / PI;
         let depth = (0.5 * (high - low) + ROOM).max(0.1);
-        if !(depth < most) {
+        if depth.is_nan() || depth >= most {
             return Err(GarmentError::Body(format!(
                 "is {:.2} m deep from front to back; a robe that is {:.2} m around its hem has room for {:.2} m",
                 high - low,
@@ -115,8 +117,14 @@ impl Spread {
             .iter()
             .filter(|(p, _)| (p.x - x).abs() < 0.5 * wear.half)
             .fold(z, |least, (p, r)| least.min(p.y - r));
+        let beside = neck
+            .iter()
+            .map(|(p, r)| (p.x - x).abs() + r)
+            .filter(|w| *w < 0.5 * wear.half)
+            .fold(0.0, f32::max);
+        let opened = (beside + ROOM - wear.neck).max(0.0);
         let sine = ((z - behind + 0.015) / depth).clamp(0.0, 0.9);
-        Ok(Self { wear: *wear, middle: Vec2::new(x, z), top, depth, back: depth * sine.asin() })
+        Ok(Self { wear: *wear, middle: Vec2::new(x, z), top, depth, back: depth * sine.asin(), opened })
     }
 
     /// From the middle of the back to the middle of the front, so far below the shoulder.
@@ -138,6 +146,9 @@ impl Spread {
     fn oval(&self, around: f32, half_round: f32) -> (Vec2, Vec2) {
         let d = self.depth;
         let straight = 0.5 * (half_round - PI * d).max(0.0);
+        // Beyond the middle of the front it goes on around the other side.
+        let around =
+            if around.abs() > half_round { around - 2.0 * half_round.copysign(around) } else { around };
         let (w, side) = (around.abs(), around.signum());
         let (p, n) = if w < straight {
             (Vec2::new(w, -d), Vec2::NEG_Y)
@@ -151,6 +162,17 @@ impl Spread {
         (Vec2::new(p.x * side, p.y), Vec2::new(n.x * side, n.y))
     }
 
+    /// Part of [`OVER`] by which what is on the left lies on top: from its side on, and at the neck where fronts meet.
+    fn over(&self, spot: &Spot, closed: f32) -> f32 {
+        let left = if spot.front { spot.over } else { spot.x > 0.0 };
+        if !left {
+            return 0.0;
+        }
+        let side = closed * smoothstep(0.3, 0.45, self.around(spot) / self.half_round(spot.s));
+        let front = if spot.front { 1.0 - smoothstep(0.20, 0.32, spot.x) } else { 0.0 };
+        side.max(front)
+    }
+
     /// A spot in the world.
     pub fn at(&self, spot: &Spot) -> Vec3 {
         let Wear { half, sleeve, armhole, cuff, .. } = self.wear;
@@ -160,25 +182,29 @@ impl Spread {
         let arc = (way / d).min(FRAC_PI_2);
         let y = self.top - d + d * arc.cos() - (way - d * arc);
         let flat = d * arc.sin() * if spot.front { 1.0 } else { -1.0 };
-        let closed = smoothstep(armhole - 0.25, armhole, spot.s);
+        let closed = smoothstep(0.1 * armhole, armhole, spot.s);
         let (mut p, n);
         if spot.x.abs() <= half + 1e-4 {
             let (oval, outwards) = self.oval(self.around(spot), self.half_round(spot.s));
-            p = Vec2::new(spot.x, flat).lerp(oval, closed);
+            let side = if spot.front { if spot.over { 1.0 } else { -1.0 } } else { spot.x.signum() };
+            let mut open = self.opened * side * (1.0 - smoothstep(0.05, 0.4, spot.s));
+            open *= 1.0 - smoothstep(0.3 * half, half, spot.x.abs());
+            let beside = smoothstep(0.0, 2.0 * self.wear.neck, spot.x.abs());
+            let before = if spot.front { smoothstep(0.0, 0.1, spot.s) } else { 0.0 };
+            open *= beside + (1.0 - beside) * before;
+            p = Vec2::new(spot.x + open, flat).lerp(oval, closed);
             n = Vec2::new(0.0, if spot.front { 1.0 } else { -1.0 })
                 .lerp(outwards, closed)
                 .normalize_or(outwards);
         } else {
             let straight = 0.5 * (self.half_round(spot.s) - PI * d).max(0.0);
             let x = spot.x.abs() - (half - straight - d) * closed;
-            let end = smoothstep(half + sleeve - 0.15, half + sleeve, spot.x.abs());
-            let shut = end * smoothstep(cuff - 0.08, cuff + 0.08, spot.s);
+            let end = smoothstep(half + 0.2 * sleeve, half + sleeve, spot.x.abs());
+            let shut = end * smoothstep(0.5 * cuff, cuff, spot.s);
             p = Vec2::new(x * spot.x.signum(), flat * (1.0 - closed) * (1.0 - shut));
             n = Vec2::ZERO;
         }
-        if spot.over {
-            p += n * (OVER * (1.0 - smoothstep(0.05, 0.25, spot.x)));
-        }
+        p += n * (OVER * self.over(spot, closed));
         p += self.middle;
         Vec3::new(p.x, y, p.y)
     }
@@ -203,27 +229,18 @@ impl Spread {
             }
         }
         let mut at: Vec<Vec3> = sums.iter().map(|(sum, count)| *sum / count.max(1.0)).collect();
-        for (p, panel) in garment.panels.iter().enumerate().filter(|(_, p)| p.hang == Hang::Along) {
+        for (p, _) in garment.panels.iter().enumerate().filter(|(_, p)| p.hang == Hang::Along) {
             let rows = &cut.rows[p];
             let base: Vec<Vec3> = rows.iter().map(|r| at[cut.vertex[r.first as usize] as usize]).collect();
-            // It faces forwards on the fronts and backwards behind the neck, and turns between them.
-            let faces = |k: usize| match &spots[rows[k].first as usize] {
-                Spot { front: false, .. } => PI,
-                Spot { over: true, .. } => 0.0,
-                _ => TAU,
-            };
-            for (j, row) in rows.iter().enumerate() {
-                let near = (0..rows.len()).filter(|k| (rows[*k].v - row.v).abs() < 0.06);
-                let (sum, count) = near.fold((0.0, 0.0), |(s, c), k| (s + faces(k), c + 1.0));
-                let angle: f32 = sum / count;
-                let n = Vec3::new(angle.sin(), 0.0, angle.cos());
-                let t = base[(j + 1).min(rows.len() - 1)] - base[j.saturating_sub(1)];
-                let d = n.cross(t).normalize_or(Vec3::Y);
+            // Upright about the neck, and flat on the fronts.
+            for (base, row) in base.iter().zip(rows) {
                 for (k, u) in row.at.iter().enumerate().skip(1) {
-                    at[cut.vertex[row.first as usize + k] as usize] = base[j] + d * *u;
+                    let spot = &spots[row.first as usize + k];
+                    let flat = if spot.front { smoothstep(0.1, 0.3, spot.s) } else { 0.0 };
+                    let at_sheet = &mut at[cut.vertex[row.first as usize + k] as usize];
+                    *at_sheet = (*base + Vec3::Y * *u).lerp(self.at(spot), flat);
                 }
             }
-            let _ = panel;
         }
         let solids: Vec<_> = body.solids(0.006).zip(body.stances(poses)).collect();
         for p in &mut at {
@@ -240,74 +257,119 @@ impl Spread {
         at
     }
 
-    /// Where the belt takes vertices of the sheet: which, and to where. Layers lie `layer` metres apart, the innermost `clearance` from the
-    /// body.
+    /// How far below the shoulder a belt takes a spot: fronts are drawn up, for their way over the chest is longer.
+    fn level(&self, spot: &Spot) -> f32 {
+        let inwards = if spot.over { -spot.x } else { spot.x };
+        let drawn = if spot.front { smoothstep(-self.wear.half, 0.0, inwards) } else { 0.0 };
+        spot.s - DRAWN_UP * drawn
+    }
+
+    /// What the belt takes, and how. Layers lie `layer` metres apart in the end, the innermost `clearance` from the body.
     pub fn belt(
-        &self,
+        self,
         cut: &Cut,
         spots: &[Spot],
         body: &Body,
         poses: &[RigidPose],
         [clearance, layer]: [f32; 2],
-    ) -> Vec<(u32, Vec3)> {
+    ) -> Belt {
         let [from, to] = self.wear.belt;
-        let height = poses[body.pelvis].position.y + 0.06;
         let half_width = 0.5 * (to - from);
-        let hull = Hull::new(&body.discs(poses, [height - half_width, height + half_width]));
-        let mut taken: Vec<(u32, Vec3)> = Vec::new();
+        let height = poses[body.pelvis].position.y + ABOVE;
+        let discs = body.discs(poses, [height - half_width, height + half_width]);
+        let hull = Hull::new(&discs, clearance);
         let mut known = vec![false; cut.sheet.positions.len()];
-        let tied = |s: &Spot| s.s >= from - 1e-4 && s.s <= to + 1e-4 && s.x.abs() <= self.wear.half + 1e-4;
-        let reach = spots.iter().filter(|s| tied(s)).map(|s| self.around(s).abs()).fold(0.0, f32::max);
-        let round = hull.length(clearance);
-        let gather = (REACH * round / reach.max(1e-6)).min(1.0);
-        for (v, spot) in cut.vertex.iter().zip(spots) {
-            if !tied(spot) || std::mem::replace(&mut known[*v as usize], true) {
-                continue;
-            }
-            let around = self.around(spot) * gather;
-            let over = smoothstep(0.10, 0.20, around / round);
-            let p = hull.at(around, clearance) + hull.outwards(around, clearance) * (layer * over);
-            taken.push((*v, Vec3::new(p.x, height + half_width - (spot.s - from), p.y)));
-        }
-        taken
+        let tied = |s: &Spot| {
+            (from - 1e-4..=to + 1e-4).contains(&self.level(s)) && s.x.abs() <= self.wear.half + 1e-4
+        };
+        let ties = cut
+            .vertex
+            .iter()
+            .zip(spots)
+            .filter(|(v, s)| tied(s) && !std::mem::replace(&mut known[**v as usize], true));
+        let ties: Vec<(u32, Spot)> = ties.map(|(v, s)| (*v, *s)).collect();
+        let reach = ties.iter().map(|(_, s)| self.around(s).abs()).fold(0.0, f32::max);
+        let gather = (REACH * hull.length() / reach.max(1e-6)).min(1.0);
+        Belt { spread: self, hull, ties, gather, height: height + half_width, layer }
+    }
+}
+
+/// How far fronts are drawn up at the middle, m.
+const DRAWN_UP: f32 = 0.09;
+/// Above the joint of the pelvis a robe is tied, m.
+const ABOVE: f32 = 0.04;
+
+/// A belt that is drawn shut.
+pub(super) struct Belt {
+    spread: Spread,
+    hull: Hull,
+    /// Vertices of the sheet.
+    ties: Vec<(u32, Spot)>,
+    /// How much shorter cloth is along it than flat: small folds take the rest.
+    gather: f32,
+    /// Of its upper edge in the end, m.
+    height: f32,
+    layer: f32,
+}
+
+impl Belt {
+    /// The vertices that it holds.
+    pub fn vertices(&self) -> impl Iterator<Item = u32> {
+        self.ties.iter().map(|t| t.0)
+    }
+
+    /// Where it holds them: at 0 where they are as it is spread, at 1 tight. All of it goes around by the same law, so that layers
+    /// slide past each other in their order.
+    pub fn at(&self, t: f32) -> impl Iterator<Item = Vec3> {
+        let spread = &self.spread;
+        let round = self.hull.length();
+        self.ties.iter().map(move |(_, spot)| {
+            let (around, half_round) = (spread.around(spot), spread.half_round(spot.s));
+            // In parts of half the way around.
+            let (loose, tight) = (around / half_round, 2.0 * around * self.gather / round);
+            let part = loose + (tight - loose) * t;
+            let (from, from_n) = spread.oval(part * half_round, half_round);
+            let (to, to_n) = self.hull.find(0.5 * part * round);
+            let n = from_n.lerp(to_n, t).normalize_or(to_n);
+            let over = [OVER * spread.over(spot, 1.0), self.layer * smoothstep(0.2, 0.36, tight)];
+            let p = (from + spread.middle).lerp(to, t) + n * (over[0] + (over[1] - over[0]) * t);
+            let y = spread.at(spot).y;
+            let end = self.height - (spread.level(spot) - spread.wear.belt[0]);
+            Vec3::new(p.x, y + (end - y) * t, p.y)
+        })
     }
 }
 
 /// The convex outline of discs.
 struct Hull {
-    /// Middle of the disc that is outermost in each direction, its radius, and the direction, from the back (−z) to the left.
-    corners: Vec<(Vec2, f32, Vec2)>,
+    /// Points and the direction outwards, from the back (−z) to the left.
+    points: Vec<(Vec2, Vec2)>,
 }
 
 /// Directions of an outline.
 const DIRECTIONS: usize = 360;
 
 impl Hull {
-    fn new(discs: &[(Vec2, f32)]) -> Self {
-        let corners = (0..=DIRECTIONS).map(|k| {
+    /// So far outside of them.
+    fn new(discs: &[(Vec2, f32)], out: f32) -> Self {
+        let points = (0..=DIRECTIONS).map(|k| {
             let angle = TAU * k as f32 / DIRECTIONS as f32;
             let n = Vec2::new(angle.sin(), -angle.cos());
             let most = discs.iter().copied().max_by(|a, b| (a.0.dot(n) + a.1).total_cmp(&(b.0.dot(n) + b.1)));
             let (p, r) = most.unwrap_or((Vec2::ZERO, 0.1));
-            (p, r, n)
+            (p + n * (r + out), n)
         });
-        Self { corners: corners.collect() }
+        Self { points: points.collect() }
     }
 
-    /// Points of the outline at a distance.
-    fn points(&self, out: f32) -> impl Iterator<Item = (Vec2, Vec2)> {
-        self.corners.iter().map(move |(p, r, n)| (*p + *n * (r + out), *n))
+    fn length(&self) -> f32 {
+        self.points.windows(2).map(|p| p[0].0.distance(p[1].0)).sum()
     }
 
-    fn length(&self, out: f32) -> f32 {
-        let points: Vec<Vec2> = self.points(out).map(|p| p.0).collect();
-        points.windows(2).map(|p| p[0].distance(p[1])).sum()
-    }
-
-    fn find(&self, around: f32, out: f32) -> (Vec2, Vec2) {
-        let points: Vec<(Vec2, Vec2)> = self.points(out).collect();
-        let mut left = around.rem_euclid(self.length(out).max(1e-6));
-        for p in points.windows(2) {
+    /// A point so far around from the back to the left, and the direction outwards.
+    fn find(&self, around: f32) -> (Vec2, Vec2) {
+        let mut left = around.rem_euclid(self.length().max(1e-6));
+        for p in self.points.windows(2) {
             let step = p[0].0.distance(p[1].0);
             if left <= step {
                 let t = left / step.max(1e-9);
@@ -315,15 +377,6 @@ impl Hull {
             }
             left -= step;
         }
-        points[0]
-    }
-
-    /// A point so far around from the back to the left.
-    fn at(&self, around: f32, out: f32) -> Vec2 {
-        self.find(around, out).0
-    }
-
-    fn outwards(&self, around: f32, out: f32) -> Vec2 {
-        self.find(around, out).1
+        self.points[0]
     }
 }

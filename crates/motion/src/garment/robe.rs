@@ -31,24 +31,24 @@ const fn measure(name: &'static str, default: f32, low: f32, high: f32, doc: &'s
 pub const CUTS: &[Cutting] = &[Cutting {
     name: "kosode",
     measures: &[
-        measure("length", 1.40, 0.8, 2.0, "from shoulder to hem"),
-        measure("back", 0.35, 0.2, 0.5, "half the back, m"),
-        measure("front", 0.31, 0.15, 0.5, "each front at the hem, m"),
-        measure("okumi", 0.16, 0.05, 0.4, "the strip at the edge of each front, m"),
-        measure("sleeve", 0.36, 0.1, 0.6, "from side to cuff, m"),
+        measure("length", 1.50, 0.8, 2.0, "from shoulder to hem"),
+        measure("back", 0.33, 0.2, 0.5, "half the back, m"),
+        measure("front", 0.27, 0.15, 0.5, "each front at the hem, m"),
+        measure("okumi", 0.14, 0.05, 0.4, "the strip at the edge of each front, m"),
+        measure("sleeve", 0.42, 0.1, 0.6, "from side to cuff, m"),
         measure("depth", 0.50, 0.2, 0.8, "of the sleeves, from top to bottom"),
         measure("cuff", 0.22, 0.1, 0.5, "how much of the depth is open for the hand"),
         measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
         measure("collar", 0.07, 0.03, 0.15, "width of the collar, m"),
         measure("collar_end", 0.78, 0.6, 1.2, "where the collar ends, below the shoulder, m"),
-        measure("belt", 0.57, 0.4, 0.9, "where it is tied, below the shoulder, m"),
+        measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
     ],
     doc: "karaori, atsuita, nuihaku: sleeves sewn to the body along their depth, their edges shut up to the hand",
     make: kosode,
 }];
 
 /// What a belt takes, m.
-const BELT: f32 = 0.05;
+const BELT: f32 = 0.03;
 
 /// Pieces as they are laid on the bolt, side by side.
 struct Bolt {
@@ -155,7 +155,7 @@ fn kosode(m: &[f32]) -> Garment {
         let [behind, before] = if left {
             [
                 bolt.cut(&name("back"), &all, span.clone(), flat(back + sleeve, -1.0, false, false)),
-                bolt.cut(&name("front"), &all, span, flat(back, 1.0, true, false)),
+                bolt.cut(&name("front"), &all, span, flat(back, 1.0, true, true)),
             ]
         } else {
             [
@@ -205,6 +205,7 @@ fn kosode(m: &[f32]) -> Garment {
             sleeve,
             armhole: depth,
             cuff,
+            neck,
             belt: [belt, belt + BELT],
         },
     }

@@ -136,7 +136,7 @@ pub fn painting() -> Surface {
         let under = -57.5 + 0.028 * x * x;
         let lip = within(y - bow, 0.5) * within(under - y, 0.5) * within(side - 19.0, 0.8);
         colour = mix(colour, lips * (1.0 + 0.1 * cloud), lip);
-        colour = mix(colour, teeth, within((y - middle).abs() - open, 0.35));
+        colour = mix(colour, teeth, within((y - middle).abs() - open, 0.35) * smoothstep(0.0, 0.5, open));
         // Eyes: white, a black pupil, a line above.
         let (middle, open) = slit(side);
         if open > 0.0 {

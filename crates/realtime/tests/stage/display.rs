@@ -123,6 +123,7 @@ fn targets_of_every_kind_hold_the_same_picture() {
         threads: 1,
         bounces: None,
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");

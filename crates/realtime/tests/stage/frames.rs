@@ -76,6 +76,7 @@ fn options(camera: &Camera) -> Options {
         threads: 2,
         bounces: None,
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     }
 }

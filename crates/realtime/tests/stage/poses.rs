@@ -66,6 +66,7 @@ fn options() -> Options {
         threads: 1,
         bounces: Some(3),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     }
 }

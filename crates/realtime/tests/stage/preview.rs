@@ -60,6 +60,7 @@ fn stage_of(scene: &Scene, filter: Filter) -> Option<Stage> {
         threads: 2,
         bounces: Some(2),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     Some(Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits"))

@@ -7,6 +7,7 @@ use crate::language::{Language, Words};
 use crate::state::State;
 use egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping, Ui};
 use yugen_optics::tonemap::Curve;
+use yugen_realtime::Lighting;
 use yugen_reflectance::{Param, ParamType};
 use yugen_scene::Value;
 
@@ -17,6 +18,7 @@ const CURVE: Words = ["curve", "カーブ"];
 const RESOLUTION: Words = ["resolution", "解像度"];
 const LIGHT_PATHS: Words = ["light", "光"];
 const ALL_LIGHT: Words = ["all", "全部"];
+const PAPER: Words = ["Wakita et al.", "脇田ら"];
 const DIRECT: Words = ["direct only", "直接光のみ"];
 const CAMERA: Words = ["Camera", "カメラ"];
 const FRAME: Words = ["Frame all", "全体を収める"];
@@ -119,10 +121,15 @@ fn picture(ui: &mut Ui, state: &State, asked: &mut Asked) {
         named(list.response, l.of(RESOLUTION));
     });
     row(ui, l.of(LIGHT_PATHS), |ui| {
+        let paper = state.lighting == Lighting::Paper;
         for (bounces, words) in [(Bounces::All, ALL_LIGHT), (Bounces::Most(1), DIRECT)] {
-            if ui.selectable_label(state.bounces == bounces, l.of(words)).clicked() {
+            if ui.selectable_label(!paper && state.bounces == bounces, l.of(words)).clicked() {
                 asked.commands.push(Command::Bounces(bounces));
+                asked.commands.push(Command::Lighting(Some(Lighting::Full)));
             }
+        }
+        if ui.selectable_label(paper, l.of(PAPER)).clicked() {
+            asked.commands.push(Command::Lighting(Some(Lighting::Paper)));
         }
     });
 }

@@ -1,0 +1,165 @@
+//! Robes: cut, sewn, worn.
+
+use glam::{Vec2, Vec3};
+use std::collections::HashMap;
+use yugen_motion::cloth::{Along, Cloth, PRESETS, Solid};
+use yugen_motion::dance::{self, dance};
+use yugen_motion::garment::{Body, CUTS, Costume, Fitting, Garment, GarmentError, Moment, parse};
+use yugen_motion::{Placement, Pose, RigidPose, SkeletalMotion, Skeleton, Transform};
+
+/// Part `t` of the way from one pose to another.
+fn between(skeleton: &Skeleton, from: &Pose, to: &Pose, t: f32) -> Vec<RigidPose> {
+    let mut pose = from.clone();
+    for (a, b) in pose.placements.iter_mut().zip(&to.placements) {
+        if let (Placement::Parts(x), Placement::Parts(y)) = (*a, *b) {
+            *a = Placement::Parts(Transform {
+                translation: x.translation.lerp(y.translation, t),
+                rotation: x.rotation.slerp(y.rotation, t),
+                ..x
+            });
+        }
+    }
+    let rigid = |m: &glam::Mat4| {
+        let (_, rotation, position) = m.to_scale_rotation_translation();
+        RigidPose { position, rotation }
+    };
+    skeleton.to_skeleton(&pose).unwrap().iter().map(rigid).collect()
+}
+
+fn danced(text: &str) -> SkeletalMotion {
+    dance(&dance::parse(text).unwrap(), 60.0).unwrap()
+}
+
+fn dress(garment: &Garment, motion: &SkeletalMotion, fitting: &Fitting) -> Result<Costume, GarmentError> {
+    let (rest, first) = (motion.skeleton.rest(), motion.pose(0));
+    Costume::dress(garment, &Body::player(), fitting, |t| between(&motion.skeleton, &rest, &first, t))
+}
+
+/// The least distance of the cloth's vertices from the body, m.
+fn nearest(costume: &Costume, poses: &[RigidPose]) -> f32 {
+    let mut least = f32::INFINITY;
+    for c in &Body::player().capsules {
+        let solid = Solid::Capsule { ends: c.ends, radii: c.radii };
+        let pose = &poses[c.joint];
+        for p in costume.solver().positions() {
+            least = least.min(solid.distance(pose.rotation.inverse() * (*p - pose.position)).0);
+        }
+    }
+    least
+}
+
+#[test]
+fn cuts_are_sewn_into_one_cloth_that_lies_straight_on_the_grain() {
+    for cut_of in CUTS {
+        let garment = parse(cut_of.name).unwrap();
+        let cut = garment.cut(0.025).unwrap();
+        // Edges at which there is only one triangle: hems, cuffs, front edges; not one at a seam.
+        let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
+        for t in &cut.sheet.triangles {
+            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                *edges.entry([t[a].min(t[b]), t[a].max(t[b])]).or_default() += 1;
+            }
+        }
+        assert!(edges.values().all(|n| *n <= 2));
+        let open = edges.values().filter(|n| **n == 1).count();
+        let vertices = cut.sheet.positions.len();
+        // Euler: vertices - edges + triangles of a disc with two holes, which the cuffs are, is minus one.
+        let euler = vertices as i64 - edges.len() as i64 + cut.sheet.triangles.len() as i64;
+        println!(
+            "{}: {vertices} vertices, {open} edges at hems, Euler {euler}, {:.2} m²",
+            cut_of.name,
+            garment.area()
+        );
+        assert_eq!(euler, -1);
+        // Triangles cover what the panels do, all the same way round: seen from the face u runs right and v down.
+        let twice = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| cut.uvs[v as usize]);
+            (b - a).perp_dot(c - a)
+        };
+        let area: f32 = cut.triangles.iter().map(|t| -0.5 * twice(t)).sum();
+        assert!(cut.triangles.iter().all(|t| twice(t) < 0.0));
+        assert!((area - garment.area()).abs() < 1e-3 * area, "{area} {}", garment.area());
+        // It is cloth: no edge with three triangles, none wound against its neighbour.
+        let cloth = Cloth::new(cut.sheet.clone(), &PRESETS[1].fabric);
+        assert!(cloth.is_ok(), "{cloth:?}");
+        let mass: f32 = cloth.unwrap().masses.iter().sum();
+        assert!((mass - area * PRESETS[1].fabric.areal_mass).abs() < 1e-3 * mass);
+    }
+}
+
+#[test]
+fn what_is_no_garment_is_told() {
+    let said = |text: &str| parse(text).unwrap_err().to_string();
+    assert!(said("").contains("expected one of kosode"));
+    assert!(said("\nkimono").contains("line 2: 'kimono' is no cut"));
+    assert!(said("kosode length=9").contains("'length' of a kosode is '9'; expected 0.8 to 2 m"));
+    assert!(said("kosode\nwidth=1").contains("line 2: 'width=1' is no measure of a kosode"));
+    assert!(said("kosode length=NaN").contains("NaN"));
+    let mut garment = parse("kosode # of one's own\n length=1.3").unwrap();
+    assert!((garment.wear.length - 1.3).abs() < 1e-6);
+    assert!(matches!(garment.cut(0.2), Err(GarmentError::Edge { .. })));
+    assert!(matches!(garment.cut(f32::NAN), Err(GarmentError::Edge { .. })));
+    // A sleeve that is longer than its armhole, a seam to nowhere, a panel that is none.
+    let seams = garment.seams.clone();
+    garment.seams[0][0].to = 0.0;
+    assert!(matches!(garment.cut(0.03), Err(GarmentError::Seam { .. })), "{:?}", garment.cut(0.03));
+    garment.seams[0][0].to = 0.123;
+    assert!(garment.cut(0.03).unwrap_err().to_string().contains("no mark at 0.123 m"));
+    garment.seams[0][0].panel = 99;
+    assert!(garment.cut(0.03).is_err());
+    garment.seams = seams;
+    garment.panels[0].along[1].left = f32::NAN;
+    assert!(garment.cut(0.03).is_err());
+    garment.panels[0].along[1].left = 5.0;
+    assert!(garment.cut(0.03).is_err());
+    garment.panels[0].bolt = Vec2::NAN;
+    assert!(garment.cut(0.03).is_err());
+}
+
+#[test]
+fn a_body_that_cannot_wear_it_is_told() {
+    let motion = danced("kamae");
+    let garment = parse("kosode").unwrap();
+    let poses = motion.poses(0).unwrap();
+    let wear = |body: &Body| {
+        Costume::dress(&garment, body, &Fitting::default(), |_| poses.clone()).err().map(|e| e.to_string())
+    };
+    let mut body = Body::player();
+    body.pelvis = 99;
+    assert!(wear(&body).unwrap().contains("names joint 99"));
+    body = Body::player();
+    body.capsules.clear();
+    assert!(wear(&body).unwrap().contains("0 capsules"));
+    body = Body::player();
+    body.capsules[0].radii = [0.9; 2];
+    assert!(wear(&body).unwrap().contains("deep"));
+}
+
+#[test]
+fn a_player_dances_in_a_karaori() {
+    let motion = danced("kamae seconds=1\nsleeve side=right seconds=2");
+    let garment = parse("kosode").unwrap();
+    let fitting = Fitting { edge: 0.035, threads: 2, dressing: [1.5, 1.5], ..Fitting::default() };
+    let mut costume = dress(&garment, &motion, &fitting).unwrap();
+    let mut least = f32::INFINITY;
+    let mut crossed = 0;
+    for frame in 0..motion.frames.min(150) {
+        let poses = motion.poses(frame).unwrap();
+        costume.step(&poses, &Moment::default());
+        if frame % 10 == 9 {
+            least = least.min(nearest(&costume, &poses));
+            crossed = crossed.max(costume.solver().cloth().crossings(costume.solver().positions()).len());
+        }
+    }
+    let points = costume.points();
+    assert!(points.iter().all(|p| p.is_finite()));
+    let bounds =
+        points.iter().fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |b, p| [b[0].min(*p), b[1].max(*p)]);
+    let stretch = costume.solver().cloth().stretch(costume.solver().positions(), |a| a != Along::Bias);
+    println!("nearest {least} m, {crossed} edges cross, {stretch:?}, {bounds:?}");
+    // It hangs from the shoulders to the ankles of a player of 1.7 m whose hips are low.
+    assert!(bounds[1].y > 1.35 && bounds[1].y < 1.65, "{bounds:?}");
+    assert!(bounds[0].y > 0.0 && bounds[0].y < 0.25, "{bounds:?}");
+    assert!(least > -1e-3, "{least}");
+    assert!(stretch.median < 0.01, "{stretch:?}");
+}
