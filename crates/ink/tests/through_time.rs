@@ -241,6 +241,7 @@ fn films_flicker_less_than_pictures_one_by_one() {
         threads: 2,
         bounces: Some(1),
         hide_emitters: false,
+        lighting: Default::default(),
         seed: 0,
     };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).unwrap();
