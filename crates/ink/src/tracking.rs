@@ -451,8 +451,7 @@ fn orient(piece: &mut Piece, memory: &Memory) {
     // A stroke that goes round nearly a whole circle goes both ways; its phases tell which.
     let reversed = traces().filter(|t| t.reversed).count();
     if 2 * reversed > traces().count() && !memory.strokes.is_empty() {
-        piece.samples.reverse();
-        piece.samples.iter_mut().filter_map(|s| s.trace.as_mut()).for_each(|t| t.reversed = !t.reversed);
+        piece.reverse();
     }
 }
 
