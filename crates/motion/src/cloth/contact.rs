@@ -22,6 +22,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Triangles of a leaf.
 const LEAF: usize = 4;
+/// Edges of a leaf, at the most: three for each of twice as many triangles as a leaf has, for halves are not always even.
+const EDGES: usize = 6 * LEAF;
 /// Distance to keep, in mean edges, where the cloth is thinner: what is much thinner than its triangles would crumple.
 const RADIUS: f32 = 0.2;
 /// Distance within which pairs are found, in mean edges: so far that who is not paired may move as much as who touches.
@@ -462,24 +464,33 @@ impl Shared<'_> {
                 }
             }
         }
-        let around = now[b].bounds.grown(query);
-        let edges = |leaf: &Leaf| &f.edges[leaf.edges.start as usize..leaf.edges.end as usize];
-        for (i, e) in edges(one).iter().enumerate() {
-            let [p0, p1] = e.map(p);
-            let bounds = Bounds { low: p0.min(p1), high: p0.max(p1) };
-            if !bounds.meets(&around, 0.0) {
-                continue;
+        // Edges of both that come near the other, with their boxes.
+        let close = |leaf: &Leaf, other: &Now, list: &mut [([u32; 2], [Vec3A; 2], Bounds); EDGES]| {
+            let around = other.bounds.grown(query);
+            let mut count = 0;
+            for e in &f.edges[leaf.edges.start as usize..leaf.edges.end as usize] {
+                let ends = e.map(p);
+                let bounds = Bounds { low: ends[0].min(ends[1]), high: ends[0].max(ends[1]) };
+                if count < EDGES && bounds.meets(&around, 0.0) {
+                    list[count] = (*e, ends, bounds);
+                    count += 1;
+                }
             }
-            let others = if a == b { &edges(two)[i + 1..] } else { edges(two) };
-            for other in others {
-                let [q0, q1] = other.map(p);
-                let box_of = Bounds { low: q0.min(q1), high: q0.max(q1) };
-                if !bounds.meets(&box_of, query) || e.iter().any(|v| near(*v, other[0]) || near(*v, other[1]))
-                {
+            count
+        };
+        let none = ([0; 2], [Vec3A::ZERO; 2], Bounds::NONE);
+        let (mut mine, mut theirs) = ([none; EDGES], [none; EDGES]);
+        let count = close(one, &now[b], &mut mine);
+        let others = if a == b { 0 } else { close(two, &now[a], &mut theirs) };
+        for (i, (e, [p0, p1], bounds)) in mine[..count].iter().enumerate() {
+            let grown = bounds.grown(query);
+            let others = if a == b { &mine[i + 1..count] } else { &theirs[..others] };
+            for (other, [q0, q1], box_of) in others {
+                if !grown.meets(box_of, 0.0) || e.iter().any(|v| near(*v, other[0]) || near(*v, other[1])) {
                     continue;
                 }
-                let [s, t] = nearest_of_edges(p0.into(), p1.into(), q0.into(), q1.into());
-                let d = p0.lerp(p1, s).distance(q0.lerp(q1, t));
+                let [s, t] = nearest_of_edges((*p0).into(), (*p1).into(), (*q0).into(), (*q1).into());
+                let d = p0.lerp(*p1, s).distance(q0.lerp(*q1, t));
                 if d < query {
                     found.crosses.push([e[0], e[1], other[0], other[1]]);
                     shorten(&[e[0], e[1], other[0], other[1]], d);
@@ -564,9 +575,18 @@ impl Shared<'_> {
 
     /// Keeps places from going farther than they may, unless they are attached and go where they are told; whether pairs must be
     /// found again.
-    pub unsafe fn hold(&self, range: &Range<usize>, x: &[Vec4], u: &mut [Vec4], inverse: &[f32]) -> bool {
+    pub unsafe fn hold(
+        &self,
+        range: &Range<usize>,
+        x: &[Vec4],
+        u: &mut [Vec4],
+        inverse: &[f32],
+        late: bool,
+    ) -> bool {
         // SAFETY: by the promise of the phases.
         let (at, drift) = unsafe { (self.at.read(range), self.lists.read(&(0..1))[0].drift) };
+        // What is pressed on something can hardly move, and waits a little for others.
+        let free = 0.25 * PART * self.fixed.radius;
         let mut again = false;
         for ((((x, u), at), reach), w) in
             x.iter().zip(u).zip(at).zip(&self.reach[range.clone()]).zip(&inverse[range.clone()])
@@ -577,7 +597,7 @@ impl Shared<'_> {
             if far > reach && *w > 0.0 {
                 *u = (from + way * (reach / far) - Vec3A::from_vec4(*x)).extend(0.0);
             }
-            again |= far > 0.7 * reach;
+            again |= far > 0.7 * reach && (reach > free || late);
         }
         again
     }

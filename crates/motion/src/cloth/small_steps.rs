@@ -267,7 +267,7 @@ impl SmallSteps {
     pub fn step(&mut self, step: &Step<'_>) {
         self.areas();
         for (i, (place, from, to)) in self.attached.iter_mut().enumerate() {
-            *from = self.x[*place as usize];
+            *from = if self.settings.grip < 1.0 { *to } else { self.x[*place as usize] };
             *to = step.targets.get(i).map_or(*from, |t| t.extend(0.0));
         }
         let n = self.settings.substeps;
@@ -373,7 +373,7 @@ impl SmallSteps {
             stop(k, s);
             let range = &strips[k].range;
             let (x, u, v, lost) = (x.part(range), u.part(range), v.part(range), lost.part(range));
-            if contacts.is_some_and(|c| c.hold(range, x, u, inverse)) {
+            if contacts.is_some_and(|c| c.hold(range, x, u, inverse, s % CALM == CALM - 1)) {
                 stale.store(true, Ordering::Relaxed);
             }
             for (((x, u), v), lost) in x.iter_mut().zip(u).zip(v).zip(lost) {
@@ -399,8 +399,15 @@ impl SmallSteps {
             for a in &attached_of[k] {
                 let (place, from, to) = attached[*a as usize];
                 let i = place as usize - task.range.start;
-                let way = from + (to - from) * ((s + 1) as f32 / n as f32) - x[i];
-                u[i] = if grip < 1.0 { u[i] + (way - u[i]) * grip } else { way };
+                u[i] = if grip < 1.0 {
+                    // As a spring with as much damping as lets it come to rest at once, or nearly.
+                    let with = (to - from) * (1.0 / n as f32);
+                    let goal = from + with * (s + 1) as f32;
+                    let v = u[i] + (with - u[i]) * grip;
+                    v + (goal - x[i] - v) * (0.25 * grip)
+                } else {
+                    from + (to - from) * ((s + 1) as f32 / n as f32) - x[i]
+                };
             }
             task.springs.solve(x, u);
         };
