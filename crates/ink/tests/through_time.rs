@@ -38,13 +38,11 @@ struct Measured {
     slip: [f64; 2],
 }
 
-/// `pose` moves the scene to a frame, if it moves.
-fn measure(
-    gpu: &Gpu,
-    scene: &Scene,
-    cameras: &[Camera],
-    pose: Option<&dyn Fn(&mut Scene, usize)>,
-) -> Measured {
+/// Moves a scene to a frame.
+type Pose<'a> = &'a dyn Fn(&mut Scene, usize);
+
+/// `pose`: of a scene that moves.
+fn measure(gpu: &Gpu, scene: &Scene, cameras: &[Camera], pose: Option<Pose>) -> Measured {
     let mut scene = scene.clone();
     let new = |scene: &Scene| {
         Painter::new(&gpu.device, &gpu.queue, scene, &cameras[0], Style::default(), 2).unwrap()
