@@ -38,12 +38,24 @@ struct Measured {
     slip: [f64; 2],
 }
 
-fn measure(gpu: &Gpu, scene: &Scene, cameras: &[Camera]) -> Measured {
-    let new = || Painter::new(&gpu.device, &gpu.queue, scene, &cameras[0], Style::default(), 2).unwrap();
-    let (mut painter, mut alone) = (new(), new());
+/// Moves a scene to a frame.
+type Pose<'a> = &'a dyn Fn(&mut Scene, usize);
+
+/// `pose`: of a scene that moves.
+fn measure(gpu: &Gpu, scene: &Scene, cameras: &[Camera], pose: Option<Pose>) -> Measured {
+    let mut scene = scene.clone();
+    let new = |scene: &Scene| {
+        Painter::new(&gpu.device, &gpu.queue, scene, &cameras[0], Style::default(), 2).unwrap()
+    };
+    let (mut painter, mut alone) = (new(&scene), new(&scene));
     let mut sum = Measured::default();
     let (mut before, mut before_alone): (HashSet<u32>, HashSet<u32>) = Default::default();
     for (i, camera) in cameras.iter().enumerate() {
+        if let Some(pose) = pose {
+            pose(&mut scene, i);
+            painter.pose(&scene).unwrap();
+            alone.pose(&scene).unwrap();
+        }
         let (strokes, change) = painter.follow(camera).unwrap();
         let ids: HashSet<u32> = strokes.iter().filter(|s| !s.fading).map(|s| s.id).collect();
         assert_eq!(ids.len(), change.strokes, "every stroke has an identity of its own");
@@ -71,12 +83,51 @@ fn measure(gpu: &Gpu, scene: &Scene, cameras: &[Camera]) -> Measured {
     }
 }
 
+/// The heads of the table.
+fn show_heads() {
+    println!(
+        "| | strokes | new, % a frame | gone, % a frame | new, each frame alone | slip, px | worst twentieth |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- |");
+}
+
+fn show(name: &str, m: &Measured) {
+    println!(
+        "| {name} | {:.1} | {:.1} | {:.1} | {:.0} | {:.2} | {:.2} |",
+        m.strokes,
+        100.0 * m.born,
+        100.0 * m.died,
+        100.0 * m.born_alone,
+        m.slip[0],
+        m.slip[1]
+    );
+}
+
+/// A figure of twelve meshes that walks, whose strokes its own limbs hide and show, at 24 frames a second and at 96.
+#[test]
+fn strokes_stay_on_a_figure_that_walks() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let Some(data) = std::env::var_os("YUGEN_DATA").map(PathBuf::from) else { return };
+    let mage = yugen_archive::formats::load_scene(&data.join("mesh/Mage.glb"), &Default::default()).unwrap();
+    let view = mage.look_through(None, Some(SIZE), None).unwrap();
+    show_heads();
+    for rate in [24.0, 96.0] {
+        let pose = |scene: &mut Scene, i: usize| scene.pose(Some("Walking_A"), i as f32 / rate).unwrap();
+        let m = measure(&gpu, &mage, &vec![view.clone(); 25], Some(&pose));
+        show(&format!("Mage, {rate} frames a second"), &m);
+        // Measured 3.2 and 4.0 % at 24 frames a second, 1.0 and 1.3 % at 96; slip .53 and .19.
+        let most = if rate < 50.0 { 0.06 } else { 0.02 };
+        assert!(m.strokes > 60.0 && m.born < most && m.died < most && m.slip[1] < 1.0, "{m:?}");
+        assert!(m.born_alone > 4.0 * m.born, "{m:?}");
+    }
+}
+
 /// Half a degree a frame, by which the literature is measured.
 #[test]
 fn strokes_stay_on_a_turntable() {
     let Some(gpu) = Gpu::for_tests() else { return };
-    // Most that may be new a frame. Measured: none, 2.1 % (one fold that breaks, of 1.6 strokes, in 60 frames) and .4 %; asked is
-    // 2 %. Slip .21, .34 and .11 pixels, of the worst twentieth .62, .67 and .37; asked is 1.
+    // Most that may be new a frame. Measured: none, 2.1 % (one fold that breaks, of 1.6 strokes, in 60 frames) and .8 %; asked is
+    // 2 %. Slip .21, .37 and .11 pixels, of the worst twentieth .62, .67 and .38; asked is 1.
     let mut cases: Vec<(&str, f64, Scene, Vec<Camera>)> = Vec::new();
     let view = camera(4.5, SIZE);
     let about = |axis: Vec3| (0..60).map(|i| turned(&view, axis, 0.5 * i as f32)).collect::<Vec<_>>();
@@ -89,21 +140,10 @@ fn strokes_stay_on_a_turntable() {
         let round = (0..60).map(|i| turned(&view, Vec3::Y, 0.5 * i as f32)).collect();
         cases.push(("Spot", 0.02, spot, round));
     }
-    println!(
-        "| | strokes | new, % a frame | gone, % a frame | new, each frame alone | slip, px | worst twentieth |"
-    );
-    println!("| --- | --- | --- | --- | --- | --- | --- |");
+    show_heads();
     for (name, most, scene, cameras) in &cases {
-        let m = measure(&gpu, scene, cameras);
-        println!(
-            "| {name} | {:.1} | {:.1} | {:.1} | {:.0} | {:.2} | {:.2} |",
-            m.strokes,
-            100.0 * m.born,
-            100.0 * m.died,
-            100.0 * m.born_alone,
-            m.slip[0],
-            m.slip[1]
-        );
+        let m = measure(&gpu, scene, cameras, None);
+        show(name, &m);
         assert!(m.strokes >= 1.0 && m.born <= *most && m.died <= *most, "{m:?}");
         assert!(m.slip[1] <= 1.0 && m.slip[0] <= 0.6, "{m:?}");
         // Sabotage: without a memory the names of most strokes would be others in every frame.
