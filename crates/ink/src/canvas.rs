@@ -76,7 +76,8 @@ struct SplatRow {
     extent: f32,
     trail: f32,
     lanes: f32,
-    unused: [f32; 7],
+    miss: f32,
+    unused: [f32; 2],
 }
 
 #[repr(C)]
@@ -100,6 +101,9 @@ const TRAIL_LENGTH: f32 = 90.0;
 /// Breadth of a bristle's trail, pixels of a picture of 1080 lines: less could not be told from noise.
 const BRISTLE: f32 = 2.4;
 
+/// Pixels of a picture of 1080 lines by which prints of a wash miss the outline of what they are on: a steady hand.
+const MISS: f32 = 2.5;
+
 /// A sheet of paper on a device, and what is painted on it.
 pub struct Canvas {
     device: Device,
@@ -121,6 +125,7 @@ pub struct Canvas {
     dried: wgpu::Texture,
     drying: Drying,
     picture: wgpu::Texture,
+    shapes: wgpu::Texture,
 }
 
 /// What a canvas is made of.
@@ -180,6 +185,16 @@ impl Canvas {
         let loads = target("loads", LOADS, Layer::ALL.len() as u32);
         let dried = target("dried", LOADS, Layer::ALL.len() as u32);
         let picture = target("picture", PICTURE, 1);
+        let shapes = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("shapes"),
+            size: Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: TextureFormat::R32Uint,
+            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
 
         let masks = mask_texture(device, queue, m);
         let trail: Vec<u8> = bristle_trail(m.seed).iter().map(|v| (v * 255.0) as u8).collect();
@@ -212,7 +227,8 @@ impl Canvas {
             extent: EXTENT,
             trail: TRAIL_LENGTH,
             lanes: m.full / (BRISTLE * m.unit.max(0.5) * TRAIL_WAVES),
-            unused: [0.0; 7],
+            miss: MISS * m.unit,
+            unused: [0.0; 2],
         };
         let splat_row = uniform("splat", bytemuck::bytes_of(&splat_row));
         let resolve_row = uniform("resolve", bytemuck::bytes_of(resolve));
@@ -229,6 +245,7 @@ impl Canvas {
                 (Binding::Texture(flat, true), wgpu::BindingResource::TextureView(&trail)),
                 (Binding::Sampler, wgpu::BindingResource::Sampler(&clamped)),
                 (Binding::Sampler, wgpu::BindingResource::Sampler(&repeated)),
+                (Binding::Numbers, wgpu::BindingResource::TextureView(&view(&shapes))),
             ],
         );
         let (resolve_layout, resolve_group) = group(
@@ -312,12 +329,25 @@ impl Canvas {
             dried,
             drying,
             picture,
+            shapes,
         }
     }
 
     /// Pixels across and down.
     pub fn size(&self) -> [u32; 2] {
         self.size
+    }
+
+    /// Says which shape is seen at each pixel, row after row, for the stamps that end at outlines.
+    pub fn outline(&self, shapes: &[u32]) {
+        let [width, height] = self.size;
+        if shapes.len() != width as usize * height as usize {
+            return;
+        }
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: None };
+        let size = Extent3d { width, height, depth_or_array_layers: 1 };
+        self.queue.write_texture(self.shapes.as_image_copy(), bytemuck::cast_slice(shapes), layout, size);
     }
 
     /// Paints: the stamps of each layer, in place of what was there.
@@ -445,7 +475,7 @@ impl Canvas {
 }
 
 const STAMP_ATTRIBUTES: [wgpu::VertexAttribute; 5] = wgpu::vertex_attr_array![
-    0 => Float32x2, 1 => Float32x2, 2 => Float32x4, 3 => Uint32, 4 => Float32x3
+    0 => Float32x2, 1 => Float32x2, 2 => Float32x4, 3 => Uint32x2, 4 => Float32x3
 ];
 
 fn composite_row(m: &Materials) -> CompositeRow {

@@ -67,6 +67,7 @@ pub fn dot(
         s: 90.0 * unit_f32(hash_combine(id, 1)),
         lane: unit_f32(hash_combine(id, 2)),
         variant: id % VARIANTS as u32,
+        shape: 0,
         weight: 1.0,
         stretch,
         ratio: 1.0,

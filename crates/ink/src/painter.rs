@@ -7,7 +7,7 @@ use crate::contour::{Surface, to_world};
 use crate::control::Controls;
 use crate::dot;
 use crate::footprint::{Footprint, VARIANTS};
-use crate::literal;
+use crate::literal::{self, Padi};
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
 use crate::projection::Projection;
@@ -241,7 +241,7 @@ impl Painter {
         let _span = tracing::info_span!("find_strokes").entered();
         let (lines, dots) = self.lines(projection, map);
         let hand = hand(&self.style, self.size, depths(map));
-        let pieces = lines.iter().flat_map(|line| hand.pieces(line)).collect();
+        let pieces = hand.all_pieces(&lines);
         let is_free = |pixel: Vec2, depth: f32| map.at(pixel).0 > depth * (1.0 - COVERS);
         let mut strokes = self.tracker.strokes(pieces, &hand, &is_free);
         // A painter lets near things overlap far ones.
@@ -293,14 +293,14 @@ impl Painter {
         }
         layers[Layer::Dot as usize] = dots.into_iter().filter_map(|(_, stamp)| stamp).collect();
         let _span = tracing::info_span!("paint", stamps = layers[Layer::Contour as usize].len()).entered();
+        self.canvas.outline(&map.shape);
         self.canvas.paint(&layers);
         let stamps = layers.map(|l| l.len());
         Ok(Painting { strokes, wrinkles, stamps, change: self.tracker.change() })
     }
 
-    /// What the slides of Xu, Yang and Wu make of the contours ([`literal`]): black ink over the paper's colour, R, G, B, linear
-    /// sRGB.
-    pub fn paint_literally(&mut self, camera: &Camera) -> Result<Image, InkError> {
+    /// The brush's state at each pixel as the first pass of the slides has it ([`literal`]), for contours.
+    pub fn see_literally(&mut self, camera: &Camera) -> Result<Vec<Padi>, InkError> {
         let projection = Projection::new(camera)?;
         let (_, map) = self.see(camera, &projection)?;
         let middle = self.rows.draws.iter().map(|d| DVec3::from_array(d.to_world.map(|r| f64::from(r[3]))));
@@ -311,13 +311,19 @@ impl Painter {
         self.each_surface(|surface, topology, _, _| {
             segments.extend(literal::silhouettes(surface, topology, v, theta));
         });
+        // The greatest pressure on the side away from the light.
+        let phi = std::f32::consts::FRAC_PI_2 - hand(&self.style, self.size, [1.0, 1.0]).shade.to_angle();
+        Ok(literal::padi(&segments, &projection, &map, phi))
+    }
+
+    /// What the slides of Xu, Yang and Wu make of the contours ([`literal`]): black ink over the paper's colour, R, G, B, linear
+    /// sRGB.
+    pub fn paint_literally(&mut self, camera: &Camera) -> Result<Image, InkError> {
+        let padi = self.see_literally(camera)?;
         let hand = hand(&self.style, self.size, [1.0, 1.0]);
         let seed = self.style.seed;
         let masks: Vec<Footprint> =
             (0..VARIANTS as u32).map(|i| Footprint::new(seed, i, self.style.controls.roughness)).collect();
-        // The greatest pressure on the side away from the light.
-        let phi = std::f32::consts::FRAC_PI_2 - hand.shade.to_angle();
-        let padi = literal::padi(&segments, &projection, &map, phi);
         let alpha = literal::particles(&padi, self.size, &masks, hand.radius(1.0), seed);
         let paper = self.style.paper.rgb();
         let mut image = Image::rgb(self.size[0] as usize, self.size[1] as usize);

@@ -19,6 +19,8 @@ pub(crate) enum Binding {
     Uniform,
     Storage,
     Texture(TextureViewDimension, bool),
+    /// A flat texture of whole numbers.
+    Numbers,
     Sampler,
 }
 
@@ -55,6 +57,11 @@ pub(crate) fn group_for(
                 Binding::Texture(view_dimension, filterable) => wgpu::BindingType::Texture {
                     sample_type: TextureSampleType::Float { filterable: *filterable },
                     view_dimension: *view_dimension,
+                    multisampled: false,
+                },
+                Binding::Numbers => wgpu::BindingType::Texture {
+                    sample_type: TextureSampleType::Uint,
+                    view_dimension: TextureViewDimension::D2,
                     multisampled: false,
                 },
                 Binding::Sampler => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),

@@ -9,7 +9,9 @@ struct Splat {
     trail: f32,
     // Part of the trail's breadth that a half width takes.
     lanes: f32,
-    unused: vec3<f32>,
+    // Pixels by which prints miss the outline at which they end.
+    miss: f32,
+    unused: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> splat: Splat;
@@ -17,13 +19,16 @@ struct Splat {
 @group(0) @binding(2) var trail: texture_2d<f32>;
 @group(0) @binding(3) var smooth_edges: sampler;
 @group(0) @binding(4) var around: sampler;
+// The shape that is seen at each pixel.
+@group(0) @binding(5) var shapes: texture_2d<u32>;
 
 struct Stamp {
     @location(0) pixel: vec2<f32>,
     @location(1) radius_angle: vec2<f32>,
     // Dryness, ink, arc length, lane.
     @location(2) brush: vec4<f32>,
-    @location(3) variant: u32,
+    // Mask, and the shape at whose outline it ends.
+    @location(3) variant: vec2<u32>,
     // Weight, stretch, half width over that of the full brush.
     @location(4) print: vec3<f32>,
 }
@@ -33,7 +38,7 @@ struct Print {
     // Along and across, in half widths.
     @location(0) local: vec2<f32>,
     @location(1) @interpolate(flat) brush: vec4<f32>,
-    @location(2) @interpolate(flat) variant: u32,
+    @location(2) @interpolate(flat) variant: vec2<u32>,
     @location(3) @interpolate(flat) weight_ratio: vec2<f32>,
 }
 
@@ -57,9 +62,19 @@ struct Sums {
     @location(1) greatest: vec4<f32>,
 }
 
+// Whether a pixel lies within the outline of a shape as a print sees it: each misses it a little and in its own way, so that
+// many make an edge that is neither cut out nor scalloped.
+fn held(at: vec2<f32>, shape: u32, lane: f32) -> f32 {
+    let turn = lane * 6.2831853;
+    let place = at + splat.miss * vec2<f32>(cos(turn), sin(turn));
+    let seen = textureLoad(shapes, vec2<i32>(clamp(place, vec2<f32>(0.0), splat.size - 1.0)), 0).x;
+    return select(0.0, 1.0, shape == 0u || seen == shape);
+}
+
 @fragment
 fn print(p: Print) -> Sums {
-    let mask = textureSample(masks, smooth_edges, p.local / splat.extent * 0.5 + 0.5, p.variant).xy * p.weight_ratio.x;
+    let mask = textureSample(masks, smooth_edges, p.local / splat.extent * 0.5 + 0.5, p.variant.x).xy
+        * (p.weight_ratio.x * held(p.position.xy, p.variant.y, p.brush.w));
     // The place in the stroke, not in the stamp: neighbours that overlap agree on what a bristle does.
     let along = p.brush.z + p.local.x * p.weight_ratio.y;
     let place = vec2<f32>(along / splat.trail + p.brush.w, p.local.y * splat.lanes + p.brush.w * 7.0);

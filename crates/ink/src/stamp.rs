@@ -5,7 +5,7 @@ use crate::stroke::{Stroke, tangent};
 use bytemuck::{Pod, Zeroable};
 use yugen_optics::random::{hash_combine, unit_f32};
 
-/// One print of the brush: 12 words.
+/// One print of the brush: 13 words.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Stamp {
@@ -25,6 +25,8 @@ pub struct Stamp {
     pub lane: f32,
     /// Which mask.
     pub variant: u32,
+    /// The shape at whose outline it ends, counted from one; 0: at none.
+    pub shape: u32,
     /// How much it counts, 0 to 1: below one it fades in or out.
     pub weight: f32,
     /// Length along its way over width.
@@ -72,6 +74,7 @@ pub fn along(stroke: &Stroke, full: f32, stamps: &mut Vec<Stamp>) {
                 s: phase / full,
                 lane,
                 variant: hash_combine(stroke.seed, (number * steps) as u32) % VARIANTS as u32,
+                shape: 0,
                 weight: 1.0,
                 stretch: 1.0,
                 ratio: radius / full,

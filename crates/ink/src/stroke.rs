@@ -8,6 +8,7 @@ use crate::contour::LineKind;
 use crate::control::Controls;
 use crate::visibility::{STEP, Sample, SampledLine};
 use glam::{Vec2, Vec3};
+use std::collections::HashMap;
 use yugen_motion::noise::noise;
 use yugen_optics::random::{hash_combine, unit_f32};
 use yugen_optics::special::smoothstep;
@@ -87,6 +88,12 @@ pub struct Piece {
 }
 
 impl Piece {
+    /// Lets it go the other way.
+    pub fn reverse(&mut self) {
+        self.samples.reverse();
+        self.samples.iter_mut().filter_map(|s| s.trace.as_mut()).for_each(|t| t.reversed = !t.reversed);
+    }
+
     /// Arc length at each sample, pixels.
     pub fn arc(&self) -> Vec<f32> {
         let mut s = 0.0;
@@ -206,6 +213,12 @@ impl Hand {
                 pieces.push(Piece { kind, draw, shape, samples, closed });
             }
         }
+        pieces
+    }
+
+    /// Those of all lines: joined where they lie one before the other, without what is too short.
+    pub fn all_pieces(&self, lines: &[SampledLine]) -> Vec<Piece> {
+        let mut pieces = join(lines.iter().flat_map(|line| self.pieces(line)).collect(), self.unit);
         // What is left of a line beyond a corner at its end is no stroke of its own.
         let least = LEAST_PIECE * self.unit.max(0.5);
         pieces.retain(|piece| piece.length(&piece.arc()) >= least);
@@ -272,7 +285,7 @@ impl Hand {
         let entry = (0.12 * length).clamp(2.0 * full, 5.0 * full).min(0.35 * length);
         let exit = (0.3 * length).clamp(4.0 * full, 14.0 * full).min(0.5 * length);
         // A short stroke is a light one: the brush has no way to sink in.
-        let reach = smoothstep(0.0, 1.0, length / (12.0 * full));
+        let reach = smoothstep(0.0, 1.0, length / (16.0 * full));
         let hidden_tip = random(1) < 0.6;
         // How far a load of ink goes, pixels of a picture of 1080 lines: from a hand's breadth to the whole sheet.
         let runs_dry = (250.0 + 900.0 * c.water) * (0.7 + 0.6 * random(2)) * u * c.size.sqrt();
@@ -298,7 +311,7 @@ impl Hand {
             let ends = tip * lift;
             let swell = 1.0 + 0.16 * (-((s - entry) / (1.2 * entry)).powi(2)).exp();
             let sway = 1.0 + 0.28 * along(phase, 130.0, 3) + 0.12 * c.roughness * along(phase, 23.0, 4);
-            let varied = circular * swell * sway * (0.35 + 0.65 * reach);
+            let varied = circular * swell * sway * (0.25 + 0.75 * reach);
             // Without contrast the hand keeps its pressure.
             let pressure = (0.6 + c.contrast * 1.6 * (varied - 0.6)).max(0.08) * ends;
             let pressure = (pressure * kind * (0.55 + 0.45 * near.powf(0.5 * c.distance))).clamp(0.0, 1.25);
@@ -359,6 +372,122 @@ fn smoothed(run: &[Sample], closed: bool, sigma: f32) -> Vec<Sample> {
 
 /// Length on both sides over which the turn of a line is judged, pixels of a picture of 1080 lines.
 const CORNER_REACH: f32 = 7.0;
+/// How far apart the ends of two pieces may be that are one stroke, pixels of a picture of 1080 lines, and cosine of the angle
+/// at which they may meet (20 degrees): the edges of boards that lie side by side are one line to a painter.
+const JOIN: f32 = 10.0;
+/// See [`JOIN`].
+const JOIN_STRAIGHT: f32 = 0.94;
+/// Ends that are nearer than this meet, whatever way leads from one to the other, likewise.
+const JOIN_MEET: f32 = 3.0;
+/// Relative depth by which they may be apart.
+const JOIN_DEPTH: f32 = 0.01;
+/// Two pieces that were one stroke in the frame before are joined from farther by this factor.
+const JOIN_STAYS: f32 = 1.5;
+
+/// An end of a piece.
+#[derive(Clone, Copy)]
+struct End {
+    pixel: Vec2,
+    /// Unit, away from the piece.
+    way: Vec2,
+    depth: f32,
+    stroke: Option<u32>,
+}
+
+impl End {
+    /// The first or the last of a piece.
+    fn of(piece: &Piece, last: bool, reach: usize) -> Self {
+        let n = piece.samples.len();
+        let at = |k: usize| &piece.samples[if last { n - 1 - k.min(n - 1) } else { k.min(n - 1) }];
+        let way = (at(0).pixel - at(reach).pixel).normalize_or_zero();
+        Self { pixel: at(0).pixel, way, depth: at(0).depth, stroke: at(0).trace.and_then(|t| t.stroke) }
+    }
+
+    /// How far another end is with which this one is a stroke.
+    fn apart(&self, other: &Self, unit: f32) -> Option<f32> {
+        let gap = other.pixel - self.pixel;
+        let far = gap.length();
+        let stays = if self.stroke.is_some() && self.stroke == other.stroke { JOIN_STAYS } else { 1.0 };
+        let straight = far < JOIN_MEET * unit
+            || (gap.dot(self.way) > JOIN_STRAIGHT * far && gap.dot(other.way) < -JOIN_STRAIGHT * far);
+        let near = (self.depth - other.depth).abs() < JOIN_DEPTH * self.depth;
+        (far < JOIN * unit * stays && self.way.dot(other.way) < -JOIN_STRAIGHT && straight && near)
+            .then_some(far)
+    }
+}
+
+/// Joins pieces of lines of one kind and draw whose ends lie one before the other.
+pub fn join(pieces: Vec<Piece>, unit: f32) -> Vec<Piece> {
+    let unit = unit.max(0.5);
+    let reach = ((CORNER_REACH * unit / STEP as f32).round() as usize).max(2);
+    // Twice the index of the piece, and one more for its last end.
+    let ends: Vec<Option<End>> = pieces
+        .iter()
+        .flat_map(|p| [false, true].map(|last| (!p.closed).then(|| End::of(p, last, reach))))
+        .collect();
+    let side = JOIN * unit * JOIN_STAYS;
+    let cell = |p: Vec2| (p / side).floor().to_array().map(|v| v as i32);
+    let mut cells: HashMap<[i32; 2], Vec<usize>> = HashMap::new();
+    for (i, end) in ends.iter().enumerate() {
+        if let Some(end) = end.filter(|e| e.pixel.is_finite()) {
+            cells.entry(cell(end.pixel)).or_default().push(i);
+        }
+    }
+    let mut pairs: Vec<(f32, usize, usize)> = Vec::new();
+    for (i, end) in ends.iter().enumerate() {
+        let Some(end) = end else { continue };
+        let [x, y] = cell(end.pixel);
+        for around in (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| [x, y])) {
+            for &j in cells.get(&around).into_iter().flatten().filter(|j| **j > i && **j / 2 != i / 2) {
+                let (a, b) = (&pieces[i / 2], &pieces[j / 2]);
+                let far = ends[j].and_then(|other| end.apart(&other, unit));
+                if let (Some(far), true) = (far, a.kind == b.kind && a.draw == b.draw) {
+                    pairs.push((far, i, j));
+                }
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    let mut partner: Vec<Option<usize>> = vec![None; ends.len()];
+    for (_, i, j) in pairs {
+        if partner[i].is_none() && partner[j].is_none() {
+            (partner[i], partner[j]) = (Some(j), Some(i));
+        }
+    }
+    let mut pieces: Vec<Option<Piece>> = pieces.into_iter().map(Some).collect();
+    let mut joined = Vec::new();
+    for start in 0..pieces.len() {
+        if pieces[start].is_none() {
+            continue;
+        }
+        // Back to where the chain begins, or once around.
+        let mut from = 2 * start;
+        while let Some(before) = partner[from] {
+            from = before ^ 1;
+            if from / 2 == start {
+                from = 2 * start;
+                break;
+            }
+        }
+        let mut whole: Option<Piece> = None;
+        while let Some(mut piece) = pieces[from / 2].take() {
+            if from % 2 == 1 {
+                piece.reverse();
+            }
+            match &mut whole {
+                None => whole = Some(piece),
+                Some(whole) => whole.samples.append(&mut piece.samples),
+            }
+            match partner[from ^ 1] {
+                Some(next) => from = next,
+                None => break,
+            }
+        }
+        joined.extend(whole);
+    }
+    joined
+}
+
 /// Shortest stroke, pixels of a picture of 1080 lines: less than its ends take.
 const LEAST_PIECE: f32 = 12.0;
 /// Turn at which the brush is lifted: 55 degrees within twice that length, which no wrist follows.
@@ -409,4 +538,71 @@ fn at_corners(run: Vec<Sample>, closed: bool, unit: f32) -> Vec<(Vec<Sample>, bo
         }
     }
     pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contour::{Anchor, Foothold};
+
+    /// From one place to another in steps of two pixels.
+    fn piece(from: [f32; 2], to: [f32; 2]) -> Piece {
+        let (from, to) = (Vec2::from(from), Vec2::from(to));
+        let n = (from.distance(to) / 2.0) as usize;
+        let samples = (0..=n)
+            .map(|i| Sample {
+                pixel: from.lerp(to, i as f32 / n as f32),
+                depth: 1.0,
+                outward: Vec2::Y,
+                visible: true,
+                gap: 0.0,
+                silhouette: false,
+                cover: 0.0,
+                foothold: Foothold { ends: [Anchor { vertices: [0; 2], part: 0.0 }; 2], part: 0.0 },
+                line: Vec2::ZERO,
+                trace: None,
+            })
+            .collect();
+        Piece { kind: LineKind::Crease, draw: 0, shape: 1, samples, closed: false }
+    }
+
+    #[test]
+    fn ends_before_one_another_are_joined_whichever_way_they_go() {
+        let one = join(
+            vec![
+                piece([0.0, 0.0], [40.0, 0.0]),
+                piece([90.0, 1.0], [46.0, 1.0]),
+                piece([92.0, 1.0], [140.0, 0.0]),
+            ],
+            1.0,
+        );
+        assert_eq!(one.len(), 1);
+        let x: Vec<f32> = one[0].samples.iter().map(|s| s.pixel.x).collect();
+        assert!(x.windows(2).all(|w| w[1] > w[0]) && x[0] == 0.0 && x[x.len() - 1] == 140.0, "{x:?}");
+        // Beside one another, at a corner, too far, nearer in depth, of another kind: each stays.
+        let first = || piece([0.0, 0.0], [40.0, 0.0]);
+        let mut near = piece([44.0, 0.0], [90.0, 0.0]);
+        near.samples.iter_mut().for_each(|s| s.depth = 0.9);
+        let other = Piece { kind: LineKind::Border, ..piece([44.0, 0.0], [90.0, 0.0]) };
+        let apart = [
+            piece([42.0, 6.0], [90.0, 6.0]),
+            piece([40.0, 2.0], [40.0, 50.0]),
+            piece([60.0, 0.0], [90.0, 0.0]),
+            near,
+            other,
+        ];
+        for other in apart {
+            assert_eq!(join(vec![first(), other], 1.0).len(), 2);
+        }
+        // Two half circles that meet at both ends go round once.
+        let half = |side: f32| {
+            let mut half = piece([0.0, 0.0], [200.0, 0.0]);
+            let n = half.samples.len() as f32 - 1.0;
+            for (i, s) in half.samples.iter_mut().enumerate() {
+                s.pixel = 60.0 * Vec2::from_angle(side * std::f32::consts::PI * i as f32 / n);
+            }
+            half
+        };
+        assert_eq!(join(vec![half(1.0), half(-1.0)], 1.0).len(), 1);
+    }
 }

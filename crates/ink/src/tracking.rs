@@ -45,8 +45,10 @@ const RELAX_MOST: f32 = 0.25;
 const GROWTH: f32 = 48.0;
 /// Part of the lines that must be found again; where there are fewer the picture is another one (a cut).
 const CUT: f32 = 0.1;
-/// Shortest stroke that comes in new, pixels of a picture of 1080 lines: four times what it may shrink to.
+/// Shortest stroke that comes in new at once, pixels of a picture of 1080 lines: four times what it may shrink to.
 const LEAST_NEW: f32 = 48.0;
+/// Frames for which a shorter one must have been seen, away from other strokes: at the ends of those crumbs come and go.
+const WAIT: u8 = 8;
 /// Least samples of a stroke that goes: less than a print of the brush.
 const LEAST_GHOST: usize = 4;
 
@@ -65,8 +67,26 @@ pub struct Trace {
     pub presence: f32,
     /// Frames for which it has been drawn though hidden.
     pub grace: u8,
+    /// Frames in a row for which the line has been seen before this one.
+    pub age: u8,
     /// The line runs the other way now.
     pub reversed: bool,
+}
+
+impl Trace {
+    /// Of a line that was seen and not drawn.
+    fn only_seen(age: u8) -> Self {
+        Self {
+            stroke: None,
+            drawn: false,
+            phase: 0.0,
+            brush: Brush::default(),
+            presence: 0.0,
+            grace: 0,
+            age,
+            reversed: false,
+        }
+    }
 }
 
 /// What became of strokes from one frame to the next.
@@ -123,8 +143,8 @@ impl Remembered {
     }
 }
 
-/// Lines that were seen: footholds in their order.
-type SeenLine = (LineKind, u32, Vec<Foothold>);
+/// A run of a line that was seen: footholds in their order, and for how many frames in a row each was before.
+type SeenLine = (LineKind, u32, Vec<(Foothold, u8)>);
 
 #[derive(Clone, Debug, Default)]
 struct Memory {
@@ -157,6 +177,8 @@ struct Entry {
     source: Option<[u32; 2]>,
     /// What counts besides its distance, pixels.
     handicap: f32,
+    /// See [`Trace::age`].
+    age: u8,
 }
 
 struct Places {
@@ -236,10 +258,12 @@ impl Tracker {
 
     /// Tells lines what they inherit, and decides anew what of them is seen. Before they are cleaned.
     pub fn recall(&mut self, lines: &mut [SampledLine], project: &Project, unit: f32) {
-        self.seen = lines.iter().flat_map(seen_runs).collect();
-        let Some(memory) = &mut self.memory else { return };
+        let Some(memory) = &mut self.memory else {
+            self.seen = lines.iter().flat_map(seen_runs).collect();
+            return;
+        };
         let side = REACH * unit.max(0.5);
-        let mut places = Places::new(side);
+        let (mut places, mut seen) = (Places::new(side), Places::new(side));
         for (i, stroke) in (0u32..).zip(&mut memory.strokes) {
             stroke.points.iter_mut().for_each(|p| p.now = project(stroke.draw, &p.foothold));
             let now: Vec<Option<Vec2>> = stroke.points.iter().map(|p| p.now.map(|n| n.0)).collect();
@@ -248,35 +272,32 @@ impl Tracker {
                 // What is going is inherited from where nothing better is.
                 let handicap = if stroke.fading { 0.25 * side } else { 0.0 };
                 let (kind, draw, source) = (stroke.kind, stroke.draw, Some([i, j]));
-                places.add(Entry { pixel, way, depth, kind, draw, source, handicap });
+                places.add(Entry { pixel, way, depth, kind, draw, source, handicap, age: 0 });
             }
         }
         for (kind, draw, footholds) in &memory.seen {
-            let now: Vec<_> = footholds.iter().map(|f| project(*draw, f)).collect();
+            let now: Vec<_> = footholds.iter().map(|(f, _)| project(*draw, f)).collect();
             let pixels: Vec<Option<Vec2>> = now.iter().map(|n| n.map(|n| n.0)).collect();
-            for (now, way) in now.iter().zip(ways(&pixels)) {
+            for ((now, (_, age)), way) in now.iter().zip(footholds).zip(ways(&pixels)) {
                 let Some((pixel, depth)) = *now else { continue };
-                let (kind, draw, handicap) = (*kind, *draw, 0.5 * side);
-                places.add(Entry { pixel, way, depth, kind, draw, source: None, handicap });
+                let (kind, draw, age) = (*kind, *draw, age.saturating_add(1));
+                seen.add(Entry { pixel, way, depth, kind, draw, source: None, handicap: 0.0, age });
             }
         }
         let (mut all, mut found) = (0usize, 0usize);
         for line in lines.iter_mut() {
             let pixels: Vec<Option<Vec2>> = line.samples.iter().map(|s| Some(s.line)).collect();
             for (sample, way) in line.samples.iter_mut().zip(ways(&pixels)) {
-                let entry = places.nearest(sample.line, way, sample.depth, line.kind, line.draw);
-                sample.trace = entry.map(|e| match e.source {
-                    Some(source) => memory.trace(source, sample.line, e.way.dot(way) < 0.0),
-                    None => Trace {
-                        stroke: None,
-                        drawn: false,
-                        phase: 0.0,
-                        brush: Brush::default(),
-                        presence: 0.0,
-                        grace: 0,
-                        reversed: false,
-                    },
-                });
+                let near = |places: &Places| {
+                    places.nearest(sample.line, way, sample.depth, line.kind, line.draw).copied()
+                };
+                let age = near(&seen).map(|e| e.age);
+                sample.trace = match near(&places).and_then(|e| Some((e.source?, e.way.dot(way) < 0.0))) {
+                    Some((source, reversed)) => {
+                        Some(Trace { age: age.unwrap_or(0), ..memory.trace(source, sample.line, reversed) })
+                    }
+                    None => age.map(Trace::only_seen),
+                };
                 all += usize::from(sample.visible);
                 found += usize::from(sample.visible && sample.trace.is_some());
             }
@@ -284,6 +305,9 @@ impl Tracker {
         if (found as f32) < CUT * all as f32 {
             self.memory = None;
             lines.iter_mut().flat_map(|l| &mut l.samples).for_each(|s| s.trace = None);
+        }
+        self.seen = lines.iter().flat_map(seen_runs).collect();
+        if self.memory.is_none() {
             return;
         }
         for line in lines {
@@ -317,10 +341,21 @@ impl Tracker {
             orient(piece, &memory);
         }
         let heirs = heirs(&pieces, &memory);
-        // A crumb begins no stroke; one that was there may end as one.
+        // A crumb begins a stroke only where it has been seen for a while and no other is; one that was there may end as one.
+        let lasts = |p: &Piece| {
+            2 * p
+                .samples
+                .iter()
+                .filter(|s| s.trace.is_some_and(|t| t.stroke.is_none() && t.age >= WAIT))
+                .count()
+                > p.samples.len()
+        };
         let least = if known { LEAST_NEW * hand.unit.max(0.5) } else { 0.0 };
-        let (mut pieces, heirs): (Vec<Piece>, Vec<Heir>) =
-            pieces.into_iter().zip(heirs).filter(|(p, h)| h.keeps || p.length(&p.arc()) >= least).unzip();
+        let (mut pieces, heirs): (Vec<Piece>, Vec<Heir>) = pieces
+            .into_iter()
+            .zip(heirs)
+            .filter(|(p, h)| h.keeps || p.length(&p.arc()) >= least || lasts(p))
+            .unzip();
         let mut used: HashSet<u32> = memory.strokes.iter().map(|s| s.id).collect();
         let (mut strokes, mut next) = (Vec::new(), Memory::default());
         let mut change = Change { strokes: pieces.len(), ..Change::default() };
@@ -409,7 +444,10 @@ impl Tracker {
 /// Runs of a line that are seen.
 fn seen_runs(line: &SampledLine) -> Vec<SeenLine> {
     let runs = line.samples.chunk_by(|a, b| a.visible == b.visible).filter(|run| run[0].visible);
-    runs.map(|run| (line.kind, line.draw, run.iter().map(|s| s.foothold).collect())).collect()
+    runs.map(|run| {
+        (line.kind, line.draw, run.iter().map(|s| (s.foothold, s.trace.map_or(0, |t| t.age))).collect())
+    })
+    .collect()
 }
 
 impl Memory {
@@ -440,6 +478,7 @@ impl Memory {
             brush: a.brush.lerp(&b.brush, t),
             presence: mix(a.presence, b.presence),
             grace: here.grace,
+            age: 0,
             reversed,
         }
     }
@@ -451,8 +490,7 @@ fn orient(piece: &mut Piece, memory: &Memory) {
     // A stroke that goes round nearly a whole circle goes both ways; its phases tell which.
     let reversed = traces().filter(|t| t.reversed).count();
     if 2 * reversed > traces().count() && !memory.strokes.is_empty() {
-        piece.samples.reverse();
-        piece.samples.iter_mut().filter_map(|s| s.trace.as_mut()).for_each(|t| t.reversed = !t.reversed);
+        piece.reverse();
     }
 }
 
@@ -606,7 +644,7 @@ fn ghosts(memory: &Memory, pieces: &[Piece], unit: f32, is_free: &dyn Fn(Vec2, f
         for (sample, way) in piece.samples.iter().zip(ways(&pixels)) {
             let (pixel, depth) = (sample.line, sample.depth);
             let (kind, draw, source, handicap) = (piece.kind, piece.draw, None, 0.0);
-            places.add(Entry { pixel, way, depth, kind, draw, source, handicap });
+            places.add(Entry { pixel, way, depth, kind, draw, source, handicap, age: 0 });
         }
     }
     let mut ghosts = Vec::new();

@@ -48,8 +48,8 @@ pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
         let far = surfaces.paleness(place.depth);
         let ink =
             LOAD * controls.wash * controls.ink * (M * dark).powf(BETA) * (0.85 + 0.3 * random(10)) * far;
-        // Where the brush would go over the outline it is held upright.
-        let radius = full * (0.75 + 0.5 * random(11)) * (0.36 + 0.64 * own * own);
+        // Near the outline, at which prints end, the brush is held more upright.
+        let radius = full * (0.75 + 0.5 * random(11)) * (0.6 + 0.4 * own * own);
         let slope = tones.slope[i] + 0.15 * Vec2::from_angle(random(12) * std::f32::consts::TAU);
         stamps.push(Stamp {
             pixel: place.pixel.into(),
@@ -60,6 +60,7 @@ pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
             s: random(13) * 90.0,
             lane: random(14),
             variant: place.hash % VARIANTS as u32,
+            shape: place.shape,
             weight: place.weight,
             stretch: 1.25,
             ratio: 1.0,

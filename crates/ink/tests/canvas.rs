@@ -68,6 +68,26 @@ fn inside(loads: &[[f32; 2]]) -> Vec<f32> {
     rows.flat_map(|y| (60..340).map(move |x| loads[y * SIZE[0] as usize + x][0])).collect()
 }
 
+/// Prints of a wash end at the outline of what they are on, and others do not.
+#[test]
+fn a_wash_ends_at_the_outline_of_its_shape() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let canvas = canvas(&gpu, 0.2, 0.0);
+    let [w, h] = SIZE.map(|n| n as usize);
+    let shapes: Vec<u32> = (0..w * h).map(|i| if i % w < w / 2 { 7 } else { 2 }).collect();
+    canvas.outline(&shapes);
+    let load_beside = |shape: u32| {
+        let mut layers = stamps(&[stroke(0.0, 1.0, 5)]);
+        layers[Layer::Contour as usize].iter_mut().for_each(|s| s.shape = shape);
+        canvas.paint(&layers);
+        let loads = canvas.load(Layer::Contour).unwrap();
+        // The outline is missed by two and a half pixels.
+        [w / 2 - 4, w / 2 + 4].map(|x| loads[60 * w + x][0])
+    };
+    let ([inside, beyond], [_, everywhere]) = (load_beside(7), load_beside(0));
+    assert!(inside > 0.2 && beyond < 0.01 && everywhere > 0.2, "{inside} {beyond} {everywhere}");
+}
+
 /// Share of white in the middle of a stroke by its dryness: none without, growing, 20 to 40 % at .9; and twice as many
 /// stamps leave it as it is, where blending them over one another would close it.
 #[test]

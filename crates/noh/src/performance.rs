@@ -152,7 +152,7 @@ impl Performance {
             camera(name, from, to, projection, 1.0)
         };
         let mut all = vec![
-            near("player", up(1.25) + ahead * 4.2 - left * 1.2, up(0.92), 46.0),
+            near("player", up(1.25) + ahead * 5.2 - left * 1.5, up(0.86), 44.0),
             near("mask", up(EYES) + ahead * 1.6 - left * 0.25, up(EYES + 0.03), 22.0),
             near("sleeve", up(1.25) + ahead * 2.0 + left * 1.2, up(1.05) + left * 0.2, 34.0),
         ];

@@ -67,7 +67,7 @@ pub struct PerformanceVerb {
     fabric: String,
 
     /// Edges of the robe's triangles, mm; half as long takes some eight times as long.
-    #[arg(long, default_value_t = 20.0, value_name = "MM", value_parser = edge)]
+    #[arg(long, default_value_t = 25.0, value_name = "MM", value_parser = edge)]
     edge: f32,
 
     /// Threads [default: as many as there are cores]; the result does not depend on them.
@@ -85,7 +85,7 @@ pub struct PerformanceVerb {
 
 fn edge(text: &str) -> Result<f32, String> {
     let number = text.parse().ok().filter(|v: &f32| (5.0..=60.0).contains(v));
-    number.ok_or_else(|| "expected millimetres from 5 to 60, as in 20".into())
+    number.ok_or_else(|| "expected millimetres from 5 to 60, as in 25".into())
 }
 
 impl PerformanceVerb {

@@ -1,4 +1,4 @@
-//! A torus, seen by a camera.
+//! Surfaces that are known exactly, seen by a camera.
 #![allow(dead_code)]
 
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3};
@@ -18,18 +18,21 @@ pub fn point(u: f64, v: f64) -> (DVec3, DVec3) {
     (DVec3::new(u.cos(), u.sin(), 0.0) * MAJOR + n * MINOR, n)
 }
 
-/// 2 · across² · 2 triangles.
-pub fn torus(across: u32) -> Mesh {
-    let (nu, nv) = (2 * across, across);
-    let mut mesh = Mesh { name: "torus".into(), ..Mesh::default() };
-    for i in 0..nu {
-        for j in 0..nv {
-            let (p, n) = point(TAU * f64::from(i) / f64::from(nu), TAU * f64::from(j) / f64::from(nv));
+/// A surface over u and v from 0 to 1: places and normals, not of unit length.
+pub type Surface<'a> = dyn Fn(f64, f64) -> (DVec3, DVec3) + 'a;
+
+/// Its mesh of as many cells along u and v; `around`: which of them come back to where they begin.
+pub fn mesh_of(surface: &Surface, [nu, nv]: [u32; 2], around: [bool; 2]) -> Mesh {
+    let mut mesh = Mesh { name: "surface".into(), ..Mesh::default() };
+    let [rows, columns] = [nu + u32::from(!around[0]), nv + u32::from(!around[1])];
+    for i in 0..rows {
+        for j in 0..columns {
+            let (p, n) = surface(f64::from(i) / f64::from(nu), f64::from(j) / f64::from(nv));
             mesh.positions.push(p.as_vec3());
-            mesh.normals.push(n.as_vec3());
+            mesh.normals.push(n.normalize().as_vec3());
         }
     }
-    let at = |i: u32, j: u32| (i % nu) * nv + j % nv;
+    let at = |i: u32, j: u32| (i % rows) * columns + j % columns;
     for i in 0..nu {
         for j in 0..nv {
             let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
@@ -37,6 +40,11 @@ pub fn torus(across: u32) -> Mesh {
         }
     }
     mesh
+}
+
+/// 2 · across² · 2 triangles.
+pub fn torus(across: u32) -> Mesh {
+    mesh_of(&|u, v| point(TAU * u, TAU * v), [2 * across, across], [true, true])
 }
 
 pub fn camera(distance: f64, size: [u32; 2]) -> Camera {

@@ -181,11 +181,11 @@ pub fn tabi(left: bool) -> Mesh {
 /// What is worn under the robe at a joint of trunk and limbs: its rods, rounded into one.
 pub fn under(joint: &str, rods_of: &[([Vec3; 2], [f32; 2])]) -> Mesh {
     let distance = |p: Vec3| {
-        // A little smaller than what cloth lies on.
+        // Smaller than what cloth lies on, the more so where two meet, so that none of it comes through.
         rods_of
             .iter()
-            .map(|(ends, radii)| rod(p, *ends, *radii) + 0.006)
-            .fold(f32::INFINITY, |a, b| if a.is_finite() { join(a, b, 0.06) } else { b })
+            .map(|(ends, radii)| rod(p, *ends, *radii) + 0.014)
+            .fold(f32::INFINITY, |a, b| if a.is_finite() { join(a, b, 0.02) } else { b })
     };
     let (low, high) = rods_of.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), (e, r)| {
         let r = r[0].max(r[1]) + 0.03;
