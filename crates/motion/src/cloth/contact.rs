@@ -22,8 +22,6 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Triangles of a leaf.
 const LEAF: usize = 4;
-/// Edges of a leaf, at the most: three for each of twice as many triangles as a leaf has, for halves are not always even.
-const EDGES: usize = 6 * LEAF;
 /// Distance to keep, in mean edges, where the cloth is thinner: what is much thinner than its triangles would crumple.
 const RADIUS: f32 = 0.2;
 /// Distance within which pairs are found, in mean edges: so far that who is not paired may move as much as who touches.
@@ -32,8 +30,9 @@ const QUERY: f32 = 0.42;
 const MARGIN: f32 = 0.5;
 /// Part of half the distance of a pair that a vertex may move.
 const PART: f32 = 0.9;
-/// Part of the distance to keep that a vertex may move whatever it is near to: what passes through itself would else be stuck.
-const LEAST: f32 = 2e-4;
+/// Part of the distance to keep that a vertex may move whatever it is near to. What is squeezed flat between two limbs, or passes
+/// through itself, would else stay where it is while a limb goes on: half a metre a second is as fast as limbs of a dance.
+const LEAST: f32 = 0.1;
 /// Blocks of the work on pairs: several for each of a dozen threads.
 pub(super) const BLOCKS: usize = 64;
 /// Of the distance to keep, within which a pair may come to touch while others are pushed.
@@ -104,7 +103,12 @@ struct Found {
     crosses: Vec<[u32; 4]>,
     /// Those of them that touch, with the weights of their nearest points, which sum up to one and minus one.
     touching: Vec<([u32; 4], [f32; 4])>,
+    /// Edges of two leaves that are near to each other, while they are compared.
+    close: [Vec<Close>; 2],
 }
+
+/// An edge, its ends and its box.
+type Close = ([u32; 2], [Vec3A; 2], Bounds);
 
 /// What does not change.
 struct Fixed {
@@ -116,8 +120,10 @@ struct Fixed {
     triangles: Vec<[u32; 3]>,
     vertices: Vec<u32>,
     edges: Vec<[u32; 2]>,
-    /// Of each vertex, itself and those that are nearer than the radius in the flat cloth.
+    /// Of each vertex, those that are nearer than the radius in the flat cloth: mostly none.
     ring: Vec<Vec<u32>>,
+    /// Whether there are such.
+    ringed: Vec<bool>,
     /// Places that go where they are told.
     attached: Vec<u32>,
 }
@@ -175,7 +181,7 @@ impl Contacts {
         let radius = cloth.thickness.max(RADIUS * edge);
         let query = radius.max(QUERY * edge);
         // What is as near in the flat cloth does not touch for that.
-        let mut ring: Vec<Vec<u32>> = (0..n as u32).map(|v| vec![v]).collect();
+        let mut ring: Vec<Vec<u32>> = vec![Vec::new(); n];
         for s in cloth.springs.iter().filter(|s| s.rest < 1.5 * radius) {
             let [a, b] = s.ends.map(place);
             ring[a as usize].push(b);
@@ -280,6 +286,7 @@ impl Contacts {
                 triangles,
                 vertices,
                 edges,
+                ringed: ring.iter().map(|r| !r.is_empty()).collect(),
                 ring,
                 attached,
             },
@@ -434,7 +441,8 @@ impl Shared<'_> {
             return;
         }
         let p = |v: u32| at[v as usize];
-        let near = |v: u32, w: u32| f.ring[v as usize].binary_search(&w).is_ok();
+        let near =
+            |v: u32, w: u32| v == w || (f.ringed[v as usize] && f.ring[v as usize].binary_search(&w).is_ok());
         let shorten = |vertices: &[u32], d: f32| {
             let reach = (0.5 * PART * d).max(LEAST * f.radius).to_bits();
             for v in vertices {
@@ -452,7 +460,7 @@ impl Shared<'_> {
                 for t in &f.triangles[to.triangles.start as usize..to.triangles.end as usize] {
                     let [q0, q1, q2] = t.map(p);
                     let bounds = Bounds { low: q0.min(q1).min(q2), high: q0.max(q1).max(q2) }.grown(query);
-                    if !bounds.has(q) || t.iter().any(|w| v == w || near(*v, *w)) {
+                    if !bounds.has(q) || t.iter().any(|w| near(*v, *w)) {
                         continue;
                     }
                     let w = barycentric(q.into(), q0.into(), q1.into(), q2.into());
@@ -465,26 +473,25 @@ impl Shared<'_> {
             }
         }
         // Edges of both that come near the other, with their boxes.
-        let close = |leaf: &Leaf, other: &Now, list: &mut [([u32; 2], [Vec3A; 2], Bounds); EDGES]| {
+        let close = |leaf: &Leaf, other: &Now, list: &mut Vec<Close>| {
             let around = other.bounds.grown(query);
-            let mut count = 0;
+            list.clear();
             for e in &f.edges[leaf.edges.start as usize..leaf.edges.end as usize] {
                 let ends = e.map(p);
                 let bounds = Bounds { low: ends[0].min(ends[1]), high: ends[0].max(ends[1]) };
-                if count < EDGES && bounds.meets(&around, 0.0) {
-                    list[count] = (*e, ends, bounds);
-                    count += 1;
+                if bounds.meets(&around, 0.0) {
+                    list.push((*e, ends, bounds));
                 }
             }
-            count
         };
-        let none = ([0; 2], [Vec3A::ZERO; 2], Bounds::NONE);
-        let (mut mine, mut theirs) = ([none; EDGES], [none; EDGES]);
-        let count = close(one, &now[b], &mut mine);
-        let others = if a == b { 0 } else { close(two, &now[a], &mut theirs) };
-        for (i, (e, [p0, p1], bounds)) in mine[..count].iter().enumerate() {
+        let [mine, theirs] = &mut found.close;
+        close(one, &now[b], mine);
+        if a != b {
+            close(two, &now[a], theirs);
+        }
+        for (i, (e, [p0, p1], bounds)) in mine.iter().enumerate() {
             let grown = bounds.grown(query);
-            let others = if a == b { &mine[i + 1..count] } else { &theirs[..others] };
+            let others = if a == b { &mine[i + 1..] } else { &theirs[..] };
             for (other, [q0, q1], box_of) in others {
                 if !grown.meets(box_of, 0.0) || e.iter().any(|v| near(*v, other[0]) || near(*v, other[1])) {
                     continue;
@@ -502,7 +509,7 @@ impl Shared<'_> {
     /// Which pairs of a block touch, vertices being at `x` + `u`.
     pub unsafe fn touch(&self, block: usize, x: &[Vec4], u: &[Vec4]) {
         // SAFETY: by the promise of the phases.
-        let Found { sides, crosses, touching } = unsafe { &mut self.found.part(&(block..block + 1))[0] };
+        let Found { sides, crosses, touching, .. } = unsafe { &mut self.found.part(&(block..block + 1))[0] };
         touching.clear();
         let near = TOUCH * self.fixed.radius;
         let place = |v: u32| Vec3A::from_vec4(x[v as usize] + u[v as usize]);
@@ -575,18 +582,9 @@ impl Shared<'_> {
 
     /// Keeps places from going farther than they may, unless they are attached and go where they are told; whether pairs must be
     /// found again.
-    pub unsafe fn hold(
-        &self,
-        range: &Range<usize>,
-        x: &[Vec4],
-        u: &mut [Vec4],
-        inverse: &[f32],
-        late: bool,
-    ) -> bool {
+    pub unsafe fn hold(&self, range: &Range<usize>, x: &[Vec4], u: &mut [Vec4], inverse: &[f32]) -> bool {
         // SAFETY: by the promise of the phases.
         let (at, drift) = unsafe { (self.at.read(range), self.lists.read(&(0..1))[0].drift) };
-        // What is pressed on something can hardly move, and waits a little for others.
-        let free = 0.25 * PART * self.fixed.radius;
         let mut again = false;
         for ((((x, u), at), reach), w) in
             x.iter().zip(u).zip(at).zip(&self.reach[range.clone()]).zip(&inverse[range.clone()])
@@ -597,7 +595,7 @@ impl Shared<'_> {
             if far > reach && *w > 0.0 {
                 *u = (from + way * (reach / far) - Vec3A::from_vec4(*x)).extend(0.0);
             }
-            again |= far > 0.7 * reach && (reach > free || late);
+            again |= far > 0.7 * reach;
         }
         again
     }
