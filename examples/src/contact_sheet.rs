@@ -1,10 +1,12 @@
 //! The contact sheet: six fabrics, gold brocade by a fire, models from Lambert to a measurement, structural colour and
 //! the lecture's red ball.
 //!
-//! Writes `out/demo/sheet.png`, the single pictures, the scenes they were made from and a page that shows them,
+//! Writes `out/demo/sheet.png`, the single pictures, a film of a performance, the scenes they were made from and a page that shows them,
 //! `out/demo/index.html`. Each picture has its share of the time, gets as many samples as fit into it, and is denoised, so
 //! that the sheet takes about as long on any machine and is the better the faster it is; with `--samples N` it is the same
 //! on all.
+
+mod film;
 
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
@@ -121,6 +123,9 @@ fn pictures() -> Vec<Picture> {
     fabrics.into_iter().chain(scenes).collect()
 }
 
+/// How long the frames of the film take, seconds.
+const FILM: f64 = 90.0;
+
 /// Pixels of a side of one picture, and pictures in a row.
 const SIZE: usize = 400;
 const COLUMNS: usize = 5;
@@ -189,6 +194,9 @@ fn main() -> Result<()> {
     image::write(&out.join("sheet.png"), &sheet, &write)?;
     // The picture of the README.
     image::write(&out.join("sheet.jpg"), &sheet, &write)?;
+    if arguments.only.is_none() {
+        film::film(out, FILM, arguments.samples.map(|s| s.clamp(2, 64)))?;
+    }
     atomic_write(&out.join("index.html"), page(&pictures).as_bytes())?;
     println!(
         "{} and {} in {:.0} s",
@@ -242,6 +250,11 @@ fn page(pictures: &[Picture]) -> String {
          <h1>Yugen <span lang=\"ja\">幽玄</span></h1>\n\
          <p>Each picture was path-traced and denoised from the scene it links to. \
          <span lang=\"ja\">どの絵も、リンク先の場面ファイルからパストレーシングで描いたものです。</span></p>\n\
-         <main>\n{figures}</main>\n</html>\n"
+         <p><img src=\"{0}\" alt=\"A player dances by firelight\" width=\"{1}\" height=\"{2}\"><br>A player in gold brocade \
+         dances by firelight. <span lang=\"ja\">薪の火明かりで金襴をまとって舞う。</span></p>\n\
+         <main>\n{figures}</main>\n</html>\n",
+        film::NAME,
+        3 * film::SIZE[0],
+        3 * film::SIZE[1],
     )
 }

@@ -151,23 +151,25 @@ fn a_stage_is_built_read_and_rendered() {
 #[test]
 fn a_performance_is_made_and_played() {
     let folder = scratch("noh-performance");
-    std::fs::write(folder.join("short.txt"), "kamae seconds=.2 # stands\nsashikomi steps=1 seconds=.3\n").unwrap();
-    let made = report(yugen_in(
-        &folder,
-        "noh performance --dance short.txt --edge 60 --json -o a.toml",
-    ));
+    std::fs::write(folder.join("short.txt"), "kamae seconds=.2 # stands\nsashikomi steps=1 seconds=.3\n")
+        .unwrap();
+    let made = report(yugen_in(&folder, "noh performance --dance short.txt --edge 60 --json -o a.toml"));
     let player: Vec<&str> =
         made["player"].as_array().unwrap().iter().map(|p| p["id"].as_str().unwrap()).collect();
     assert!(["omote", "katsura", "ogi", "tabi-hidari"].iter().all(|id| player.contains(id)), "{player:?}");
     let text = std::fs::read_to_string(folder.join("a.toml")).unwrap();
-    for words in ["joint = \"head\"", "cache = { file = \"a/robe.pc2\", fps = 30", "back = \"lining\"", "width = 3.8"] {
+    for words in
+        ["joint = \"head\"", "cache = { file = \"a/robe.pc2\", fps = 30", "back = \"lining\"", "width = 3.8"]
+    {
         assert!(text.contains(words), "{words}");
     }
     let info = report(yugen_in(&folder, "info a.toml --json"));
     let moves = info["animations"].as_array().map(Vec::len);
     assert!(moves == Some(1), "{info}");
     let picture = |at: f32, name: &str| {
-        let line = format!("render a.toml --camera front --at {at} --size 40x30 --spp 2 --exposure -4 -o {name}.png");
+        let line = format!(
+            "render a.toml --camera front --at {at} --size 40x30 --spp 2 --exposure -4 -o {name}.png"
+        );
         assert!(yugen_in(&folder, &line).success);
         std::fs::read(folder.join(format!("{name}.png"))).unwrap()
     };

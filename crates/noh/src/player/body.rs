@@ -182,9 +182,10 @@ pub fn tabi(left: bool) -> Mesh {
 pub fn under(joint: &str, rods_of: &[([Vec3; 2], [f32; 2])]) -> Mesh {
     let distance = |p: Vec3| {
         // Smaller than what cloth lies on, the more so where two meet, so that none of it comes through.
-        rods_of.iter().map(|(ends, radii)| rod(p, *ends, *radii) + 0.014).fold(f32::INFINITY, |a, b| {
-            if a.is_finite() { join(a, b, 0.02) } else { b }
-        })
+        rods_of
+            .iter()
+            .map(|(ends, radii)| rod(p, *ends, *radii) + 0.014)
+            .fold(f32::INFINITY, |a, b| if a.is_finite() { join(a, b, 0.02) } else { b })
     };
     let (low, high) = rods_of.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), (e, r)| {
         let r = r[0].max(r[1]) + 0.03;
