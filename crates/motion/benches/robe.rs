@@ -1,4 +1,4 @@
-//! A player who dances ten seconds in a karaori: how the cloth keeps, and how long it takes.
+//! A player who dances twelve seconds in a karaori: how the cloth keeps, and how long it takes.
 //!
 //! `cargo bench -p yugen-motion --bench robe -- [EDGE] [SECONDS] [THREADS] [SUBSTEPS] [GARMENT]`: triangles of EDGE metres. Wall and processor
 //! milliseconds a frame; and over all frames after dressing, of every tenth: edges that pass through triangles at the most; the

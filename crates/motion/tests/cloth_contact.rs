@@ -129,3 +129,35 @@ fn contact_has_the_same_bits_for_any_number_of_threads() {
         assert!(run(threads) == one, "{threads} threads");
     }
 }
+
+#[test]
+fn what_is_held_with_less_than_full_grip_does_not_go_through_other_cloth() {
+    // Of two sheets on the ground the middle of the upper is drawn below the lower.
+    let pulled = |grip: f32| {
+        let sheet = layers(2, 0.3, 12, 0.012, 0.001);
+        let n = sheet.positions.len() / 2;
+        let middle = |p: &Vec3| p.x.abs() < 0.06 && p.z.abs() < 0.06;
+        let held: Vec<u32> = (n..2 * n).filter(|v| middle(&sheet.positions[*v])).map(|v| v as u32).collect();
+        let targets: Vec<Vec3> = held.iter().map(|v| sheet.positions[*v as usize] - Vec3::Y * 0.03).collect();
+        let cloth = Cloth::new(sheet, &PRESETS[1].fabric).unwrap();
+        let solver = SmallSteps::new(cloth, &held, Settings { grip, ..settings(true) }).unwrap();
+        let mut solver = solver.with_bodies(vec![(Solid::Ground, Stance::default())]).unwrap();
+        let mut most = 0;
+        for _ in 0..60 {
+            solver.step(&Step { targets: &targets, ..Step::default() });
+            most = most.max(solver.cloth().crossings(solver.positions()).len());
+        }
+        // Where nothing is in the way it is held there.
+        let up: Vec<Vec3> = targets.iter().map(|t| *t + Vec3::Y * 0.1).collect();
+        for _ in 0..60 {
+            solver.step(&Step { targets: &up, ..Step::default() });
+        }
+        let off = held.iter().zip(&up).map(|(v, t)| solver.positions()[*v as usize].distance(*t));
+        (most, off.fold(0.0, f32::max))
+    };
+    let (crossings, off) = pulled(0.2);
+    println!("{crossings} crossings, {off} m off");
+    assert_eq!(crossings, 0);
+    assert!(off < 0.004, "{off}");
+    assert!(pulled(1.0).0 > 0);
+}

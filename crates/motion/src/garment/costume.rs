@@ -71,7 +71,7 @@ const TYING: f32 = 0.7;
 /// What a vertex keeps of its velocity from step to step while the garment is tied, of which sixty make a second: it comes to
 /// rest where it is, without swinging.
 const CALM: f32 = 0.85;
-/// How firmly the belt holds cloth: within a dozen substeps it is where it should be.
+/// How firmly the belt holds cloth: within some twenty substeps it is where it should be, a frame.
 const GRIP: f32 = 0.2;
 /// Layers under the belt are this far apart, in edges: more than contact keeps.
 const LAYER: f32 = 0.45;
@@ -147,18 +147,28 @@ impl Costume {
         Ok(costume)
     }
 
-    /// One step: to where all joints are at its end.
+    /// One step: to where all joints are at its end. Poses that are too few or no numbers are passed over: the body then stands
+    /// still.
     pub fn step(&mut self, poses: &[RigidPose], moment: &Moment) {
-        let pelvis = poses[self.body.pelvis];
-        self.targets.clear();
-        self.targets.extend(self.held.iter().map(|p| pelvis.rotation * *p + pelvis.position));
+        if let Some(pelvis) = poses.get(self.body.pelvis).filter(|_| self.good(poses)) {
+            self.targets.clear();
+            self.targets.extend(self.held.iter().map(|p| pelvis.rotation * *p + pelvis.position));
+        }
         self.advance(poses, moment);
     }
 
+    /// Whether the body can stand so.
+    fn good(&self, poses: &[RigidPose]) -> bool {
+        self.body.check(poses.len()).is_ok()
+            && poses.iter().all(|p| p.position.is_finite() && p.rotation.is_finite())
+    }
+
     fn advance(&mut self, poses: &[RigidPose], moment: &Moment) {
-        self.stances.clear();
-        self.stances.extend(self.body.stances(poses));
-        self.stances.extend(self.floor);
+        if self.good(poses) {
+            self.stances.clear();
+            self.stances.extend(self.body.stances(poses));
+            self.stances.extend(self.floor);
+        }
         let (targets, stances) = (&self.targets, &self.stances);
         self.solver.step(&Step { wind: moment.wind, targets, stances, ..Step::default() });
     }
