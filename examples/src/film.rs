@@ -9,6 +9,7 @@ use yugen_archive::formats::image::WriteOptions;
 use yugen_capture::weave::{Cloth, Fabric, Irregularity};
 use yugen_motion::dance;
 use yugen_motion::garment::{self, Fitting};
+use yugen_noh::player::MASKS;
 use yugen_noh::{Costume, FireLight, Hour, Performance, Robe, Stage};
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Mat4, Vec2, Vec3};
@@ -39,7 +40,7 @@ pub fn film(out: &Path, seconds: f64, samples: Option<u32>) -> Result<()> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let fitting = Fitting { edge: EDGE, threads, ..Fitting::default() };
     let costume = Costume::simulate(&garment::parse("kosode")?, &moved, &fitting, 2, |_| {})?;
-    let stage = Stage::preset("national")?.with_player(kinran()?);
+    let stage = Stage::preset("national")?.with_player(&MASKS[0], kinran()?);
     let z = -0.25 * stage.layout().get("depth");
     let place = Mat4::from_translation(Vec3::new(0.0, stage.layout().floor(z), z));
     let performance = Performance { stage, dance: moved, costume: Some(costume), place };

@@ -84,7 +84,8 @@ impl Finish {
             Self::Lacquer => lacquer(),
             Self::Gilt => gilt(),
             Self::Lining => lining(),
-            Self::Omote => crate::player::painting(),
+            Self::Omote => crate::player::omote(),
+            Self::Hannya => crate::player::hannya(),
             Self::Hair => hair(),
             Self::Band => band(),
             Self::Skin => skin(),
@@ -554,8 +555,8 @@ mod tests {
     use super::*;
 
     fn tiles(finish: Finish) -> bool {
-        use Finish::{BambooPainting, Curtain, Fan, Omote, PineLeft, PineMiddle, PineRight};
-        ![BambooPainting, Curtain, Fan, Omote, PineLeft, PineMiddle, PineRight].contains(&finish)
+        use Finish::{BambooPainting, Curtain, Fan, Hannya, Omote, PineLeft, PineMiddle, PineRight};
+        ![BambooPainting, Curtain, Fan, Hannya, Omote, PineLeft, PineMiddle, PineRight].contains(&finish)
     }
 
     #[test]

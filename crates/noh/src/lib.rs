@@ -70,10 +70,10 @@ impl Stage {
         self
     }
 
-    /// With a player, whose robe is of this cloth; [`Performance`] moves it.
-    pub fn with_player(mut self, cloth: Robe) -> Self {
+    /// With a player in this mask, whose robe is of this cloth; [`Performance`] moves it.
+    pub fn with_player(mut self, mask: &player::Mask, cloth: Robe) -> Self {
         self.robe = Some(cloth);
-        self.player = player::pieces();
+        self.player = player::pieces(mask);
         self
     }
 

@@ -49,8 +49,10 @@ pub enum Finish {
     Gilt,
     /// Silk that lines a robe.
     Lining,
-    /// A mask, painted.
+    /// The mask of a young woman, painted.
     Omote,
+    /// The mask of a demon, painted and gilt.
+    Hannya,
     /// Hair of a wig.
     Hair,
     /// Brocade of the band over a wig.
@@ -67,7 +69,7 @@ pub enum Finish {
 
 impl Finish {
     /// All of them.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 28] = [
         Self::Floor,
         Self::Timber,
         Self::Bark,
@@ -89,6 +91,7 @@ impl Finish {
         Self::Gilt,
         Self::Lining,
         Self::Omote,
+        Self::Hannya,
         Self::Hair,
         Self::Band,
         Self::Skin,
@@ -121,6 +124,7 @@ impl Finish {
             Self::Gilt => "gilt",
             Self::Lining => "lining",
             Self::Omote => "omote",
+            Self::Hannya => "hannya",
             Self::Hair => "hair",
             Self::Band => "brocade_band",
             Self::Skin => "skin",

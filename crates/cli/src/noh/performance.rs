@@ -13,6 +13,7 @@ use yugen_capture::weave::{Cloth, Fabric, Irregularity};
 use yugen_motion::cloth::{Fabric as Material, PRESETS};
 use yugen_motion::garment::{self, Fitting};
 use yugen_motion::{SkeletalMotion, dance};
+use yugen_noh::player::{MASKS, Mask};
 use yugen_noh::{Costume, FireLight, Hour, Performance, Preset, Robe, Stage};
 use yugen_optics::{ColourSpace, Mat4, Vec2, Vec3};
 use yugen_reflectance::btf::Btf;
@@ -48,6 +49,10 @@ pub struct PerformanceVerb {
     /// The dance: a list of units of form, as `yugen motion dance` takes it [default: one of twenty seconds].
     #[arg(long, value_name = "FILE")]
     dance: Option<PathBuf>,
+
+    /// The mask: of a young woman, or of a demon.
+    #[arg(long, default_value = MASKS[0].name, value_parser = MASKS.iter().map(|m| m.name).collect::<Vec<_>>(), value_name = "NAME")]
+    mask: String,
 
     /// The cloth of the robe: maps (.btf), and how many millimetres they are wide [default: kinran woven here].
     #[arg(long, value_name = "FILE[:MM]")]
@@ -141,7 +146,8 @@ impl PerformanceVerb {
             None => kinran(self.form.as_deref())?,
         };
         let preset = Preset::find(&self.preset)?;
-        let stage = Stage::new(preset, preset.dimensions())?.with_player(robe);
+        let mask = Mask::find(&self.mask).context("--mask is one of the masks")?;
+        let stage = Stage::new(preset, preset.dimensions())?.with_player(mask, robe);
         // The dance begins behind the middle of the main floor, to the front.
         let start = moved.poses(0)?.first().map_or(Vec3::ZERO, |p| p.position.with_y(0.0));
         let z = -0.25 * stage.layout().get("depth");

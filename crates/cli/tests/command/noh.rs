@@ -174,8 +174,12 @@ fn a_performance_is_made_and_played() {
         std::fs::read(folder.join(format!("{name}.png"))).unwrap()
     };
     assert_ne!(picture(0.0, "first"), picture(0.5, "last"));
-    let bare = report(yugen_in(&folder, "noh performance --dance short.txt --garment none --json -o b.toml"));
+    let bare = report(yugen_in(
+        &folder,
+        "noh performance --dance short.txt --garment none --mask hannya --json -o b.toml",
+    ));
     assert_eq!(bare["frames"], made["frames"]);
+    assert!(bare["player"].as_array().unwrap().iter().any(|p| p["id"] == "tsuno"), "a demon has horns");
     for (line, words) in [
         ("noh performance -o b.glb", &["b.glb: a performance is written as .toml"][..]),
         ("noh performance --garment kosoda -o c.toml", &["kosoda", "kosode"]),

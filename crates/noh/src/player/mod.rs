@@ -1,10 +1,20 @@
-//! The player (shite): a young woman's mask, wig, band, fan, white socks, and white clothes under the robe; each part at the joint
+//! The player (shite): a mask, wig, band, fan, white socks, and white clothes under the robe; each part at the joint
 //! of [`yugen_motion::dance::player`] that carries it.
 
 mod body;
+mod hannya;
+mod ko_omote;
 mod mask;
 
-pub(crate) use mask::painting;
+pub use mask::{MASKS, Mask};
+
+pub(crate) fn omote() -> crate::pattern::Surface {
+    ko_omote::painting()
+}
+
+pub(crate) fn hannya() -> crate::pattern::Surface {
+    hannya::painting()
+}
 
 use crate::dimension::Basis;
 use crate::part::{Finish, Part};
@@ -27,8 +37,8 @@ pub struct Piece {
 const SIDES: [(&str, &str, &str, &str); 2] =
     [("left", "hidari", "左", "left"), ("right", "migi", "右", "right")];
 
-/// All parts.
-pub fn pieces() -> Vec<Piece> {
+/// All parts, with a mask.
+pub fn pieces(mask: &Mask) -> Vec<Piece> {
     let mut all = Vec::new();
     let mut add = |joint: &str, names: [&str; 4], finish: Finish, mesh: Mesh| {
         let [id, ja, romaji, en] = names.map(String::from);
@@ -46,9 +56,15 @@ pub fn pieces() -> Vec<Piece> {
     };
     // High on the face, so that the chin stays free.
     let worn = Mat4::from_translation(Vec3::new(0.0, 0.088, 0.062));
-    let mut omote = mask::solids().mesh("omote");
-    omote.positions.iter_mut().for_each(|p| *p = worn.transform_point3(*p));
-    add("head", ["omote", "小面", "ko-omote", "mask of a young woman"], Finish::Omote, omote);
+    let put_on = |mut mesh: Mesh| {
+        mesh.positions.iter_mut().for_each(|p| *p = worn.transform_point3(*p));
+        mesh
+    };
+    let [ja, romaji, en] = mask.names;
+    add("head", ["omote", ja, romaji, en], mask.finish, put_on(mask.solids().mesh("omote")));
+    if let Some(horns) = mask.horns {
+        add("head", ["tsuno", "角", "tsuno", "horns of the mask"], Finish::Gilt, put_on(horns()));
+    }
     add("head", ["katsura", "鬘", "katsura", "wig"], Finish::Hair, body::wig());
     add(
         "head",
@@ -116,7 +132,7 @@ mod tests {
     #[test]
     fn parts_are_closed_and_at_joints_that_are() {
         let joints = dance::player();
-        let pieces = pieces();
+        let pieces: Vec<Piece> = pieces(&MASKS[0]);
         for Piece { joint, part } in &pieces {
             assert!(joints.iter().any(|j| j.name == *joint), "{joint}");
             check_closed(&part.mesh).unwrap_or_else(|e| panic!("{}: {e:?}", part.id));
