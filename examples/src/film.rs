@@ -11,8 +11,8 @@ use yugen_motion::dance;
 use yugen_motion::garment::{self, Fitting};
 use yugen_noh::player::MASKS;
 use yugen_noh::{Costume, FireLight, Hour, Performance, Robe, Stage};
-use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Mat4, Vec2, Vec3};
+use yugen_scene::Display;
 use yugen_transport::render::{Action, Budget, Job, Options};
 
 /// Its name.
@@ -70,7 +70,8 @@ pub fn film(out: &Path, seconds: f64, samples: Option<u32>) -> Result<()> {
             (f64::from(TRIED) * each / clock.elapsed().as_secs_f64()).clamp(4.0, 64.0) as u32
         }
     };
-    let write = WriteOptions { curve: Curve::AgX, exposure: -5.3, ..WriteOptions::from(scene.working_space) };
+    let Display { exposure, curve } = scene.display;
+    let write = WriteOptions { curve, exposure, ..WriteOptions::from(scene.working_space) };
     film::write(&out.join(NAME), Timing { frames: FRAMES, rate: RATE }, &write, |film| {
         for k in 0..FRAMES {
             scene.pose(None, (f64::from(k) / RATE) as f32)?;

@@ -39,11 +39,11 @@ fn define(text: &str) -> Result<(String, String), String> {
 /// How a picture for a display comes from light.
 #[derive(Args)]
 pub struct Display {
-    /// From scene light to display light, for .png, .jpg and films [default: clip].
+    /// From scene light to display light, for .png, .jpg and films [default: what the scene says, else clip].
     #[arg(long, value_parser = Curve::ALL.map(Curve::name), value_name = "CURVE")]
     curve: Option<String>,
 
-    /// Brighter by this many stops, for .png, .jpg and films.
+    /// Brighter by this many stops, for .png, .jpg and films [default: what the scene says, else 0].
     #[arg(long, value_name = "STOPS", value_parser = stops)]
     exposure: Option<f32>,
 }
@@ -54,9 +54,9 @@ impl Display {
         self.curve.is_some() || self.exposure.is_some()
     }
 
-    /// How `output` is written, of colours in `space`; an error where it holds the light itself, as .exr does, and a
+    /// How `output` is written, of colours in `space`, and as `own` where nothing was asked for; an error where it holds the light itself, as .exr does, and a
     /// display was asked for.
-    pub fn of(&self, output: &Path, space: ColourSpace) -> Outcome<WriteOptions> {
+    pub fn of(&self, output: &Path, space: ColourSpace, own: yugen_scene::Display) -> Outcome<WriteOptions> {
         let asked = [("--curve", self.curve.is_some()), ("--exposure", self.exposure.is_some())];
         if let Some((option, _)) =
             asked.iter().find(|(_, given)| *given && !(is_for_display(output) || film::is_film(output)))
@@ -66,8 +66,9 @@ impl Display {
                 output.display()
             );
         }
-        let curve = self.curve.as_deref().and_then(Curve::from_name).unwrap_or_default();
-        Ok(WriteOptions { curve, exposure: self.exposure.unwrap_or(0.0), ..WriteOptions::from(space) })
+        let curve = self.curve.as_deref().and_then(Curve::from_name).unwrap_or(own.curve);
+        let exposure = self.exposure.unwrap_or(own.exposure);
+        Ok(WriteOptions { curve, exposure, ..WriteOptions::from(space) })
     }
 }
 

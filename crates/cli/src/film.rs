@@ -63,7 +63,7 @@ impl Film {
             );
         }
         let space = ColourSpace::LinearSrgb;
-        let options = self.display.of(&self.output, space)?;
+        let options = self.display.of(&self.output, space, Default::default())?;
         let bar = progress::bar(pictures.len() as u64, false);
         let timing = Timing { frames: pictures.len() as u32, rate: self.fps.unwrap_or(RATE) };
         film::write(&self.output, timing, &options, |film| -> Result<()> {

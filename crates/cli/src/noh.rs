@@ -39,8 +39,9 @@ impl Noh {
 
 /// Builds a Noh stage from a table of dimensions, every one of them marked measured or assumed.
 ///
-/// `yugen noh stage --preset national -o stage.toml`, then `yugen render stage.toml --camera shomen --exposure -5 --curve agx
-/// -o shomen.png`: numbers are photometric (a fire has 2000 candela), so pictures want an exposure of their own: about -5. `--set side=5.7` changes a dimension within its range.
+/// `yugen noh stage --preset national -o stage.toml`, then `yugen render stage.toml --camera shomen -o shomen.png`: numbers are photometric
+/// (a fire has 2000 candela), and the file says how pictures are shown, five stops down. `--set side=5.7` changes a dimension within
+/// its range.
 #[derive(Args)]
 pub struct StageVerb {
     /// Which stage; `--list` has them all.
@@ -241,7 +242,7 @@ fn labels(stage: &Stage) -> Labels {
         pair("stage", &format!("{} ({})", preset.en, preset.ja)),
         pair("notes", preset.notes),
         pair("made by", concat!("yugen noh stage ", env!("CARGO_PKG_VERSION"))),
-        pair("light", "photometric: a candela is 1 W/sr; render with an exposure of about -4 stops"),
+        pair("light", "photometric: a candela is 1 W/sr; [film] says how it is shown"),
     ];
     Labels { materials, shapes, about }
 }
@@ -312,8 +313,8 @@ fn page() -> String {
          this page has. This page is written by `yugen noh stage --markdown` from the table that the generator itself reads; a \
          test keeps it true.\n\n\
          The origin is the middle of the main floor's surface; +y is up, +z points to the front seats, -x to the left of who \
-         sits there; metres. Light is photometric, a candela being 1 W/sr: a fire has {FIRE_CANDELA} cd at {FIRE_KELVIN} K, so \
-         render with `--exposure -5 --curve agx` or so. Cameras: the seats `shomen` (front), `waki-shomen` (side), `naka-shomen` (between), \
+         sits there; metres. Light is photometric, a candela being 1 W/sr: a fire has {FIRE_CANDELA} cd at {FIRE_KELVIN} K, and \
+         the scene file shows it five stops down, and pictures of the `.glb` want `--exposure -5 --curve agx`. Cameras: the seats `shomen` (front), `waki-shomen` (side), `naka-shomen` (between), \
          and near views; `yugen info stage.toml` lists them.\n\n\
          Every part is a closed surface. What the table marks as assumed was found in no dimensioned source; a part is measured \
          where all the dimensions that shape it are.\n\n## Presets\n\n\

@@ -11,11 +11,12 @@ use std::sync::Arc;
 use yugen_motion::SkeletonError;
 use yugen_motion::fire::FireError;
 use yugen_optics::spectrum::{blackbody, emission_rgb};
+use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image};
 use yugen_reflectance::{Kind, ModelError};
 use yugen_scene::{
-    CacheError, Camera, Film, FovAxis, Geometry, Light, Material, MaterialId, ModelBuilder, PoseError,
-    Projection, Scene, Shape, Texture, TextureFilter, TurnedNormals, Value, Wrap, look_along,
+    CacheError, Camera, Display, Film, FovAxis, Geometry, Light, Material, MaterialId, ModelBuilder,
+    PoseError, Projection, Scene, Shape, Texture, TextureFilter, TurnedNormals, Value, Wrap, look_along,
 };
 
 /// When it is.
@@ -66,6 +67,8 @@ pub enum SceneError {
 pub const FIRE_KELVIN: f64 = 1800.0;
 /// Luminous intensity of a fire of 100 kW, candela: 1500 to 2500 by its soot's efficacy.
 pub const FIRE_CANDELA: f32 = 2000.0;
+/// How the stage by its fires is shown, stops.
+const EXPOSURE: f32 = -5.0;
 /// Illuminance of a full moon high in a clear sky, lux.
 const MOON_LUX: f32 = 0.25;
 
@@ -122,6 +125,8 @@ impl Stage {
         }
         self.sky(&mut scene, hour);
         scene.cameras = self.cameras();
+        // Photometric numbers by firelight are far above a display's white.
+        scene.display = Display { exposure: EXPOSURE, curve: Curve::AgX };
         Ok(scene)
     }
 

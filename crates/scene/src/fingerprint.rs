@@ -31,6 +31,7 @@ impl Scene {
             fires: _,
             caches: _,
             integrator: _,
+            display: _,
         } = self;
         let mut parts = Parts::default();
         let of = |write: &dyn Fn(&mut Fingerprint)| {

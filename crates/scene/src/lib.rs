@@ -44,6 +44,7 @@ pub use texture::{Texture, TextureFilter, Value, Wrap};
 
 use std::sync::Arc;
 use yugen_optics::ColourSpace;
+use yugen_optics::tonemap::Curve;
 
 /// Index into [`Scene::textures`].
 pub type TextureId = usize;
@@ -79,4 +80,15 @@ pub struct Scene {
     pub caches: Vec<Arc<CachedMesh>>,
     /// How the file wants to be rendered.
     pub integrator: Integrator,
+    /// How the file wants to be shown.
+    pub display: Display,
+}
+
+/// How a display shows a scene's light where nobody says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Display {
+    /// Brighter by so many stops.
+    pub exposure: f32,
+    /// From scene light to display light.
+    pub curve: Curve,
 }

@@ -120,7 +120,7 @@ impl Relight {
         let cloth = is_cloth(&self.source);
         // Gold lies outside sRGB; display values lie in it.
         let space = if cloth { ColourSpace::LinearRec2020 } else { ColourSpace::LinearSrgb };
-        let write = self.display.of(output, space)?;
+        let write = self.display.of(output, space, Default::default())?;
         let lamps = self.lamps(space)?;
         let (width, pixels) = if cloth { self.cloth(&lamps, output)? } else { self.picture(&lamps, output)? };
         let mut picture = Image::rgb(width, pixels.len() / width);

@@ -34,8 +34,8 @@ const LONGEST: f64 = 1800.0;
 
 /// Puts a player on a Noh stage, who dances by the light of the fires.
 ///
-/// `yugen noh performance -o noh.toml`, then `yugen view noh.toml`, or `yugen render noh.toml --camera player --at 4 --exposure -5 --curve
-/// agx -o player.png`, or `--frames 0-299 --fps 30 -o noh.mp4`. The stage is that of `yugen noh stage`.
+/// `yugen noh performance -o noh.toml`, then `yugen view noh.toml`, or `yugen render noh.toml --camera player --at 4 -o
+/// player.png`, or `--frames 0-299 --fps 30 -o noh.mp4`. The stage is that of `yugen noh stage`.
 #[derive(Args)]
 pub struct PerformanceVerb {
     /// Where to: .toml; meshes, pictures and motion go into a folder of the same name beside it.

@@ -77,7 +77,7 @@ impl Render {
 
     /// Renders them all.
     pub(super) fn run_sequence(&self, scene: Scene) -> Result<()> {
-        let options = self.display.of(&self.output, scene.working_space)?;
+        let options = self.display.of(&self.output, scene.working_space, scene.display)?;
         let sequence = Sequence {
             scene: &self.scene,
             outputs: std::slice::from_ref(&self.output),

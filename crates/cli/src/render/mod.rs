@@ -177,7 +177,7 @@ impl Render {
         let of_one = [("--watch", self.watch.is_some()), ("--keep", self.keep), ("--restart", self.restart)];
         let outputs = std::slice::from_ref(&self.output);
         self.moments.check(outputs, self.resume, &of_one, &|output| Ok(image::can_write(output)?))?;
-        self.display.of(&self.output, ColourSpace::default())?;
+        self.display.of(&self.output, ColourSpace::default(), yugen_scene::Display::default())?;
         if self.by == "ink" {
             self.check_ink()?;
             let scene = load(&self)?;
@@ -281,7 +281,7 @@ impl Render {
     fn write_picture(&self, job: &Job, scene: &Scene) -> Result<Option<Denoising>> {
         let write = image::WriteOptions {
             metadata: self.metadata(job),
-            ..self.display.of(&self.output, scene.working_space)?
+            ..self.display.of(&self.output, scene.working_space, scene.display)?
         };
         let started = Instant::now();
         let picture = job.denoised();

@@ -197,7 +197,7 @@ impl Render {
         let seconds = begun.elapsed().as_secs_f64();
         let write = image::WriteOptions {
             metadata: self.realtime_metadata(realtime.adapter(), done),
-            ..self.display.of(&self.output, scene.working_space)?
+            ..self.display.of(&self.output, scene.working_space, scene.display)?
         };
         image::write(&self.output, &for_format(realtime.image()?, &self.output), &write)?;
         let [w, h] = realtime.size();

@@ -20,6 +20,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_motion::fire::{Fire, Flicker, PARAMETERS, Parameter};
+use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image};
 use yugen_scene::Scene;
 use yugen_scene::{
@@ -210,6 +211,10 @@ impl<'a> Reader<'a> {
             }
             film.crop = Some([x, y, w, h].map(|v| v as u32));
         }
+        let own = self.scene.display;
+        self.scene.display.exposure = keys.or("exposure", own.exposure, |i| i.number_in(-60.0, 60.0))?;
+        self.scene.display.curve =
+            keys.or("curve", own.curve, |i| i.one_of("curve", &Curve::ALL.map(|c| (c.name(), c))))?;
         if let Some(filter) = keys.get("filter") {
             let filters = [
                 ("box", Filter::Box),

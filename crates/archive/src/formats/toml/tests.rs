@@ -411,6 +411,11 @@ fn shapes_follow_joints_and_caches_and_are_written_so() {
         let said = read(&format!("[[shape]]\ntype = \"sphere\"\n{shape}\n")).unwrap_err().to_string();
         assert!(said.contains(says), "{shape}: {said}");
     }
+    // So is how it is shown.
+    scene.display = yugen_scene::Display { exposure: -5.5, curve: Curve::AgX };
+    super::write(&at("shown.toml"), &scene, &labels).unwrap();
+    let bytes = std::fs::read(at("shown.toml")).unwrap();
+    assert_eq!(super::read(&bytes, &at("shown.toml"), &Options::default()).unwrap().display, scene.display);
     let group = "[[group.g]]\ntype = \"file\"\nfile = \"flag.obj\"\ncache = \"flag.pc2\"\n";
     assert!(read(group).unwrap_err().to_string().contains("stands still"));
 }

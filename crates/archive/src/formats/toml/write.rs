@@ -16,8 +16,8 @@ use yugen_motion::fire::Fire;
 use yugen_optics::Image;
 use yugen_reflectance::{Choice, Kind, ParamType};
 use yugen_scene::{
-    Attachment, CachedMesh, Camera, Figure, Geometry, Light, Material, MaterialId, Part, Projection, Scene,
-    Shape, Texture, TextureFilter, TextureId, Value, Wrap,
+    Attachment, CachedMesh, Camera, Display, Figure, Geometry, Light, Material, MaterialId, Part, Projection,
+    Scene, Shape, Texture, TextureFilter, TextureId, Value, Wrap,
 };
 
 /// The folder beside `path` that [`write`] puts meshes and pictures into.
@@ -100,6 +100,10 @@ impl Writer<'_> {
         let _ = writeln!(out, "[scene]\nworking_space = {0}\ncolours = {0}", quoted(space));
         if let Some(first) = self.scene.cameras.first() {
             let _ = writeln!(out, "\n[film]\nsize = [{}, {}]", first.film.width, first.film.height);
+            let Display { exposure, curve } = self.scene.display;
+            if self.scene.display != Display::default() {
+                let _ = writeln!(out, "exposure = {exposure}\ncurve = {}", quoted(curve.name()));
+            }
             let _ = writeln!(out, "\n[render]\nsamples = {}", first.samples_per_pixel);
         }
         for camera in &self.scene.cameras {
