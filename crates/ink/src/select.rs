@@ -27,7 +27,8 @@ pub fn select(lines: &mut Vec<SampledLine>, detail: f32, unit: f32, known: bool)
     let (apart, shortest) = (between(APART).max(2.0), between(SHORTEST).max(4.0));
     let mut order: Vec<(f32, usize)> = lines.iter().enumerate().map(|(i, l)| (importance(l), i)).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut drawn = Drawn { cell: apart, places: HashMap::new() };
+    // As wide as what is looked for is at the most.
+    let mut drawn = Drawn { cell: apart * COME, places: HashMap::new() };
     let cleaning = Cleaning { bridge: 2.0 * apart, crumb: shortest, ..Cleaning::default() };
     for (_, i) in order {
         let line = &mut lines[i];

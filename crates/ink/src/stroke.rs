@@ -461,11 +461,11 @@ pub fn join(pieces: Vec<Piece>, unit: f32) -> Vec<Piece> {
             continue;
         }
         // Back to where the chain begins, or once around.
-        let mut from = 2 * start;
+        let (mut from, mut round) = (2 * start, false);
         while let Some(before) = partner[from] {
             from = before ^ 1;
             if from / 2 == start {
-                from = 2 * start;
+                (from, round) = (2 * start, true);
                 break;
             }
         }
@@ -483,7 +483,10 @@ pub fn join(pieces: Vec<Piece>, unit: f32) -> Vec<Piece> {
                 None => break,
             }
         }
-        joined.extend(whole);
+        if let Some(mut whole) = whole {
+            whole.closed |= round;
+            joined.push(whole);
+        }
     }
     joined
 }

@@ -1,8 +1,6 @@
 //! Contours of a torus, whose zero set is known as exactly as one likes.
 
-mod analytic;
-
-use analytic::{Cells, MAJOR, MINOR, camera, point, scene, torus};
+use crate::surfaces::{Cells, MAJOR, MINOR, camera, point, scene, torus};
 use glam::{DVec2, DVec3, Vec2};
 use std::f64::consts::TAU;
 use yugen_ink::contour::{LineKind, Surface, to_world};

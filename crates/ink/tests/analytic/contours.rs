@@ -1,9 +1,7 @@
 //! How well contours are found: recall and precision against shapes whose contours are known, drawn and hidden, of our strokes
 //! and of the slides' method.
 
-mod analytic;
-
-use analytic::{Cells, MAJOR, MINOR, Surface, camera, mesh_of, point, scene};
+use crate::surfaces::{Cells, MAJOR, MINOR, Surface, camera, mesh_of, point, scene};
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::f64::consts::{PI, TAU};

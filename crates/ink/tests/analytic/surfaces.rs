@@ -1,5 +1,4 @@
 //! Surfaces that are known exactly, seen by a camera.
-#![allow(dead_code)]
 
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3};
 use std::f64::consts::TAU;

@@ -1,8 +1,6 @@
 //! What strokes do from frame to frame: how many come and go, and how far their marks slip.
 
-mod analytic;
-
-use analytic::{camera, scene, torus};
+use crate::surfaces::{camera, scene, torus};
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3};
 use std::collections::HashSet;
 use std::path::PathBuf;

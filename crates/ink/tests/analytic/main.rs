@@ -1,0 +1,6 @@
+//! Pictures of surfaces that are known exactly, and of figures that move.
+
+mod contours;
+mod surfaces;
+mod through_time;
+mod torus;
