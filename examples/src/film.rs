@@ -11,7 +11,7 @@ use yugen_motion::dance;
 use yugen_motion::garment::{self, Fitting};
 use yugen_noh::player::MASKS;
 use yugen_noh::{Costume, FireLight, Hour, Performance, Robe, Stage};
-use yugen_optics::{ColourSpace, Mat4, Vec2, Vec3};
+use yugen_optics::ColourSpace;
 use yugen_scene::Display;
 use yugen_transport::render::{Action, Budget, Job, Options};
 
@@ -23,8 +23,8 @@ pub const SIZE: [u32; 2] = [256, 144];
 const RATE: f64 = 8.0;
 const FRAMES: u32 = 80;
 /// The dance, of that length, and its frames a second.
-const DANCE: &str = "kamae seconds=.6\nhakobi steps=2 length=.24 seconds=1\nsashikomi steps=1 seconds=1.1\n\
-                     hiraki steps=2 seconds=1.1\nsleeve side=left seconds=3.2\nkamae seconds=.9";
+const DANCE: &str = "kamae seconds=.6\nhakobi steps=1 length=.24 seconds=.9\nsashikomi steps=1 seconds=.9\n\
+                     hiraki steps=1 seconds=1\nsleeve side=left seconds=3.2\nkamae seconds=.6";
 const MOTION: f64 = 60.0;
 /// Edges of the robe's triangles, m.
 const EDGE: f32 = 0.035;
@@ -41,9 +41,7 @@ pub fn film(out: &Path, seconds: f64, samples: Option<u32>) -> Result<()> {
     let fitting = Fitting { edge: EDGE, threads, ..Fitting::default() };
     let costume = Costume::simulate(&garment::parse("kosode")?, &moved, &fitting, 2, |_| {})?;
     let stage = Stage::preset("national")?.with_player(&MASKS[0], kinran()?);
-    let z = -0.25 * stage.layout().get("depth");
-    let place = Mat4::from_translation(Vec3::new(0.0, stage.layout().floor(z), z));
-    let performance = Performance { stage, dance: moved, costume: Some(costume), place };
+    let performance = Performance::new(stage, moved, Some(costume))?;
     let mut scene = performance.scene(Hour::Night, FireLight::Flames)?;
     scene.cameras.retain(|c| c.name == "player");
     let camera = scene.cameras.first_mut().context("it is looked at")?;
@@ -87,8 +85,7 @@ pub fn film(out: &Path, seconds: f64, samples: Option<u32>) -> Result<()> {
 /// Gold brocade, its figures three times as large as they are woven, so that they are seen.
 fn kinran() -> Result<Robe> {
     let fabric = Fabric::preset("kinran", ColourSpace::default()).context("kinran is a preset")?;
-    let extent = fabric.repeat() * Vec2::new(3.0, 2.0);
-    let size = [512, (extent.y / extent.x * 512.0).round() as usize];
+    let (size, extent) = fabric.repeats([3, 2], 512);
     let maps = Cloth::weave(&fabric, size, extent, Irregularity::default(), 0).btf;
     let form = Robe::forms().next().context("the model has forms")?.0;
     Ok(Robe::new(Arc::new(maps), 0.09, form)?)

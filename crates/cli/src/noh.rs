@@ -147,7 +147,7 @@ impl StageVerb {
             let _span = tracing::info_span!("make_textures").entered();
             stage.scene(hour, light)?
         };
-        let labels = labels(&stage);
+        let labels = labels(&stage, "stage");
         if glb {
             gltf::write(output, &scene, &labels)?;
         } else {
@@ -229,8 +229,8 @@ fn part_labels(stage: &Stage, p: &Part) -> Vec<(String, String)> {
     ]
 }
 
-/// Names and remarks for the file.
-fn labels(stage: &Stage) -> Labels {
+/// Names and remarks for the file, which a verb has made.
+fn labels(stage: &Stage, verb: &str) -> Labels {
     let pair = |k: &str, v: &str| (k.to_string(), v.to_string());
     let shapes = stage.parts().iter().map(|p| part_labels(stage, p)).collect();
     // Shapes name the first material of a finish.
@@ -241,7 +241,7 @@ fn labels(stage: &Stage) -> Labels {
     let about = vec![
         pair("stage", &format!("{} ({})", preset.en, preset.ja)),
         pair("notes", preset.notes),
-        pair("made by", concat!("yugen noh stage ", env!("CARGO_PKG_VERSION"))),
+        pair("made by", &format!("yugen noh {verb} {}", env!("CARGO_PKG_VERSION"))),
         pair("light", "photometric: a candela is 1 W/sr; [film] says how it is shown"),
     ];
     Labels { materials, shapes, about }

@@ -23,7 +23,7 @@ pub struct Costume {
 }
 
 impl Costume {
-    /// A garment put on the player and danced in; of its frames every `keep`th is kept. `tell` hears of each frame that is done.
+    /// A garment put on the player and danced in; of its frames every `keep`th is kept, all where that is 0, and the last. `tell` hears of each frame that is done.
     ///
     /// # Errors
     /// A garment or a fabric that is none.
@@ -34,6 +34,7 @@ impl Costume {
         keep: usize,
         mut tell: impl FnMut(usize),
     ) -> Result<Self, GarmentError> {
+        let keep = keep.max(1);
         let fitting = Fitting { seconds: (1.0 / dance.rate) as f32, ..*fitting };
         let body = Body::player();
         let approach = |t: f32| dance.approach(t).unwrap_or_default();
@@ -53,7 +54,8 @@ impl Costume {
                 let poses = dance.poses(frame).map_err(|e| GarmentError::Body(e.to_string()))?;
                 worn.step(&poses, &Moment::default());
             }
-            if frame.is_multiple_of(keep) {
+            // The last may come a frame early, rather than the robe stop before the player.
+            if frame.is_multiple_of(keep) || frame + 1 == dance.frames {
                 samples.push(worn.points());
             }
             tell(frame);
@@ -71,14 +73,32 @@ pub struct Performance {
     pub dance: SkeletalMotion,
     /// What the player wears.
     pub costume: Option<Costume>,
-    /// Coordinates of the dance to those of the stage.
-    pub place: Mat4,
+    place: Mat4,
 }
 
-/// Eyes of a player above the floor, m; and a head's height, for views.
+/// Eyes of a player above the floor, m.
 const EYES: f32 = 1.55;
 
+/// Where a dance begins, behind the middle of the main floor, as part of its depth.
+const BEGINS: f32 = -0.25;
+
 impl Performance {
+    /// On a stage with a player; the dance begins behind the middle of the main floor, to the front.
+    ///
+    /// # Errors
+    /// A dance with joints at no place.
+    pub fn new(stage: Stage, dance: SkeletalMotion, costume: Option<Costume>) -> Result<Self, SceneError> {
+        let start = dance.poses(0)?.first().map_or(Vec3::ZERO, |p| p.position.with_y(0.0));
+        let z = BEGINS * stage.layout().get("depth");
+        let place = Mat4::from_translation(Vec3::new(0.0, stage.layout().floor(z), z) - start);
+        Ok(Self { stage, dance, costume, place })
+    }
+
+    /// Coordinates of the dance to those of the stage.
+    pub fn place(&self) -> Mat4 {
+        self.place
+    }
+
     /// As a scene, with the player in the first pose. Shapes of the stage and the player come as in [`Stage::scene`], then
     /// fires, then the robe.
     ///
@@ -90,15 +110,15 @@ impl Performance {
         let first = self.stage.parts().len();
         let mut attachments = Vec::new();
         for (shape, piece) in (first..).zip(self.stage.player()) {
-            if let Some(joint) = joints.iter().position(|j| j.name == piece.joint) {
-                let part = Part::Shape { shape, to_joint: Mat4::IDENTITY, flips: false };
-                attachments.push(Attachment { joint, part });
-            }
+            let joint = joints.iter().position(|j| j.name == piece.joint);
+            let joint = joint.ok_or_else(|| SceneError::NoJoint(piece.joint.clone()))?;
+            let part = Part::Shape { shape, to_joint: Mat4::IDENTITY, flips: false };
+            attachments.push(Attachment { joint, part });
         }
         if let Some(costume) = &self.costume {
             let shape = scene.shapes.len();
-            let [cloth, lining] = [Finish::Cloth, Finish::Lining].map(|f| self.stage.material_of(f));
-            let (front, back) = (cloth.unwrap_or_default(), lining.unwrap_or_default());
+            let [front, back] = [Finish::Cloth, Finish::Lining].map(|f| self.stage.material_of(f));
+            let (Some(front), Some(back)) = (front, back) else { return Err(SceneError::NoPlayer) };
             scene.materials.push(Material::TwoSided { front, back });
             let material = scene.materials.len() - 1;
             scene.shapes.push(Shape::new(
@@ -119,7 +139,6 @@ impl Performance {
         }));
         scene.pose(None, 0.0)?;
         let views = self.views()?;
-        // Seats of the audience first.
         scene.cameras.extend(views);
         Ok(scene)
     }

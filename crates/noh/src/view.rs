@@ -52,6 +52,12 @@ pub enum SceneError {
     /// A fire.
     #[error(transparent)]
     Fire(#[from] FireError),
+    /// Nobody to wear a robe, or to move.
+    #[error("the stage has no player: make it with one")]
+    NoPlayer,
+    /// A dance of another skeleton.
+    #[error("the dance has no joint '{0}', which carries a part of the player")]
+    NoJoint(String),
     /// A robe that moves.
     #[error(transparent)]
     Cache(#[from] CacheError),
@@ -133,8 +139,9 @@ impl Stage {
     /// What its parts are made of, each once, in a fixed order.
     pub fn finishes(&self) -> Vec<Finish> {
         let all = || self.parts().iter().chain(self.player().iter().map(|p| &p.part));
-        let cloth = |f: Finish| f == Finish::Cloth && self.robe().is_some();
-        Finish::ALL.into_iter().filter(|f| cloth(*f) || all().any(|p| p.finish == *f)).collect()
+        // Of what a robe is that somebody wears.
+        let worn = |f: Finish| [Finish::Cloth, Finish::Lining].contains(&f) && self.robe().is_some();
+        Finish::ALL.into_iter().filter(|f| worn(*f) || all().any(|p| p.finish == *f)).collect()
     }
 
     /// The material of a finish in [`Stage::scene`].

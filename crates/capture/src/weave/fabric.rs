@@ -159,6 +159,12 @@ impl Fabric {
         Vec2::new(length(&self.warp), length(&self.weft))
     }
 
+    /// So many whole repeats across and up, which tile without a seam: texels of a picture `width` texels wide, and mm.
+    pub fn repeats(&self, [across, up]: [u32; 2], width: usize) -> ([usize; 2], Vec2) {
+        let extent = self.repeat() * Vec2::new(across as f32, up as f32);
+        ([width, (extent.y / extent.x * width as f32).round().max(1.0) as usize], extent)
+    }
+
     /// How to weave it.
     pub fn draft(&self) -> Draft {
         let thread = |(kind, spacing): &(usize, f32)| {

@@ -115,16 +115,16 @@ impl Weaving {
         let [width, height] = self.size.unwrap_or([512; 2]).map(|n| n as usize);
         let (size, extent) = match self.repeats {
             Some(n) => {
-                let extent = repeat * Vec2::new(n[0] as f32, n[1] as f32);
-                let high = (extent.y / extent.x * width as f32).round().max(1.0);
-                if high > 65536.0 {
+                let (size, extent) = fabric.repeats(n, width);
+                if size[1] > 65536 {
                     bail!(
-                        "{} x {} repeats would be {high} texels high; ask for a smaller --size",
+                        "{} x {} repeats would be {} texels high; ask for a smaller --size",
                         n[0],
-                        n[1]
+                        n[1],
+                        size[1]
                     );
                 }
-                ([width, high as usize], extent)
+                (size, extent)
             }
             None => {
                 let usual = if draft { PER_THREAD * fabric.warp.len() as f32 / repeat.x } else { SCALE };

@@ -15,22 +15,22 @@ use yugen_motion::garment::{self, Fitting};
 use yugen_motion::{SkeletalMotion, dance};
 use yugen_noh::player::{MASKS, Mask};
 use yugen_noh::{Costume, FireLight, Hour, Performance, Preset, Robe, Stage};
-use yugen_optics::{ColourSpace, Mat4, Vec2, Vec3};
+use yugen_optics::ColourSpace;
 use yugen_reflectance::btf::Btf;
 
 /// What is danced where nobody brings a list: some twenty seconds.
 const DANCE: &str = include_str!("dance.txt");
 /// Of the cloth that is woven where nobody brings one: repeats across and up, texels across, and how wide these are made, m; three
 /// times as large as they are woven, so that the figures are seen from the seats.
-const REPEATS: [f32; 2] = [3.0, 2.0];
+const REPEATS: [u32; 2] = [3, 2];
 const TEXELS: usize = 512;
 const WIDE: f32 = 0.09;
 /// Frames of the motion a second.
 const RATE: f64 = 60.0;
 /// Of the robe's frames one in so many is kept.
 const KEEP: usize = 2;
-/// The longest dance, s.
-const LONGEST: f64 = 1800.0;
+/// The longest dance, s: its robe takes 3 MB a second.
+const LONGEST: f64 = 600.0;
 
 /// Puts a player on a Noh stage, who dances by the light of the fires.
 ///
@@ -134,12 +134,12 @@ impl PerformanceVerb {
             }
             None => DANCE.into(),
         };
-        let name = self.dance.as_ref().map_or("the dance".into(), |p| p.display().to_string());
+        let name = self.dance.as_ref().map_or("a short one".into(), |p| p.display().to_string());
         let units = dance::parse(&list).with_context(|| name.clone())?;
         let moved = dance::dance(&units, RATE).map_err(anyhow::Error::msg)?;
         let seconds = (moved.frames - 1) as f64 / RATE;
         if seconds > LONGEST {
-            bail!("{name} takes {seconds:.0} s; half an hour is the most");
+            bail!("{name} takes {seconds:.0} s; ten minutes are the most");
         }
         let robe = match &self.robe {
             Some(robe) => cloth(robe, self.form.as_deref())?,
@@ -148,16 +148,14 @@ impl PerformanceVerb {
         let preset = Preset::find(&self.preset)?;
         let mask = Mask::find(&self.mask).context("--mask is one of the masks")?;
         let stage = Stage::new(preset, preset.dimensions())?.with_player(mask, robe);
-        // The dance begins behind the middle of the main floor, to the front.
-        let start = moved.poses(0)?.first().map_or(Vec3::ZERO, |p| p.position.with_y(0.0));
-        let z = -0.25 * stage.layout().get("depth");
-        let floor = stage.layout().floor(z);
-        let place = Mat4::from_translation(Vec3::new(0.0, floor, z) - start);
         let costume = self.costume(&moved)?;
-        let performance = Performance { stage, dance: moved, costume, place };
+        let performance = Performance::new(stage, moved, costume)?;
         let hour = if self.hour == "dusk" { Hour::Dusk } else { Hour::Night };
         let scene = performance.scene(hour, FireLight::Flames)?;
-        let mut labels = labels(&performance.stage);
+        let mut labels = labels(&performance.stage, "performance");
+        let said =
+            [("dance", &name), ("garment", &self.garment), ("fabric", &self.fabric), ("mask", &self.mask)];
+        labels.about.extend(said.map(|(k, v)| (k.to_string(), v.clone())));
         let player = performance.stage.player().iter().map(|p| part_labels(&performance.stage, &p.part));
         labels.shapes.extend(player);
         toml::write(&self.output, &scene, &labels)?;
@@ -184,8 +182,7 @@ fn kinran(form: Option<&str>) -> Result<Robe> {
     let _span = tracing::info_span!("weave").entered();
     let space = ColourSpace::default();
     let fabric = Fabric::preset("kinran", space).context("kinran is a preset")?;
-    let extent = fabric.repeat() * Vec2::from(REPEATS);
-    let size = [TEXELS, (extent.y / extent.x * TEXELS as f32).round() as usize];
+    let (size, extent) = fabric.repeats(REPEATS, TEXELS);
     let maps: Btf = Cloth::weave(&fabric, size, extent, Irregularity::default(), 0).btf;
     let form = form.unwrap_or(Robe::forms().next().map_or("", |f| f.0));
     Ok(Robe::new(Arc::new(maps), WIDE, form)?)

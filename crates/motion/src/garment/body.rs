@@ -122,7 +122,7 @@ impl Body {
         let [low, high] = heights;
         for c in &self.capsules {
             let ends = c.ends.map(|p| poses[c.joint].position + poses[c.joint].rotation * p);
-            // Spheres along it, a dozen to the meter and more.
+            // Spheres along it, a hundred to the metre.
             let count = (ends[0].distance(ends[1]) / 0.01).ceil().clamp(1.0, 200.0) as usize;
             for k in 0..=count {
                 let t = k as f32 / count as f32;

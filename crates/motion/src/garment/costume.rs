@@ -5,6 +5,7 @@ use super::{Body, Cut, Garment, GarmentError};
 use crate::RigidPose;
 use crate::cloth::{Cloth, Fabric, Settings, SmallSteps, Solid, Stance, Step};
 use glam::Vec3;
+use yugen_optics::special::smoothstep;
 
 /// How a garment is made and simulated.
 #[derive(Clone, Copy, Debug)]
@@ -133,7 +134,7 @@ impl Costume {
         };
         let steps = fitting.dressing.map(|s| (s / fitting.seconds).round().clamp(1.0, 1e5) as u32);
         for step in 1..=steps[0] {
-            let t = smooth(step as f32 / (TYING * steps[0] as f32));
+            let t = smoothstep(0.0, TYING * steps[0] as f32, step as f32);
             costume.targets.clear();
             costume.targets.extend(belt.at(t));
             costume.advance(&poses, &Moment::default());
@@ -141,7 +142,7 @@ impl Costume {
         }
         for step in 1..=steps[1] {
             // On the way for three quarters of the time.
-            let t = smooth(step as f32 / (0.75 * steps[1] as f32));
+            let t = smoothstep(0.0, 0.75 * steps[1] as f32, step as f32);
             costume.step(&approach(t), &Moment::default());
         }
         Ok(costume)
@@ -209,10 +210,4 @@ impl Costume {
     pub fn holds(&self, vertex: u32) -> bool {
         self.belt.binary_search(&vertex).is_ok()
     }
-}
-
-/// The way from 0 to 1, at rest at both ends.
-fn smooth(t: f32) -> f32 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }

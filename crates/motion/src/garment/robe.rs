@@ -27,7 +27,8 @@ const fn measure(name: &'static str, default: f32, low: f32, high: f32, doc: &'s
 /// All cuts.
 ///
 /// Lengths and spans are of robes in museums: a karaori of the 17th century is 1.400 m long and .712 m from the middle of the back
-/// to the cuff, a kariginu 1.66 and .82 m; looms wove .36 to .42 m. Collars, cuffs and overlaps are assumed.
+/// to the cuff, a kariginu 1.66 and .82 m; looms wove .36 to .42 m. The defaults are for the player of 1.7 m: 10 cm longer and 4 cm
+/// wider. Collars, cuffs and overlaps are assumed.
 pub const CUTS: &[Cutting] = &[Cutting {
     name: "kosode",
     measures: &[

@@ -11,7 +11,7 @@ const fn v(x: f32, y: f32, z: f32) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-/// Of millimetres, metres; cells of hands and feet are that fine.
+/// Cell of the socks' mesh, m.
 const FINE: f32 = 0.004;
 
 fn around(name: &str, [low, high]: [Vec3; 2], cell: f32, distance: &dyn Fn(Vec3) -> f32) -> Mesh {
@@ -192,46 +192,6 @@ pub fn under(joint: &str, rods_of: &[([Vec3; 2], [f32; 2])]) -> Mesh {
         (l.min(e[0] - r).min(e[1] - r), h.max(e[0] + r).max(e[1] + r))
     });
     around(joint, [low, high], 0.01, &distance)
-}
-
-/// The inner collars, white over red, crossed before the throat; at the chest. How far out of the neck, and the half width.
-pub fn collar(out: f32, half: f32) -> Solids {
-    // Around the neck, high behind and low in front; the wearer's left lies over the right.
-    let path: Vec<Vec3> = (-32..=32i32)
-        .map(|k| {
-            let turn = PI * k as f32 / 36.0;
-            let low = 0.5 - 0.5 * turn.cos();
-            let over = if k > 0 { 0.004 } else { -0.001 };
-            let front = low * low;
-            v(
-                (0.064 + out) * turn.sin() * (1.0 - 0.3 * front),
-                0.235 - 0.125 * front,
-                -(0.058 + out) * turn.cos() - 0.008 + front * (0.055 + over),
-            )
-        })
-        .collect();
-    let side = |k: usize| {
-        let along = (path[(k + 1).min(path.len() - 1)] - path[k.saturating_sub(1)]).normalize();
-        let outward = (path[k] - v(0.0, path[k].y, -0.005)).normalize_or(Vec3::Z);
-        let up = outward.cross(along).normalize();
-        (up, outward)
-    };
-    let line = |across: f32, depth: f32| -> Vec<Vec3> {
-        (0..path.len())
-            .map(|k| {
-                let (up, outward) = side(k);
-                path[k] + up * across + outward * depth
-            })
-            .collect()
-    };
-    let steps = [1.0f32, 0.5, 0.0, -0.5, -1.0];
-    let grid =
-        |depth: f32| -> Grid { steps.iter().map(|s| line(s * half, depth - 0.004 * s.max(0.0))).collect() };
-    let mut s = Solids::new();
-    // Seen from outside the path runs from right to left behind, so rows are turned over.
-    let (a, b) = (grid(0.002), grid(-0.002));
-    s.shell(&a, &b, true, Grain { tile: Vec2::splat(0.25), offset: Vec2::ZERO });
-    s
 }
 
 /// Half the angle of the open fan, rad; its radius, m.

@@ -26,13 +26,12 @@ pub struct Mask {
 }
 
 /// All masks; the first is worn where nobody says.
-pub const MASKS: [Mask; 2] = [ko_omote::MASK, hannya::MASK];
+pub static MASKS: [Mask; 2] = [ko_omote::MASK, hannya::MASK];
 
 impl Mask {
     /// By its name.
     pub fn find(name: &str) -> Option<&'static Self> {
-        static ALL: [Mask; 2] = MASKS;
-        ALL.iter().find(|m| m.name == name)
+        MASKS.iter().find(|m| m.name == name)
     }
 }
 

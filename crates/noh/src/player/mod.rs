@@ -74,12 +74,6 @@ pub fn pieces(mask: &Mask) -> Vec<Piece> {
     );
     add("head", ["atama", "頭", "atama", "head"], Finish::Skin, body::head());
     add("neck", ["kubi", "首", "kubi", "neck"], Finish::Skin, body::neck());
-    for (out, half, finish, names) in [
-        (0.004, 0.021, Finish::Under, ["shiro-eri", "白衿", "shiro-eri", "white inner collar"]),
-        (0.0, 0.026, Finish::Lining, ["aka-eri", "赤衿", "aka-eri", "red inner collar"]),
-    ] {
-        add("chest", names, finish, solid("collar", body::collar(out, half)));
-    }
     let right = "right_hand";
     add(right, ["ogi", "扇", "ōgi", "fan"], Finish::Fan, solid("fan", body::paper()));
     add(
