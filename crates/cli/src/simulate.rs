@@ -332,7 +332,7 @@ impl Simulate {
     }
 
     fn pose(&self, scene: &mut Scene, seconds: f64) -> Result<()> {
-        if !scene.figures.is_empty() {
+        if !scene.figures.is_empty() || !scene.caches.is_empty() {
             scene.pose(self.animation.as_deref(), seconds as f32)?;
         } else if let Some(name) = &self.animation {
             bail!("there is no animation called '{name}': nothing in {} moves", self.scene.display());

@@ -70,10 +70,9 @@ impl Scene {
         start: f64,
         to_shape: Mat4,
     ) -> Result<(), CacheError> {
-        let owner = &self.shapes[shape];
-        let Geometry::Mesh(rest) = &owner.geometry else {
-            return Err(CacheError::NoMesh(owner.name.clone()));
-        };
+        let no_mesh = |name: &str| CacheError::NoMesh(name.into());
+        let owner = self.shapes.get(shape).ok_or_else(|| no_mesh(""))?;
+        let Geometry::Mesh(rest) = &owner.geometry else { return Err(no_mesh(&owner.name)) };
         if !(rate > 0.0 && rate.is_finite() && start.is_finite()) {
             return Err(CacheError::Rate { rate: rate.to_string(), start: start.to_string() });
         }
@@ -148,7 +147,7 @@ impl CachedMesh {
         let mut mesh = Mesh::clone(&self.rest);
         mesh.positions = from.iter().zip(to).map(|(a, b)| place(a.lerp(*b, t))).collect();
         let Some(shape) = scene.shapes.get_mut(self.shape) else { return };
-        if !mesh.normals.is_empty() {
+        if self.twin.len() == mesh.positions.len() {
             // Of those that are alike at rest the triangles of all count, at one of them.
             let corners = std::mem::take(&mut mesh.triangles);
             mesh.triangles = corners.iter().map(|t| t.map(|v| self.twin[v as usize])).collect();

@@ -135,7 +135,7 @@ impl Scene {
     pub fn clips(&self) -> Vec<(String, [f32; 2])> {
         let mut all: Vec<(String, [f32; 2])> = self.without_figures().into_iter().collect();
         for clip in self.figures.iter().flat_map(|f| &f.clips) {
-            let [first, last] = clip.span();
+            let [first, last] = self.with_caches(clip.span());
             match all.iter_mut().find(|(name, _)| *name == clip.name) {
                 Some((_, span)) => *span = [span[0].min(first), span[1].max(last)],
                 None => all.push((clip.name.clone(), [first, last])),
@@ -151,7 +151,12 @@ impl Scene {
             return clip.is_none_or(|asked| asked == name).then_some(span);
         }
         let played = self.figures.iter().filter_map(|f| Some(f.clips[f.plays(clip)?].span()));
-        played.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+        played.reduce(both).map(|span| self.with_caches(span))
+    }
+
+    /// A span and those of the caches, which play along.
+    fn with_caches(&self, span: [f32; 2]) -> [f32; 2] {
+        self.caches.iter().map(|c| c.span()).fold(span, both)
     }
 
     /// Moves every figure to where its animation called `clip` takes it at `seconds`; each to its first where no name is
@@ -196,10 +201,15 @@ impl Scene {
         if !self.figures.is_empty() {
             return None;
         }
-        let caches = self.caches.iter().map(|c| c.span()).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        let caches = self.caches.iter().map(|c| c.span()).reduce(both);
         let fire = || (!self.fires.is_empty()).then(|| (FIRE.to_string(), MINUTE));
         caches.map(|span| (CACHE.to_string(), span)).or_else(fire)
     }
+}
+
+/// From the earlier beginning to the later end.
+fn both(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+    [a[0].min(b[0]), a[1].max(b[1])]
 }
 
 impl Figure {

@@ -126,8 +126,8 @@ impl State {
             scene: Arc::default(),
             file: file.to_path_buf(),
             eye,
-            exposure: scene.display.exposure,
-            curve: scene.display.curve,
+            exposure: 0.0,
+            curve: Curve::default(),
             resolution: Resolution::default(),
             bounces: Bounces::default(),
             lighting: Lighting::default(),
@@ -179,6 +179,7 @@ impl State {
             self.through = self.through.filter(|c| *c < scene.cameras.len());
         } else {
             self.eye = Eye::new(first_camera(&scene), scene.bounds());
+            (self.exposure, self.curve) = (scene.display.exposure, scene.display.curve);
             (self.through, self.follows) = (Some(0), true);
             self.selected = None;
         }
