@@ -286,11 +286,18 @@ impl Sequence<'_> {
         let (mut made, mut kept) = (0u32, 0u32);
         let mut interrupted = None;
 
+        let there = |frame: u32| self.resume && names(frame).all(|path| path.exists());
+        // What nobody comes after need not be followed.
+        let last_missing = frames.clone().rev().find(|frame| !there(*frame));
         let mut go = |add: &mut dyn FnMut(&Image) -> Result<()>| -> Result<()> {
             for frame in frames.clone() {
-                if self.resume && names(frame).all(|path| path.exists()) {
+                if there(frame) {
                     kept += 1;
-                    if painter.remembers() {
+                    if painter.remembers() && last_missing.is_some_and(|last| frame < last) {
+                        if interrupt.came() {
+                            interrupted = Some(frame);
+                            break;
+                        }
                         self.pose(&mut scene, table.as_ref(), frame, rate)?;
                         painter.pass_by(&scene)?;
                     }

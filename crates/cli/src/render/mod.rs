@@ -177,6 +177,9 @@ impl Render {
         let of_one = [("--watch", self.watch.is_some()), ("--keep", self.keep), ("--restart", self.restart)];
         let outputs = std::slice::from_ref(&self.output);
         self.moments.check(outputs, self.resume, &of_one, &|output| Ok(image::can_write(output)?))?;
+        if self.lighting != "full" && self.by != "realtime" {
+            bail!("--lighting {} is of the real-time renderer: give --by realtime as well", self.lighting);
+        }
         self.display.of(&self.output, ColourSpace::default(), yugen_scene::Display::default())?;
         if self.by == "ink" {
             self.check_ink()?;
@@ -188,9 +191,6 @@ impl Render {
             return self.run_sequence(scene);
         }
         let checkpoint = Checkpoint::beside(&self.output, &self)?;
-        if self.lighting != "full" && self.by != "realtime" {
-            bail!("--lighting {} is of the real-time renderer: give --by realtime as well", self.lighting);
-        }
         let started = Instant::now();
         let mut scene = load(&self)?;
         self.moments.pose_at(&mut scene, &self.scene)?;

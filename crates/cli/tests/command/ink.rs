@@ -133,6 +133,10 @@ fn scenes_that_move_become_pictures_vectors_and_films() {
     assert_eq!(read("other.png".into()), read("one.png".into()));
     for (line, words) in [
         ("render ball.toml --by ink --spp 4 --denoise -o b.png", "a painting in ink has no --spp, --denoise"),
+        (
+            "render ball.toml --by ink --lighting paper -o b.png",
+            "--lighting paper is of the real-time renderer",
+        ),
         ("ink ball.toml -o b.png --resume", "--resume is for a sequence"),
         ("ink ball.toml -o b.png --turn 3", "--turn is for a sequence"),
         ("ink ball.toml -o b%d.png --turn 0", "expected degrees"),
