@@ -5,12 +5,12 @@
 //! least distance of a vertex from the body; how much longer than they are threads become, 99.9 of 100 by less, without those
 //! under the belt; then, with the dance over for two seconds, the root mean square of speeds.
 
-use glam::{Mat4, Quat, Vec3};
+use glam::Vec3;
 use std::time::Instant;
+use yugen_motion::RigidPose;
 use yugen_motion::cloth::{Along, Solid};
 use yugen_motion::dance::{self, dance};
 use yugen_motion::garment::{Body, Costume, Fitting, Moment, parse};
-use yugen_motion::{Placement, Pose, RigidPose, Skeleton, Transform};
 
 /// Its last two seconds are the stance.
 const DANCE: &str = "kamae seconds=.5\nhakobi steps=2 seconds=.8\nsashikomi steps=1\nturn degrees=90 seconds=.9\nsleeve seconds=2.7\nkamae seconds=3";
@@ -21,21 +21,6 @@ fn processor() -> f64 {
     let after = stat.rsplit(')').next().unwrap_or_default();
     // Hundredths of a second in user mode: the 14th number, the 12th behind the name.
     after.split_whitespace().nth(11).and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0) / 100.0
-}
-
-fn between(skeleton: &Skeleton, from: &Pose, to: &Pose, t: f32) -> Vec<RigidPose> {
-    let mut pose = from.clone();
-    for (a, b) in pose.placements.iter_mut().zip(&to.placements) {
-        if let (Placement::Parts(x), Placement::Parts(y)) = (*a, *b) {
-            let translation = x.translation.lerp(y.translation, t);
-            *a = Placement::Parts(Transform { translation, rotation: x.rotation.slerp(y.rotation, t), ..x });
-        }
-    }
-    let rigid = |m: &Mat4| {
-        let (_, rotation, position): (Vec3, Quat, Vec3) = m.to_scale_rotation_translation();
-        RigidPose { position, rotation }
-    };
-    skeleton.to_skeleton(&pose).expect("joints of a dance").iter().map(rigid).collect()
 }
 
 fn nearest(costume: &Costume, body: &Body, poses: &[RigidPose]) -> f32 {
@@ -66,10 +51,9 @@ fn main() {
     let garment = parse(words.get(4).map_or("kosode", String::as_str)).expect("a garment");
     let body = Body::player();
     let motion = dance(&dance::parse(DANCE).expect("a dance"), 60.0).expect("a dance");
-    let (rest, first) = (motion.skeleton.rest(), motion.pose(0));
     let fitting = Fitting { edge, threads, substeps: number(3, 20.0) as u32, ..Fitting::default() };
     let (start, before) = (Instant::now(), processor());
-    let approach = |t: f32| between(&motion.skeleton, &rest, &first, t);
+    let approach = |t: f32| motion.approach(t).expect("joints of a dance");
     let mut costume = Costume::dress(&garment, &body, &fitting, approach).expect("a costume");
     println!(
         "{} vertices of {}, {threads} threads, {} substeps; dressed in {:.1} s, {:.1} of processors, with {} crossings",

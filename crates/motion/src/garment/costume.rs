@@ -45,6 +45,24 @@ impl Default for Fitting {
     }
 }
 
+impl Fitting {
+    /// Whether time and lengths are numbers that something can be simulated by.
+    fn check(&self) -> Result<(), GarmentError> {
+        for (name, value, [low, high]) in [
+            ("seconds of a step", self.seconds, [1e-4, 0.1]),
+            ("seconds in which it is tied", self.dressing[0], [0.0, 60.0]),
+            ("seconds in which it settles", self.dressing[1], [0.0, 60.0]),
+            ("clearance, m,", self.clearance, [0.0, 0.05]),
+            ("floor, m,", self.floor.unwrap_or(0.0), [-1e3, 1e3]),
+        ] {
+            if !(low..=high).contains(&value) {
+                return Err(GarmentError::Fitting { name, value, low, high });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// What acts on a costume besides the body.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moment {
@@ -89,6 +107,7 @@ impl Costume {
         fitting: &Fitting,
         mut approach: impl FnMut(f32) -> Vec<RigidPose>,
     ) -> Result<Self, GarmentError> {
+        fitting.check()?;
         let poses = approach(0.0);
         body.check(poses.len())?;
         if poses.iter().any(|p| !p.position.is_finite() || !p.rotation.is_finite()) {
@@ -101,6 +120,9 @@ impl Costume {
         let layers = [fitting.clearance + fitting.fabric.thickness, LAYER * fitting.edge];
         let belt = spread.belt(&cut, &spots, body, &poses, layers);
         let attached: Vec<u32> = belt.vertices().collect();
+        if attached.is_empty() {
+            return Err(GarmentError::Body("is where the belt meets no cloth".into()));
+        }
         cut.sheet.positions = start;
         let cloth = Cloth::new(cut.sheet.clone(), &fitting.fabric)?;
         let settings = Settings {
@@ -149,7 +171,7 @@ impl Costume {
     }
 
     /// One step: to where all joints are at its end. Poses that are too few or no numbers are passed over: the body then stands
-    /// still.
+    /// still; and so is wind that is none.
     pub fn step(&mut self, poses: &[RigidPose], moment: &Moment) {
         if let Some(pelvis) = poses.get(self.body.pelvis).filter(|_| self.good(poses)) {
             self.targets.clear();
@@ -171,7 +193,8 @@ impl Costume {
             self.stances.extend(self.floor);
         }
         let (targets, stances) = (&self.targets, &self.stances);
-        self.solver.step(&Step { wind: moment.wind, targets, stances, ..Step::default() });
+        let wind = if moment.wind.is_finite() { moment.wind } else { Vec3::ZERO };
+        self.solver.step(&Step { wind, targets, stances, ..Step::default() });
     }
 
     /// Takes speed away.

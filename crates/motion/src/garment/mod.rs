@@ -138,6 +138,18 @@ pub struct Wear {
 /// Why there is no such garment, or nobody can wear it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GarmentError {
+    /// A number of the fitting that is out of range.
+    #[error("the {name} of a fitting are {value}; expected {low} to {high}")]
+    Fitting {
+        /// Which.
+        name: &'static str,
+        /// As given.
+        value: f32,
+        /// Least.
+        low: f32,
+        /// Greatest.
+        high: f32,
+    },
     /// An edge without marks, or a panel that is none.
     #[error("panel '{panel}' of a garment {problem}")]
     Panel {

@@ -2,6 +2,9 @@
 
 use super::{CUTS, Garment, GarmentError};
 
+/// Edges with which a garment is tried, m.
+const COARSE: f32 = 0.05;
+
 /// Reads a garment: the name of a cut, then measures that differ from its own, as in `kosode length=1.45`; what follows a # is
 /// for people, and lines may be broken anywhere between words.
 ///
@@ -42,7 +45,19 @@ pub fn parse(text: &str) -> Result<Garment, GarmentError> {
         }
     }
     match found {
-        Some((cut, values)) => Ok((cut.make)(&values)),
+        Some((cut, values)) => {
+            let garment = (cut.make)(&values);
+            let wrong = |problem: String| GarmentError::Text { line: 1, problem };
+            // Each measure is within its range; together they may make no garment.
+            garment.cut(COARSE).map_err(|e| wrong(format!("{e}: these measures do not go together")))?;
+            let ([_, belt], length) = (garment.wear.belt, garment.wear.length);
+            if belt > length {
+                return Err(wrong(format!(
+                    "a belt {belt:.2} m below the shoulder meets no robe of {length:.2} m"
+                )));
+            }
+            Ok(garment)
+        }
         None => {
             let names: Vec<&str> = CUTS.iter().map(|c| c.name).collect();
             let problem = format!("there is no garment; expected one of {}", names.join(", "));
