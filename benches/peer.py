@@ -2,23 +2,26 @@
 
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
-import venv
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv" / "bench"
 PACKAGES = ["mitsuba==3.9.1", "numpy", "scipy", "OpenEXR", "pillow", "pyoidn", "flip-evaluator"]
 
 
-def python():
-    """The interpreter that has them, installed from PyPI where it is not there yet."""
-    interpreter, done = VENV / "bin" / "python", VENV / "packages"
-    if not done.exists() or done.read_text().split() != PACKAGES:
-        print("installing", *PACKAGES, "into", VENV.relative_to(ROOT), file=sys.stderr)
-        venv.create(VENV, with_pip=True)
-        subprocess.run([interpreter, "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
-        done.write_text("\n".join(PACKAGES))
+def python(name="bench", packages=PACKAGES, version=sys.executable):
+    """The interpreter of an environment that has them, installed from PyPI where it is not there yet. `version`: of Python."""
+    folder = VENV.with_name(name)
+    interpreter, done = folder / "bin" / "python", folder / "packages"
+    if not done.exists() or done.read_text().split() != packages:
+        if not shutil.which(version):
+            sys.exit(f"{version} is not installed, which {packages[0]} wants")
+        print("installing", *packages, "into", folder.relative_to(ROOT), file=sys.stderr)
+        subprocess.run([version, "-m", "venv", folder], check=True)
+        subprocess.run([interpreter, "-m", "pip", "install", "--quiet", *packages], check=True)
+        done.write_text("\n".join(packages))
     return interpreter
 
 

@@ -18,8 +18,9 @@ cargo xtask <what>
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
             bench rti [SIDE [LIGHTS]] texels a second of relightable images, beside NumPy
+            bench ink                 lines, beside Blender's Line Art and Freestyle (installed first: 1 GB)
             bench calibrate [CASE …]  how exactly lamps are found in path-traced mirror balls (drawn first: half an hour)
-            bench all [--peer]        one after the other, but for calibrate
+            bench all [--peer]        one after the other, but for calibrate and ink
   install build the program for this processor and put it where cargo puts programs
   setup   install the system packages that tests and demo need
 ";
@@ -251,6 +252,7 @@ const BENCHES: &[(&str, &str)] = &[
     ("rays", "ray_rate.py"),
     ("fit", "fit_rate.py"),
     ("rti", "rti_rate.py"),
+    ("ink", INK),
     ("calibrate", CALIBRATE),
 ];
 
@@ -260,13 +262,16 @@ const STAGE: &str = "stage_rate";
 /// It measures errors, not time, and draws for long.
 const CALIBRATE: &str = "calibrate.py";
 
+/// It installs Blender.
+const INK: &str = "ink.py";
+
 fn bench(rest: &[String]) -> Outcome {
     let named = rest.first().filter(|word| !word.starts_with('-'));
     let (what, rest) = named.map_or(("render", rest), |word| (word.as_str(), &rest[1..]));
     let all = what == "all";
     let chosen: Vec<_> = BENCHES
         .iter()
-        .filter(|(name, script)| if all { *script != CALIBRATE } else { *name == what })
+        .filter(|(name, script)| if all { ![CALIBRATE, INK].contains(script) } else { *name == what })
         .collect();
     if chosen.is_empty() {
         let names: Vec<&str> = BENCHES.iter().map(|(name, _)| *name).collect();

@@ -32,12 +32,13 @@ pub struct Ink {
     scene: Option<PathBuf>,
 
     /// Where to; may be repeated. A picture: .png and .jpg, or .exr with a layer of its own for each kind of stroke (ran, cun,
-    /// gou, dian). Or .svg: the strokes as outlines and centrelines with width, pressure and identity. A scene that moves
+    /// ca, gou, dian). Or .svg: the strokes as outlines and centrelines with width, pressure and identity. A scene that moves
     /// becomes numbered files by a name as frame_%04d.png, or a film by .mp4 (H.264) or .apng (animated PNG).
     #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["list", "markdown"])]
     outputs: Vec<PathBuf>,
 
-    /// A way of painting: one of those that `--list` has, or a file (.toml) with the same keys.
+    /// A way of painting: one of those that `--list` has, or a file (.toml) with the same keys, and tables [object.NAME] and
+    /// [stroke.ID] for what is otherwise of single objects and strokes.
     #[arg(long, default_value = preset::DEFAULT, value_name = "NAME|FILE")]
     preset: String,
 
@@ -61,7 +62,8 @@ pub struct Ink {
     #[arg(long, value_name = "NAME")]
     manner: Option<String>,
 
-    /// Contours by the method of the slides of Xu, Yang and Wu (2012) as it stands, to compare with.
+    /// By the method of the slides of Xu, Yang and Wu (2012) as it stands, all five techniques of it, to compare with. The controls
+    /// contour, wrinkle, rub, wash and dot scale the ink of each.
     #[arg(long)]
     literal: bool,
 
@@ -278,7 +280,7 @@ pub struct Brush<'a> {
 }
 
 /// A painter and what it has painted last.
-struct Easel<'a> {
+struct Session<'a> {
     brush: &'a Brush<'a>,
     painter: Painter,
     names: Vec<String>,
@@ -286,7 +288,7 @@ struct Easel<'a> {
     painting: Option<Painting>,
 }
 
-impl<'a> Easel<'a> {
+impl<'a> Session<'a> {
     fn new(brush: &'a Brush<'a>, scene: &Scene) -> Result<Self> {
         let gpu = Gpu::open()?;
         let (camera, style) = (brush.look(scene)?, brush.style.clone());
@@ -299,7 +301,7 @@ impl<'a> Easel<'a> {
     fn paint(&mut self, scene: &Scene) -> Result<()> {
         let camera = self.brush.look(scene)?;
         if self.brush.literal {
-            self.picture = Some(self.painter.paint_literally(&camera)?);
+            self.picture = Some(self.painter.paint_literally(scene, &camera)?);
             return Ok(());
         }
         self.painting = Some(self.painter.paint(&camera)?);
@@ -325,10 +327,10 @@ impl<'a> Easel<'a> {
     }
 }
 
-impl Frames for Easel<'_> {
+impl Frames for Session<'_> {
     fn paint(&mut self, scene: &Scene, stop: &dyn Fn() -> bool, tell: &dyn Fn(f64)) -> Result<bool> {
         self.painter.pose(scene)?;
-        Easel::paint(self, scene)?;
+        Session::paint(self, scene)?;
         tell(1.0);
         Ok(!stop())
     }
@@ -374,20 +376,20 @@ impl Brush<'_> {
                 let film = self.look(scene)?.film;
                 Ok(film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]))
             };
-            return sequence.run(scene, size, |scene| Easel::new(self, scene));
+            return sequence.run(scene, size, |scene| Session::new(self, scene));
         }
         check_outputs(self.outputs)?;
         self.moments.pose_at(&mut scene, self.scene)?;
         let started = Instant::now();
-        let mut easel = Easel::new(self, &scene)?;
+        let mut session = Session::new(self, &scene)?;
         let prepared = started.elapsed();
-        Easel::paint(&mut easel, &scene)?;
+        Session::paint(&mut session, &scene)?;
         let painted = started.elapsed() - prepared;
         for output in self.outputs {
-            easel.save(output, None)?;
+            session.save(output, None)?;
         }
         let names = || self.outputs.iter().map(|o| o.display().to_string()).collect::<Vec<_>>();
-        let (picture, painting) = (easel.last()?, easel.painting.as_ref());
+        let (picture, painting) = (session.last()?, session.painting.as_ref());
         if self.json {
             json::print(json!({
                 "outputs": names(),

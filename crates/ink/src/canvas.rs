@@ -23,7 +23,7 @@ use yugen_optics::Image;
 use yugen_realtime::device::{checked, map};
 
 /// How many layers there are.
-pub const LAYERS: usize = 4;
+pub const LAYERS: usize = 5;
 
 /// Layers of ink, in the order in which they are painted, light to dark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -32,6 +32,8 @@ pub enum Layer {
     Wash,
     /// Wrinkles (cun).
     Wrinkle,
+    /// Rubbing (ca).
+    Rub,
     /// Contours (gou).
     Contour,
     /// Dots (dian).
@@ -40,13 +42,15 @@ pub enum Layer {
 
 impl Layer {
     /// All, in order.
-    pub const ALL: [Self; LAYERS] = [Self::Wash, Self::Wrinkle, Self::Contour, Self::Dot];
+    pub const ALL: [Self; LAYERS] = [Self::Wash, Self::Wrinkle, Self::Rub, Self::Contour, Self::Dot];
 
     /// Part of the ink of a wet place that flows: a wash is mostly water, a line of thick ink keeps its edge.
     pub(crate) fn mobile(self) -> f32 {
         match self {
             Self::Wash => 0.9,
             Self::Wrinkle => 0.25,
+            // A brush that was wiped off has no water that runs.
+            Self::Rub => 0.0,
             Self::Contour => 0.3,
             Self::Dot => 0.4,
         }
@@ -57,6 +61,7 @@ impl Layer {
         match self {
             Self::Wash => "ran",
             Self::Wrinkle => "cun",
+            Self::Rub => "ca",
             Self::Contour => "gou",
             Self::Dot => "dian",
         }

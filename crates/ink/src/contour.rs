@@ -4,12 +4,10 @@
 //! g = N · (eye − P), interpolated along edges. The vector to the eye is that of each vertex and is not made unit, for then
 //! its interpolation is the vector of the interpolated point; with one vector for all vertices
 //! ([`crate::literal`]) the zero set is that of parallel rays, however fine the mesh.
-//!
-//! Zero counts as front, so that a triangle has two crossed edges or none. A crossing is computed once for an edge and shared
-//! by the triangles beside it: contours have no cracks, and the edge is the link by which they are chained.
 
 use crate::projection::Projection;
 use crate::topology::{Fold, NONE, Topology};
+use crate::zero_set::{ZeroChain, zero_chains};
 use glam::{DMat3, DVec3};
 use yugen_scene::prepared::{DrawRow, VertexRow};
 
@@ -22,6 +20,8 @@ pub enum LineKind {
     Crease,
     /// The surface ends.
     Border,
+    /// It would from a little aside ([`crate::suggestive`]).
+    Suggestive,
     /// None of these, but drawn over the form ([`crate::wrinkle`]).
     Wrinkle,
 }
@@ -33,6 +33,7 @@ impl LineKind {
             Self::Contour => "contour",
             Self::Crease => "crease",
             Self::Border => "border",
+            Self::Suggestive => "suggestive",
             Self::Wrinkle => "wrinkle",
         }
     }
@@ -89,6 +90,8 @@ pub struct LinePoint {
     /// Whether it separates the surface from what is behind: always of a contour, of a crease between a face that looks at
     /// the eye and one that does not.
     pub silhouette: bool,
+    /// How much of it is drawn, 0 to 1.
+    pub strength: f32,
 }
 
 /// A line of a placed mesh.
@@ -148,19 +151,24 @@ impl<'a> Surface<'a> {
                 })
                 .collect()
         } else {
-            mean_normals(topology, &positions)
+            topology.mean_normals(&positions)
         };
-        // Six times the volume about the first corner, and whether normals go with the winding.
-        let (mut volume, mut agree) = (0.0, 0.0);
-        for t in &topology.triangles {
-            let p = t.map(|n| positions[n as usize] - positions[0]);
-            let n = (p[1] - p[0]).cross(p[2] - p[0]);
-            volume += p[0].dot(p[1].cross(p[2]));
-            agree += t.iter().map(|i| n.dot(normals[*i as usize])).sum::<f64>();
-        }
-        let sign = |v: f64| if v < 0.0 { -1.0 } else { 1.0 };
-        let winding = if topology.closed { sign(volume) } else { sign(agree) };
-        Self { topology, place, positions, normals, winding, side: winding * sign(agree) }
+        let [x, y, z] = draw.to_world.map(|r| DVec3::new(r[0].into(), r[1].into(), r[2].into()));
+        let mirrored = if x.cross(y).dot(z) < 0.0 { -1.0 } else { 1.0 };
+        let winding = match topology.closed {
+            true => topology.winding * mirrored,
+            false => topology.agree,
+        };
+        Self { topology, place, positions, normals, winding, side: winding * topology.agree }
+    }
+
+    pub(crate) fn topology(&self) -> &Topology {
+        self.topology
+    }
+
+    /// 1, or −1 where the normals look inwards.
+    pub(crate) fn side(&self) -> f64 {
+        self.side
     }
 
     /// Its lines for an eye.
@@ -172,81 +180,22 @@ impl<'a> Surface<'a> {
 
     /// The contours, chained. `to_eye`: from a point to the eye, linear in the point.
     pub fn contours(&self, to_eye: &dyn Fn(DVec3) -> DVec3, draw: u32) -> Vec<Line> {
-        let Topology { triangles, edges, edges_of, .. } = self.topology;
+        let Topology { triangles, edges, .. } = self.topology;
         let g: Vec<f64> = self.positions.iter().zip(&self.normals).map(|(p, n)| n.dot(to_eye(*p))).collect();
-        let front = |node: u32| g[node as usize] >= 0.0;
-
-        // Crossings, once for each edge.
-        let mut crossing_of = vec![NONE; edges.len()];
-        let mut crossings: Vec<u32> = Vec::new();
-        for (i, edge) in edges.iter().enumerate() {
-            let [a, b] = edge.nodes;
-            let known = g[a as usize].is_finite() && g[b as usize].is_finite();
-            if known && front(a) != front(b) {
-                crossing_of[i] = crossings.len() as u32;
-                crossings.push(i as u32);
-            }
-        }
         let at = |edge: u32| {
             let [a, b] = edges[edge as usize].nodes.map(|n| n as usize);
             let part = g[a] / (g[a] - g[b]);
             let position = self.positions[a].lerp(self.positions[b], part);
             (position, self.normals[a].lerp(self.normals[b], part), part)
         };
-
-        // The two triangles through which a contour leaves a crossing, and in each how g grows towards the eye.
-        let mut links = vec![[NONE; 2]; crossings.len()];
-        for (t, e) in edges_of.iter().enumerate() {
-            let mut crossed = e.iter().filter(|e| crossing_of[**e as usize] != NONE);
-            let (Some(&a), Some(&b)) = (crossed.next(), crossed.next()) else { continue };
-            for edge in [a, b] {
-                // Where more than two triangles meet, a chain ends.
-                if edges[edge as usize].triangles.contains(&(t as u32)) {
-                    let link = &mut links[crossing_of[edge as usize] as usize];
-                    link[usize::from(link[0] != NONE)] = t as u32;
-                }
-            }
-        }
         let convexity = |t: u32| {
             let corner = triangles[t as usize].map(|n| n as usize);
             let p = corner.map(|n| self.positions[n]);
             growth(p, corner.map(|n| g[n]), to_eye((p[0] + p[1] + p[2]) / 3.0))
         };
-        let across = |t: u32, from: u32| {
-            edges_of[t as usize].into_iter().find(|e| *e != from && crossing_of[*e as usize] != NONE)
-        };
-
-        let mut used = vec![false; crossings.len()];
         let mut lines = Vec::new();
-        let ends = (0..links.len()).filter(|i| links[*i][1] == NONE);
-        let all = 0..links.len();
-        for start in ends.chain(all) {
-            if used[start] {
-                continue;
-            }
-            let (mut chain, mut turns) = (vec![crossings[start]], Vec::new());
-            used[start] = true;
-            let (mut edge, mut triangle) = (crossings[start], links[start][0]);
-            let mut closed = false;
-            while triangle != NONE {
-                let Some(next) = across(triangle, edge) else { break };
-                turns.push(convexity(triangle));
-                let next_crossing = crossing_of[next as usize] as usize;
-                if used[next_crossing] {
-                    closed = next_crossing == start && chain.len() > 2;
-                    if !closed {
-                        turns.pop();
-                    }
-                    break;
-                }
-                used[next_crossing] = true;
-                chain.push(next);
-                let [a, b] = links[next_crossing];
-                (edge, triangle) = (next, if a == triangle { b } else { a });
-            }
-            if chain.len() < 2 {
-                continue;
-            }
+        for ZeroChain { edges: chain, triangles, closed } in zero_chains(self.topology, &g) {
+            let turns: Vec<f64> = triangles.into_iter().map(convexity).collect();
             let points = chain
                 .iter()
                 .enumerate()
@@ -275,6 +224,7 @@ impl<'a> Surface<'a> {
                         anchor: Anchor { vertices, part: part as f32 },
                         possible,
                         silhouette: true,
+                        strength: 1.0,
                     }
                 })
                 .collect();
@@ -303,6 +253,7 @@ impl<'a> Surface<'a> {
                     anchor: Anchor { vertices: [vertex; 2], part: 0.0 },
                     possible: a || b || !self.topology.closed,
                     silhouette: chain.fold == Fold::Border || a != b,
+                    strength: 1.0,
                 }
             };
             let mut points: Vec<LinePoint> = chain.edges.iter().map(|e| point(e.vertices[0], e)).collect();
@@ -321,7 +272,7 @@ impl<'a> Surface<'a> {
 
 /// How fast g grows in a triangle towards the eye, that is along `w`: above zero the surface is convex there, below it is
 /// hollow, as the side of the hole of a ring.
-fn growth(p: [DVec3; 3], g: [f64; 3], w: DVec3) -> f64 {
+pub(crate) fn growth(p: [DVec3; 3], g: [f64; 3], w: DVec3) -> f64 {
     let (a, b) = (p[1] - p[0], p[2] - p[0]);
     let (aa, ab, bb) = (a.dot(a), a.dot(b), b.dot(b));
     let determinant = aa * bb - ab * ab;
@@ -330,21 +281,4 @@ fn growth(p: [DVec3; 3], g: [f64; 3], w: DVec3) -> f64 {
     }
     let (u, v) = (w.dot(a), w.dot(b));
     ((u * bb - v * ab) * (g[1] - g[0]) + (v * aa - u * ab) * (g[2] - g[0])) / determinant
-}
-
-/// Thürmer and Wüthrich 1998: means of the faces' normals, weighted by the angles there.
-fn mean_normals(topology: &Topology, positions: &[DVec3]) -> Vec<DVec3> {
-    let mut sums = vec![DVec3::ZERO; positions.len()];
-    for t in &topology.triangles {
-        let p = t.map(|n| positions[n as usize]);
-        let n = (p[1] - p[0]).cross(p[2] - p[0]).normalize_or_zero();
-        for k in 0..3 {
-            let (a, b) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-            let angle = a.angle_between(b);
-            if angle.is_finite() {
-                sums[t[k] as usize] += n * angle;
-            }
-        }
-    }
-    sums.into_iter().map(DVec3::normalize_or_zero).collect()
 }

@@ -1,10 +1,10 @@
 //! Dots (dian): what is too small for lines becomes one print of the brush.
 
+use crate::depth::DepthMap;
 use crate::footprint::VARIANTS;
 use crate::projection::Projection;
 use crate::stamp::Stamp;
 use crate::stroke::Hand;
-use crate::visibility::DepthMap;
 use glam::{DVec3, Vec2};
 use yugen_optics::random::{hash_combine, unit_f32};
 

@@ -8,12 +8,15 @@
 //! | --- | --- |
 //! | [`topology`] | welded vertices, edges, creases and borders of a mesh |
 //! | [`contour`] | where a surface turns away from the eye (gou), chained |
+//! | [`suggestive`], [`curvature`] | where it would from a little aside; how it bends |
+//! | [`zero_set`] | where values of a mesh are zero, chained |
+//! | [`depth`] | what is in front at each pixel |
 //! | [`visibility`] | lines in the picture, and which parts of them are seen |
 //! | [`select`] | which lines are drawn where they crowd |
 //! | [`tracking`] | strokes that stay what they are from frame to frame |
 //! | [`stroke`] | lines as strokes: pressure, dryness, ink |
 //! | [`tone`], [`scatter`] | how dark a place is; places that stay on surfaces |
-//! | [`wash`], [`wrinkle`], [`dot`] | colour wash (ran), wrinkles (cun), dots (dian) |
+//! | [`wash`], [`wrinkle`], [`rub`], [`dot`] | colour wash (ran), wrinkles (cun), rubbing (ca), dots (dian) |
 //! | [`stamp`], [`footprint`] | prints of the brush and what one looks like |
 //! | [`canvas`], [`resolve`] | stamps to loads of ink to a picture, on the GPU |
 //! | [`flow`], [`dispersion`] | water and ink that run in paper, on the processor and on the GPU |
@@ -21,6 +24,7 @@
 //! | [`svg`] | strokes as vectors |
 //! | [`literal`] | the slides of Xu, Yang and Wu 2012 as they stand, for comparison |
 //! | [`control`], [`preset`] | what is steered, and ways of painting |
+//! | [`steering`] | what of single objects and strokes is otherwise |
 //! | [`painter`] | all of it in order |
 //!
 //! Lengths are in pixels of a picture of 1080 lines where nothing else is said, so that a painting looks the same in any size.
@@ -28,6 +32,8 @@
 pub mod canvas;
 pub mod contour;
 pub mod control;
+pub mod curvature;
+pub mod depth;
 pub mod dispersion;
 pub mod dot;
 mod drying;
@@ -42,10 +48,13 @@ pub mod pigment;
 pub mod preset;
 pub mod projection;
 pub mod resolve;
+pub mod rub;
 pub mod scatter;
 pub mod select;
 pub mod stamp;
+pub mod steering;
 pub mod stroke;
+pub mod suggestive;
 pub mod svg;
 pub mod tone;
 pub mod topology;
@@ -53,5 +62,6 @@ pub mod tracking;
 pub mod visibility;
 pub mod wash;
 pub mod wrinkle;
+pub mod zero_set;
 
 pub use error::InkError;

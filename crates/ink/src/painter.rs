@@ -5,32 +5,36 @@ use crate::canvas::{Canvas, LAYERS, Layer, Materials};
 use crate::contour::Foothold;
 use crate::contour::{Surface, to_world};
 use crate::control::Controls;
+use crate::depth::DepthMap;
 use crate::dot;
-use crate::footprint::{Footprint, VARIANTS};
-use crate::literal::{self, Padi};
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
 use crate::projection::Projection;
 use crate::resolve::Resolve;
+use crate::rub;
 use crate::scatter::Surfaces;
 use crate::select::select;
 use crate::stamp::{self, Stamp};
+use crate::steering::{Steering, StrokeEdit};
 use crate::stroke::{Hand, Stroke};
 use crate::svg::{Drawing, svg};
 use crate::tone::Tones;
 use crate::topology::{Creases, Topology};
 use crate::tracking::{Change, Tracker};
-use crate::visibility::{Cleaning, DepthMap, SampledLine, sample};
+use crate::visibility::{Cleaning, SampledLine, sample};
 use crate::wash;
 use crate::wrinkle::{self, MANNERS, Manner};
 use glam::{DVec3, Vec2};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::{Hash, Hasher};
+use std::sync::Arc;
 use wgpu::{Device, Queue};
 use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::{Options, Stage};
 use yugen_scene::prepared::{DrawRow, MeshRow, Rows};
 use yugen_scene::{Aov, Camera, Film, Filter, Scene};
+
+mod literally;
 
 /// How a scene is painted.
 #[derive(Clone, Debug)]
@@ -45,6 +49,8 @@ pub struct Style {
     pub manner: &'static Manner,
     /// What is a crease.
     pub creases: Creases,
+    /// What is otherwise of single objects and strokes.
+    pub steering: Steering,
     /// Same seed, same painting.
     pub seed: u32,
 }
@@ -57,6 +63,7 @@ impl Default for Style {
             pigments: [&PIGMENTS[0]; LAYERS],
             manner: &MANNERS[0],
             creases: Creases::default(),
+            steering: Steering::default(),
             seed: 0,
         }
     }
@@ -77,6 +84,9 @@ pub struct Painter {
     options: [Options; 2],
     canvas: Canvas,
     style: Style,
+    /// The controls of each draw, and what of single strokes is otherwise.
+    of_draws: Arc<[Controls]>,
+    edits: Arc<BTreeMap<u32, StrokeEdit>>,
     size: [u32; 2],
     space: ColourSpace,
     tracker: Tracker,
@@ -143,7 +153,11 @@ impl Painter {
         // Direct light: what is thrown to and fro a wash does not show.
         let lit = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options.clone() };
         let light = Stage::new(device, queue, &rows, &lit)?;
-        let hand = hand(&style, size, [1.0, 1.0]);
+        let names: Vec<&str> = scene.shapes.iter().map(|s| s.name.as_str()).collect();
+        let of_shapes = style.steering.controls(&style.controls, &names)?;
+        let of_draws = rows.draws.iter().map(|d| of_shapes[d.shape as usize - 1]).collect();
+        let edits = Arc::new(style.steering.strokes.clone());
+        let hand = plain_hand(&style, size);
         let materials = Materials {
             paper: style.paper,
             pigments: style.pigments,
@@ -164,6 +178,8 @@ impl Painter {
             options: [options, lit],
             canvas,
             style,
+            of_draws,
+            edits,
             size,
             space: scene.working_space,
             tracker: Tracker::default(),
@@ -218,32 +234,46 @@ impl Painter {
     /// Follows strokes through a frame that is not painted, and says what became of them.
     pub fn follow(&mut self, camera: &Camera) -> Result<(Vec<Stroke>, Change), InkError> {
         let projection = Projection::new(camera)?;
-        let (_, map) = self.see(camera, &projection)?;
-        let (strokes, _) = self.strokes(&projection, &map);
+        let map = match self.depth(&projection) {
+            Some(map) => map,
+            None => self.see(camera, &projection)?.1,
+        };
+        let hand = self.hand(depths(&map));
+        let (strokes, _) = self.strokes(&projection, &map, &hand);
         Ok((strokes, self.tracker.change()))
     }
 
-    /// What is where.
+    /// What is in front, where everything is opaque.
+    fn depth(&self, projection: &Projection) -> Option<DepthMap> {
+        let _span = tracing::info_span!("fill_depth").entered();
+        let winding = |draw: &DrawRow| {
+            let topology = self.topology(draw).filter(|t| t.solid);
+            topology.map(|t| t.winding)
+        };
+        DepthMap::of(&self.rows, projection, &winding, self.options[0].threads)
+    }
+
+    /// What is where, as the real-time renderer sees it; what is in front of it.
     fn see(&mut self, camera: &Camera, projection: &Projection) -> Result<(Image, DepthMap), InkError> {
         let _span = tracing::info_span!("see").entered();
         // One sample in the middle of each pixel, whatever was seen before.
         self.stage.place(&self.rows.draws)?;
         self.stage.frame(camera)?;
         let seen = self.stage.image()?;
-        let map = DepthMap::new(&seen, projection)
-            .ok_or_else(|| InkError::Refused("the picture lacks depth".into()))?;
-        Ok((seen, map))
+        // The same lines whether they are painted or only followed.
+        let map = self.depth(projection).or_else(|| DepthMap::new(&seen, projection));
+        Ok((seen, map.ok_or_else(|| InkError::Refused("the picture lacks depth".into()))?))
     }
 
     /// The strokes of contours, creases and borders from the back to the front, as those of the frame before go on; and what
     /// is too small for them.
-    fn strokes(&mut self, projection: &Projection, map: &DepthMap) -> (Vec<Stroke>, Vec<Small>) {
+    fn strokes(&mut self, projection: &Projection, map: &DepthMap, hand: &Hand) -> (Vec<Stroke>, Vec<Small>) {
         let _span = tracing::info_span!("find_strokes").entered();
-        let (lines, dots) = self.lines(projection, map);
-        let hand = hand(&self.style, self.size, depths(map));
+        let (lines, dots) = self.lines(projection, map, hand);
         let pieces = hand.all_pieces(&lines);
         let is_free = |pixel: Vec2, depth: f32| map.at(pixel).0 > depth * (1.0 - COVERS);
-        let mut strokes = self.tracker.strokes(pieces, &hand, &is_free);
+        let mut strokes = self.tracker.strokes(pieces, hand, &is_free);
+        strokes.retain(|s| !self.edits.get(&s.id).is_some_and(|edit| edit.hide));
         // A painter lets near things overlap far ones.
         let depth = |s: &Stroke| s.points.iter().map(|p| p.depth).sum::<f32>() / s.points.len().max(1) as f32;
         strokes.sort_by(|a, b| depth(b).total_cmp(&depth(a)).then(a.id.cmp(&b.id)));
@@ -266,10 +296,10 @@ impl Painter {
             Tones::new(&seen, &lit, &map, &projection, self.space, light)
                 .ok_or_else(|| InkError::Refused("the picture lacks normals or light".into()))?
         };
-        let (strokes, dots) = self.strokes(&projection, &map);
-        let hand = hand(&self.style, self.size, depths(&map));
+        let hand = self.hand(depths(&map));
+        let (strokes, dots) = self.strokes(&projection, &map, &hand);
         let mut layers: [Vec<Stamp>; LAYERS] = Default::default();
-        let (controls, unit, seed) = (&self.style.controls, hand.unit, self.style.seed);
+        let (unit, seed) = (hand.unit, self.style.seed);
         let small: HashSet<u32> = dots.iter().map(|(draw, _)| *draw).collect();
         let near = |depth| hand.nearness(depth);
         let surfaces = Surfaces {
@@ -278,7 +308,7 @@ impl Painter {
             projection: &projection,
             map: &map,
             tones: &tones,
-            controls,
+            of_draws: &self.of_draws,
             unit,
             near: &near,
             seed,
@@ -288,6 +318,7 @@ impl Painter {
         for stroke in &wrinkles {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Wrinkle as usize]);
         }
+        layers[Layer::Rub as usize] = rub::stamps(&surfaces);
         for stroke in &strokes {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Contour as usize]);
         }
@@ -299,47 +330,20 @@ impl Painter {
         Ok(Painting { strokes, wrinkles, stamps, change: self.tracker.change() })
     }
 
-    /// The brush's state at each pixel as the first pass of the slides has it ([`literal`]), for contours.
-    pub fn see_literally(&mut self, camera: &Camera) -> Result<Vec<Padi>, InkError> {
-        let projection = Projection::new(camera)?;
-        let (_, map) = self.see(camera, &projection)?;
-        let middle = self.rows.draws.iter().map(|d| DVec3::from_array(d.to_world.map(|r| f64::from(r[3]))));
-        let middle = middle.sum::<DVec3>() / self.rows.draws.len().max(1) as f64;
-        let v = projection.to_eye(middle);
-        let theta = |at: DVec3, n: DVec3| projection.direction(at, n).as_vec2().to_angle();
-        let mut segments = Vec::new();
-        self.each_surface(|surface, topology, _, _| {
-            segments.extend(literal::silhouettes(surface, topology, v, theta));
-        });
-        // The greatest pressure on the side away from the light.
-        let phi = std::f32::consts::FRAC_PI_2 - hand(&self.style, self.size, [1.0, 1.0]).shade.to_angle();
-        Ok(literal::padi(&segments, &projection, &map, phi))
+    fn hand(&self, depths: [f32; 2]) -> Hand {
+        let (of_draws, edits) = (self.of_draws.clone(), self.edits.clone());
+        Hand { of_draws, edits, depths, ..plain_hand(&self.style, self.size) }
     }
 
-    /// What the slides of Xu, Yang and Wu make of the contours ([`literal`]): black ink over the paper's colour, R, G, B, linear
-    /// sRGB.
-    pub fn paint_literally(&mut self, camera: &Camera) -> Result<Image, InkError> {
-        let padi = self.see_literally(camera)?;
-        let hand = hand(&self.style, self.size, [1.0, 1.0]);
-        let seed = self.style.seed;
-        let masks: Vec<Footprint> =
-            (0..VARIANTS as u32).map(|i| Footprint::new(seed, i, self.style.controls.roughness)).collect();
-        let alpha = literal::particles(&padi, self.size, &masks, hand.radius(1.0), seed);
-        let paper = self.style.paper.rgb();
-        let mut image = Image::rgb(self.size[0] as usize, self.size[1] as usize);
-        for (pixel, a) in image.data.chunks_exact_mut(3).zip(alpha) {
-            pixel.copy_from_slice(&(paper * (1.0 - a)).to_array());
-        }
-        Ok(image)
+    fn topology(&self, draw: &DrawRow) -> Option<&Topology> {
+        let use_normals = draw.flags & DrawRow::HAS_NORMALS != 0;
+        self.topologies.get(&(draw.mesh, use_normals)).map(|known| &known.topology)
     }
 
     /// Calls for each placed mesh that has a surface: it, its topology, index and row of its draw.
     fn each_surface(&self, mut f: impl FnMut(&Surface, &Topology, u32, &DrawRow)) {
         for (i, draw) in (0u32..).zip(&self.rows.draws) {
-            let use_normals = draw.flags & DrawRow::HAS_NORMALS != 0;
-            let Some(Known { topology, .. }) = self.topologies.get(&(draw.mesh, use_normals)) else {
-                continue;
-            };
+            let Some(topology) = self.topology(draw) else { continue };
             let MeshRow { first_vertex, vertices, .. } = self.rows.meshes[draw.mesh as usize];
             let vertices = &self.rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
             let move_to_world = to_world(draw);
@@ -358,17 +362,25 @@ impl Painter {
     }
 
     /// The lines that are drawn, and the draws that are too small for lines, with their dots where they are seen.
-    fn lines(&mut self, projection: &Projection, map: &DepthMap) -> (Vec<SampledLine>, Vec<Small>) {
-        let detail = self.style.controls.detail;
-        let unit = unit(self.size);
-        let hand = hand(&self.style, self.size, depths(map));
+    fn lines(
+        &mut self,
+        projection: &Projection,
+        map: &DepthMap,
+        hand: &Hand,
+    ) -> (Vec<SampledLine>, Vec<Small>) {
+        let unit = hand.unit;
         let (mut lines, mut dots) = (Vec::new(), Vec::new());
         self.each_surface(|surface, _, i, draw| {
-            if let Some(dot) = dot::dot(&surface.positions, projection, map, &hand, i, draw.shape) {
+            if let Some(dot) = dot::dot(&surface.positions, projection, map, &hand.of(i), i, draw.shape) {
                 dots.push((i, dot));
                 return;
             }
-            for line in surface.lines(projection, i) {
+            let to_eye = |p| projection.to_eye(p);
+            let suggestive = match hand.of(i).controls.suggestive > 0.0 {
+                true => surface.suggestive_contours(&to_eye, i),
+                false => Vec::new(),
+            };
+            for line in surface.lines(projection, i).into_iter().chain(suggestive) {
                 lines.extend(sample(&line, draw.shape, projection, map));
             }
         });
@@ -390,7 +402,7 @@ impl Painter {
         };
         lines.iter_mut().for_each(|l| l.clean(&cleaning));
         lines.retain(|l| l.samples.iter().any(|s| s.visible));
-        select(&mut lines, detail, unit, known);
+        select(&mut lines, &|draw| hand.of(draw).controls.detail, unit, known);
         (lines, dots)
     }
 
@@ -450,11 +462,14 @@ pub fn unit(size: [u32; 2]) -> f32 {
     size[1] as f32 / 1080.0
 }
 
-fn hand(style: &Style, size: [u32; 2], depths: [f32; 2]) -> Hand {
+/// The hand where nothing is known of the scene.
+fn plain_hand(style: &Style, size: [u32; 2]) -> Hand {
     Hand {
         controls: style.controls,
+        of_draws: Arc::new([]),
+        edits: Arc::default(),
         unit: unit(size),
-        depths,
+        depths: [1.0, 1.0],
         // Light from the upper left, as where a right-handed painter has his lamp.
         shade: Vec2::new(0.55, 0.835),
         seed: style.seed,
@@ -467,6 +482,6 @@ fn depths(map: &DepthMap) -> [f32; 2] {
     if all.is_empty() {
         return [1.0, 1.0];
     }
-    all.sort_by(f32::total_cmp);
-    [all[all.len() / 50], all[all.len() - 1 - all.len() / 50]]
+    let [near, far] = [all.len() / 50, all.len() - 1 - all.len() / 50];
+    [near, far].map(|rank| *all.select_nth_unstable_by(rank, f32::total_cmp).1)
 }

@@ -6,6 +6,7 @@ use crate::control::CONTROLS;
 use crate::painter::Style;
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
+use crate::steering::{self, Steering, StrokeEdit};
 use crate::wrinkle::{MANNERS, Manner};
 use toml::de::{DeTable, DeValue};
 use yugen_scene::suggest;
@@ -24,6 +25,8 @@ pub struct Preset {
 /// What is painted where nobody says.
 pub const DEFAULT: &str = "sumi";
 
+/// Tables of tables.
+const TABLES: [&str; 2] = ["object", "stroke"];
 /// Names that keys take instead of a number.
 const NAMES: [&str; 5] = ["doc", "paper", "manner", "pigment", "wash_pigment"];
 
@@ -71,15 +74,20 @@ fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
             DeValue::String(word) if key == "doc" => doc = word.to_string(),
             DeValue::String(word) if named => set_name(&mut style, key, word)?,
             // What floats cannot name is out of every range.
-            DeValue::Float(number) if !named => {
+            DeValue::Float(number) if !named && !TABLES.contains(&key) => {
                 style.controls.set(key, number.as_str().parse().unwrap_or(f32::NAN))?;
             }
-            DeValue::Integer(number) if !named => {
+            DeValue::Integer(number) if !named && !TABLES.contains(&key) => {
                 style.controls.set(key, number.as_str().parse().unwrap_or(f32::NAN))?;
             }
+            DeValue::Table(all) if TABLES.contains(&key) => steer(&mut style.steering, key, all)?,
             _ => {
-                let known = NAMES.into_iter().chain(CONTROLS.iter().map(|c| c.name));
-                let what = if named { "a name in quotes" } else { "a number" };
+                let known = NAMES.into_iter().chain(TABLES).chain(CONTROLS.iter().map(|c| c.name));
+                let what = match named {
+                    true => "a name in quotes",
+                    false if TABLES.contains(&key) => "tables, as [object.NAME] and [stroke.ID]",
+                    false => "a number",
+                };
                 let hint = match known.clone().any(|k| k == key) {
                     true => format!(": expected {what}"),
                     false => suggest(key, known),
@@ -89,6 +97,42 @@ fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
         }
     }
     Ok(Preset { name: name.into(), doc, style })
+}
+
+/// Reads the tables of objects or of strokes.
+fn steer(steering: &mut Steering, kind: &str, all: &DeTable) -> Result<(), InkError> {
+    for (name, value) in all {
+        let name: &str = name.get_ref();
+        let within = |e: InkError| InkError::Preset(format!("[{kind}.{name}]: {e}"));
+        let DeValue::Table(keys) = value.get_ref() else {
+            return Err(InkError::Preset(format!("[{kind}.{name}] must be a table of controls")));
+        };
+        let mut edit = StrokeEdit::default();
+        for (key, value) in keys {
+            let key: &str = key.get_ref();
+            let number = match value.get_ref() {
+                DeValue::Boolean(hide) if kind == "stroke" && key == "hide" => {
+                    edit.hide = *hide;
+                    continue;
+                }
+                DeValue::Float(number) => number.as_str().parse().unwrap_or(f32::NAN),
+                DeValue::Integer(number) => number.as_str().parse().unwrap_or(f32::NAN),
+                _ => return Err(within(InkError::Preset(format!("'{key}' must be a number")))),
+            };
+            match kind {
+                "object" => edit.changes.of_object(key, number),
+                _ => edit.changes.of_stroke(key, number),
+            }
+            .map_err(within)?;
+        }
+        match kind {
+            "object" => steering.objects.push((name.into(), edit.changes)),
+            _ => {
+                steering.strokes.insert(steering::id(name).map_err(within)?, edit);
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Gives a style a paper, a manner of wrinkles or a pigment by its name.
@@ -150,6 +194,13 @@ mod tests {
             ("ink = nan", "out of range"),
             ("ink = ", "own.toml: "),
             ("[ink]\na = 1", "expected a number"),
+            ("[object.ball]\nwahs = 1", "[object.ball]: there is no control 'wahs'; did you mean 'wash'?"),
+            ("[object.ball]\nbleed = 1", "'bleed' is of the whole sheet"),
+            ("[object]\nball = 1", "[object.ball] must be a table"),
+            ("object = 1", "expected tables, as [object.NAME]"),
+            ("[stroke.12]\nhide = true", "'12' is no stroke: expected data-id"),
+            ("[stroke.0f3a9c12]\nwash = 1", "'wash' is not of a stroke; expected hide, ink"),
+            ("[stroke.0f3a9c12]\nhide = 'yes'", "'hide' must be a number"),
         ] {
             assert!(said(text).contains(words), "{text}: {}", said(text));
         }

@@ -105,8 +105,28 @@ impl Projection {
         if c.z < self.near * (1.0 - 1e-9) || !c.is_finite() {
             return None;
         }
+        Some(Projected { pixel: self.pixel(c), depth: c.z })
+    }
+
+    /// From the world to the camera's space, whose z is depth.
+    pub fn to_camera(&self) -> DAffine3 {
+        self.to_camera
+    }
+
+    /// Where a point of the camera's space behind the near plane is seen.
+    pub fn pixel(&self, c: DVec3) -> DVec2 {
         let xy = if self.parallel { c.truncate() } else { c.truncate() / c.z };
-        Some(Projected { pixel: (self.shift - xy) * self.scale - self.corner, depth: c.z })
+        (self.shift - xy) * self.scale - self.corner
+    }
+
+    /// Depth of the near plane.
+    pub fn near(&self) -> f64 {
+        self.near
+    }
+
+    /// Whether rays are parallel.
+    pub fn is_parallel(&self) -> bool {
+        self.parallel
     }
 
     /// The part of the segment that lies behind the near plane, as parts of it; `None` where there is none.

@@ -7,9 +7,9 @@
 
 use crate::contour::to_world;
 use crate::control::Controls;
+use crate::depth::DepthMap;
 use crate::projection::Projection;
 use crate::tone::Tones;
-use crate::visibility::DepthMap;
 use glam::{DVec3, Vec2};
 use std::collections::HashSet;
 use yugen_optics::random::{hash_combine, unit_f32};
@@ -52,8 +52,8 @@ pub struct Surfaces<'a> {
     pub map: &'a DepthMap,
     /// In which light.
     pub tones: &'a Tones,
-    /// How it is painted.
-    pub controls: &'a Controls,
+    /// How each draw is painted.
+    pub of_draws: &'a [Controls],
     /// Pixels that stand for one in a picture of 1080 lines.
     pub unit: f32,
     /// How near something at a depth is, 0 to 1.
@@ -63,15 +63,20 @@ pub struct Surfaces<'a> {
 }
 
 impl Surfaces<'_> {
-    /// Places, `density` to a pixel; each kind of mark has a `salt` of its own.
-    pub fn scatter(&self, density: f32, salt: u32) -> Vec<Place> {
-        let density = |draw| if self.without.contains(&draw) { 0.0 } else { density };
+    /// How a draw is painted.
+    pub fn controls(&self, draw: u32) -> &Controls {
+        &self.of_draws[draw as usize]
+    }
+
+    /// Places, `density` to a pixel by the controls of a draw; each kind of mark has a `salt` of its own.
+    pub fn scatter(&self, density: impl Fn(&Controls) -> f32, salt: u32) -> Vec<Place> {
+        let density = |draw| if self.without.contains(&draw) { 0.0 } else { density(self.controls(draw)) };
         scatter(self.rows, self.projection, self.map, density, hash_combine(self.seed, salt))
     }
 
-    /// What is left of ink at a depth.
-    pub fn paleness(&self, depth: f32) -> f32 {
-        1.0 - 0.75 * self.controls.distance * (1.0 - (self.near)(depth))
+    /// What is left of ink at the depth of a place.
+    pub fn paleness(&self, place: &Place) -> f32 {
+        1.0 - 0.75 * self.controls(place.draw).distance * (1.0 - (self.near)(place.depth))
     }
 }
 

@@ -20,18 +20,20 @@ const STAY: f32 = 0.75;
 /// See [`STAY`].
 const COME: f32 = 1.2;
 
-/// Hides what is too much. `detail`: 0 to 1; `unit`: pixels that stand for one in a picture of 1080 lines. `known`: there was a
+/// Hides what is too much. `detail`: 0 to 1, of a draw; `unit`: pixels that stand for one in a picture of 1080 lines. `known`: there was a
 /// frame before.
-pub fn select(lines: &mut Vec<SampledLine>, detail: f32, unit: f32, known: bool) {
-    let between = |[from, to]: [f32; 2]| (from + (to - from) * detail) * unit;
-    let (apart, shortest) = (between(APART).max(2.0), between(SHORTEST).max(4.0));
+pub fn select(lines: &mut Vec<SampledLine>, detail: &dyn Fn(u32) -> f32, unit: f32, known: bool) {
+    let between = |[from, to]: [f32; 2], detail: f32| (from + (to - from) * detail) * unit;
+    let widest = between(APART, 0.0).max(2.0);
     let mut order: Vec<(f32, usize)> = lines.iter().enumerate().map(|(i, l)| (importance(l), i)).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     // As wide as what is looked for is at the most.
-    let mut drawn = Drawn { cell: apart * COME, places: HashMap::new() };
-    let cleaning = Cleaning { bridge: 2.0 * apart, crumb: shortest, ..Cleaning::default() };
+    let mut drawn = Drawn { cell: widest * COME, places: HashMap::new() };
     for (_, i) in order {
         let line = &mut lines[i];
+        let detail = detail(line.draw);
+        let (apart, shortest) = (between(APART, detail).max(2.0), between(SHORTEST, detail).max(4.0));
+        let cleaning = Cleaning { bridge: 2.0 * apart, crumb: shortest, ..Cleaning::default() };
         let ways = ways(&line.samples, line.closed);
         for (sample, way) in line.samples.iter_mut().zip(&ways) {
             // What stands out far is never crowded out.
@@ -63,6 +65,7 @@ fn importance(line: &SampledLine) -> f32 {
         LineKind::Contour => 1.0,
         LineKind::Border => 0.9,
         LineKind::Crease | LineKind::Wrinkle => 0.6,
+        LineKind::Suggestive => 0.5,
     };
     let pairs = line.samples.windows(2).filter(|w| w[0].visible && w[1].visible);
     let of = |w: &[Sample]| {
@@ -136,6 +139,7 @@ mod tests {
                 cover: 0.0,
                 foothold: Foothold { ends: [Anchor { vertices: [0; 2], part: 0.0 }; 2], part: 0.0 },
                 line: Vec2::ZERO,
+                strength: 1.0,
                 trace: None,
             })
             .collect();
@@ -147,18 +151,18 @@ mod tests {
         let all =
             || vec![line(0.0, 0.0, 200.0, 0.0), line(3.0, 0.0, 180.0, 1.0), line(60.0, 0.0, 180.0, 0.0)];
         let mut lines = all();
-        select(&mut lines, 0.3, 1.0, false);
+        select(&mut lines, &|_| 0.3, 1.0, false);
         assert_eq!(lines.len(), 2, "one of the two that are three pixels apart");
         assert!(lines.iter().any(|l| l.samples[0].pixel.y == 3.0), "the outline");
         let mut lines = all();
-        select(&mut lines, 1.0, 1.0, false);
+        select(&mut lines, &|_| 1.0, 1.0, false);
         assert_eq!(lines.len(), 3);
         // One that crosses is no double.
         let mut lines = vec![line(0.0, 0.0, 200.0, 0.0), line(-100.0, 1.0, 200.0, 0.0)];
-        select(&mut lines, 0.3, 1.0, false);
+        select(&mut lines, &|_| 0.3, 1.0, false);
         assert_eq!(lines.len(), 2);
         let mut lines = vec![line(0.0, 0.0, 20.0, 0.0)];
-        select(&mut lines, 0.0, 1.0, false);
+        select(&mut lines, &|_| 0.0, 1.0, false);
         assert!(lines.is_empty(), "a crumb");
     }
 }

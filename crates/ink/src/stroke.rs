@@ -6,9 +6,11 @@
 
 use crate::contour::LineKind;
 use crate::control::Controls;
+use crate::steering::StrokeEdit;
 use crate::visibility::{STEP, Sample, SampledLine};
 use glam::{Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 use yugen_motion::noise::noise;
 use yugen_optics::random::{hash_combine, unit_f32};
 use yugen_optics::special::smoothstep;
@@ -54,8 +56,6 @@ pub struct Stroke {
     pub closed: bool,
     /// It is no line any more, and goes.
     pub fading: bool,
-    /// Part of its lines that separate the object from what is behind, 0 to 1, by how far that is.
-    pub weight: f32,
 }
 
 impl Stroke {
@@ -155,10 +155,14 @@ impl Brush {
 }
 
 /// What strokes depend on besides their lines.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Hand {
     /// The controls.
     pub controls: Controls,
+    /// Those of each draw; none: all have `controls`.
+    pub of_draws: Arc<[Controls]>,
+    /// What of single strokes is otherwise, by their identity.
+    pub edits: Arc<BTreeMap<u32, StrokeEdit>>,
     /// Pixels that stand for one in a picture of 1080 lines.
     pub unit: f32,
     /// Nearest and farthest depth of what is seen.
@@ -182,6 +186,21 @@ const RADIUS_POWER: f32 = 1.2;
 const SMOOTHING: f32 = 3.0;
 
 impl Hand {
+    /// The hand that draws an object.
+    pub fn of(&self, draw: u32) -> Self {
+        let controls = self.of_draws.get(draw as usize).copied().unwrap_or(self.controls);
+        Self { controls, ..self.clone() }
+    }
+
+    /// The hand that draws a stroke of it.
+    pub fn of_stroke(&self, draw: u32, id: u32) -> Self {
+        let mut hand = self.of(draw);
+        if let Some(edit) = self.edits.get(&id) {
+            edit.changes.apply(&mut hand.controls);
+        }
+        hand
+    }
+
     /// Half the width at a pressure.
     pub fn radius(&self, pressure: f32) -> f32 {
         let most = RADIUS * self.controls.size * self.unit;
@@ -235,7 +254,6 @@ impl Hand {
     /// The stroke of a piece by what the brush does at each of its samples; `presence`: how much of it is there, 0 to 1.
     pub fn stroke(&self, piece: &Piece, id: u32, path: &Path, brush: &[Brush], presence: &[f32]) -> Stroke {
         let samples = &piece.samples;
-        let weight = samples.iter().map(stands_out).sum::<f32>() / samples.len() as f32;
         let mut points: Vec<StrokePoint> = (0..samples.len())
             .map(|i| {
                 let Sample { pixel, depth, .. } = samples[i];
@@ -248,7 +266,7 @@ impl Hand {
             .collect();
         points.iter_mut().zip(moved).for_each(|(point, moved)| point.pixel = moved);
         let Piece { kind, draw, shape, closed, .. } = *piece;
-        Stroke { kind, draw, shape, id, seed: path.seed, points, closed, fading: false, weight }
+        Stroke { kind, draw, shape, id, seed: path.seed, points, closed, fading: false }
     }
 
     /// A point of a stroke.
@@ -278,6 +296,7 @@ impl Hand {
         let of_kind = match piece.kind {
             LineKind::Contour => 0.62,
             LineKind::Crease | LineKind::Wrinkle => 0.5,
+            LineKind::Suggestive => 0.45,
             LineKind::Border => 0.6,
         };
         let full = self.radius(1.0);
@@ -314,14 +333,17 @@ impl Hand {
             let varied = circular * swell * sway * (0.25 + 0.75 * reach);
             // Without contrast the hand keeps its pressure.
             let pressure = (0.6 + c.contrast * 1.6 * (varied - 0.6)).max(0.08) * ends;
-            let pressure = (pressure * kind * (0.55 + 0.45 * near.powf(0.5 * c.distance))).clamp(0.0, 1.25);
+            let pressure =
+                (pressure * kind * sample.strength.sqrt() * (0.55 + 0.45 * near.powf(0.5 * c.distance)))
+                    .clamp(0.0, 1.25);
 
             let spent = 1.0 - (-s / runs_dry).exp();
             let flick = (1.0 - fall).powi(2);
             let dryness = c.dryness * (0.5 + 0.9 * spent + 0.9 * flick + 0.35 * along(phase, 180.0, 5));
             let far = 1.0 - c.distance * 0.8 * (1.0 - near);
             let load = (0.75 + 0.5 * random(7)) * (1.0 - 0.4 * spent) * (0.5 + 0.5 * kind);
-            let ink = INK * c.ink * c.contour * load * far;
+            let of_line = if piece.kind == LineKind::Suggestive { c.suggestive.min(1.0) } else { 1.0 };
+            let ink = INK * c.ink * c.contour * load * far * of_line * sample.strength;
             // A closed stroke must meet its beginning.
             let fade = if piece.closed { (s.min(length - s) / (60.0 * u)).clamp(0.0, 1.0) } else { 1.0 };
             let waver = 1.3 * c.roughness * u * along(phase, 60.0, 6) * fade;
@@ -563,6 +585,7 @@ mod tests {
                 cover: 0.0,
                 foothold: Foothold { ends: [Anchor { vertices: [0; 2], part: 0.0 }; 2], part: 0.0 },
                 line: Vec2::ZERO,
+                strength: 1.0,
                 trace: None,
             })
             .collect();

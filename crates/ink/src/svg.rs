@@ -203,7 +203,6 @@ mod tests {
             points,
             closed,
             fading: false,
-            weight: 1.0,
         }
     }
 

@@ -1,8 +1,8 @@
 //! How light or dark each place is to be painted: from the picture of the real-time renderer, and so by any reflectance model
 //! and light. Highlights become paper that is left blank, firelight steers the wash.
 
+use crate::depth::DepthMap;
 use crate::projection::Projection;
-use crate::visibility::DepthMap;
 use glam::{DVec2, Vec2, Vec3};
 use yugen_optics::special::smoothstep;
 use yugen_optics::{ColourSpace, Image};

@@ -5,8 +5,8 @@
 //! surfaces run over triangles between nodes ([`crate::contour`]); creases and borders are edges between points and are
 //! chained here, once for a mesh.
 
-use glam::Vec3;
-use std::collections::HashMap;
+use glam::{DVec3, Vec3};
+use std::collections::{HashMap, HashSet};
 use yugen_scene::prepared::VertexRow;
 
 /// No triangle, edge or node.
@@ -74,8 +74,14 @@ pub struct Topology {
     pub folds: Vec<FoldChain>,
     /// Normals are those of the mesh, not means of its faces.
     pub has_normals: bool,
-    /// Every edge has two triangles, so that an outside is known; and whether normals look inwards.
+    /// Every edge has two triangles, so that an outside is known.
     pub closed: bool,
+    /// It is closed and neighbours wind the same way, so that each face has an outside.
+    pub solid: bool,
+    /// Of a closed mesh 1, or −1 where faces wind the other way than outside.
+    pub winding: f64,
+    /// 1, or −1 where normals look to the side from which faces wind the other way.
+    pub agree: f64,
 }
 
 /// What is a crease.
@@ -170,6 +176,21 @@ impl Topology {
 
         let closed = !kept.is_empty() && between.values().all(|t| t.len() == 2);
         let folds = fold_chains(&kept, &corners, &faces, &points, &between, place, given, creases);
+        let solid = closed && winds_alike(&kept, &points);
+        // Six times the volume about the first corner, and whether normals go with the winding.
+        let (mut volume, mut agree) = (0.0, 0.0);
+        let first = kept.first().map_or(Vec3::ZERO, |(_, t)| place(t[0])).as_dvec3();
+        for (_, t) in &kept {
+            let p = t.map(|v| place(v).as_dvec3() - first);
+            let n = (p[1] - p[0]).cross(p[2] - p[0]);
+            volume += p[0].dot(p[1].cross(p[2]));
+            // Means of the faces' normals agree with them.
+            if given {
+                agree +=
+                    t.map(|v| n.dot(Vec3::from(vertices[v as usize].normal).as_dvec3())).iter().sum::<f64>();
+            }
+        }
+        let sign = |v: f64| if v < 0.0 { -1.0 } else { 1.0 };
         Self {
             vertices: node_vertices,
             triangles: corners,
@@ -179,8 +200,36 @@ impl Topology {
             folds,
             has_normals: given,
             closed,
+            solid,
+            winding: sign(volume),
+            agree: sign(agree),
         }
     }
+
+    /// Normals of nodes that are where `positions` says: means of the faces' normals, weighted by the angles there. Thürmer and
+    /// Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets".
+    pub fn mean_normals(&self, positions: &[DVec3]) -> Vec<DVec3> {
+        let mut sums = vec![DVec3::ZERO; positions.len()];
+        for t in &self.triangles {
+            let p = t.map(|n| positions[n as usize]);
+            let n = (p[1] - p[0]).cross(p[2] - p[0]).normalize_or_zero();
+            for k in 0..3 {
+                let (a, b) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+                let angle = a.angle_between(b);
+                if angle.is_finite() {
+                    sums[t[k] as usize] += n * angle;
+                }
+            }
+        }
+        sums.into_iter().map(DVec3::normalize_or_zero).collect()
+    }
+}
+
+/// Whether no two triangles go along an edge in the same direction.
+fn winds_alike(kept: &[(u32, [u32; 3])], points: &[u32]) -> bool {
+    let mut once = HashSet::with_capacity(3 * kept.len());
+    let corners = kept.iter().map(|(_, t)| t.map(|v| points[v as usize]));
+    corners.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).all(|edge| once.insert(edge))
 }
 
 fn ordered(a: u32, b: u32) -> [u32; 2] {
@@ -445,7 +494,7 @@ mod tests {
         for _ in 0..2 {
             let t = topology(&block);
             let edges: usize = t.folds.iter().map(|c| c.edges.len()).sum();
-            assert_eq!((t.folds.len(), edges, t.closed), (12, 12, true));
+            assert_eq!((t.folds.len(), edges, t.closed, t.solid, t.winding), (12, 12, true, true, 1.0));
             // Six smooth parts of four corners and two triangles.
             assert_eq!((t.vertices.len(), t.triangles.len()), (24, 12));
             block.normals.clear();

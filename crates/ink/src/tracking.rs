@@ -129,7 +129,6 @@ struct Remembered {
     shape: u32,
     closed: bool,
     fading: bool,
-    weight: f32,
     points: Vec<Point>,
 }
 
@@ -388,14 +387,15 @@ impl Tracker {
             let (phase, slip) = phases(&s, &votes, around, hand.unit);
             slips.extend(slip);
             let path = Path { seed, s: &s, phase: &phase };
-            let mut brush = hand.brush(piece, &path);
+            let own = hand.of_stroke(piece.draw, id);
+            let mut brush = own.brush(piece, &path);
             for (brush, sample) in brush.iter_mut().zip(&piece.samples) {
                 if let Some(before) = sample.trace.filter(|t| t.stroke.is_some()) {
                     *brush = before.brush.lerp(brush, FOLLOW);
                 }
             }
             let presence = if known { presence(piece, &s, hand.unit) } else { vec![1.0; s.len()] };
-            let stroke = hand.stroke(piece, id, &path, &brush, &presence);
+            let stroke = own.stroke(piece, id, &path, &brush, &presence);
             let points = (0..s.len()).map(|i| {
                 let sample = &piece.samples[i];
                 Point {
@@ -417,7 +417,6 @@ impl Tracker {
                 shape: piece.shape,
                 closed: piece.closed,
                 fading: false,
-                weight: stroke.weight,
                 points: points.collect(),
             });
             strokes.push(stroke);
@@ -430,7 +429,8 @@ impl Tracker {
             change.slip = [mean, slips[slips.len() - 1 - slips.len() / 20]];
         }
         for ghost in ghosts(&memory, &pieces, hand.unit, is_free) {
-            strokes.push(hand.ghost(&ghost));
+            let r = &ghost.remembered;
+            strokes.push(hand.of_stroke(r.draw, r.id).ghost(&ghost));
             next.strokes.push(ghost.remembered);
         }
         next.seen = std::mem::take(&mut self.seen);
@@ -685,7 +685,6 @@ impl Hand {
             points: Vec::with_capacity(r.points.len()),
             closed: false,
             fading: true,
-            weight: r.weight,
         };
         let mut s = 0.0;
         for (i, (point, (pixel, depth))) in r.points.iter().zip(&ghost.places).enumerate() {

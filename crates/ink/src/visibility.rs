@@ -6,11 +6,10 @@
 //! truly covers the line can be nearer. Then single errors are voted down along the line, gaps bridged and crumbs dropped.
 
 use crate::contour::{Foothold, Line, LineKind, LinePoint};
+use crate::depth::DepthMap;
 use crate::projection::Projection;
 use crate::tracking::Trace;
 use glam::{DVec2, Vec2};
-use yugen_optics::Image;
-use yugen_scene::Aov;
 
 /// How far beside a line depth is read, pixels. At 1 a ring of 600 triangles still covers a quarter of its own contour, at 2
 /// contours that pass behind others show more; 1.5 lies between.
@@ -23,45 +22,6 @@ pub const STEP: f64 = 2.0;
 /// Slope up to which a face beside a crease may come nearer than the crease without covering it, depth over width: 76
 /// degrees.
 const STEEPEST: f32 = 4.0;
-
-/// Depth along the axis and the number of the shape at the centre of each pixel.
-#[derive(Clone, Debug)]
-pub struct DepthMap {
-    /// Pixels across and down.
-    pub size: [u32; 2],
-    /// Row after row; infinite where nothing is.
-    pub depth: Vec<f32>,
-    /// Counted from one; 0 where nothing is.
-    pub shape: Vec<u32>,
-}
-
-impl DepthMap {
-    /// From the depth and the id of the real-time renderer; `None` where the picture has not both.
-    pub fn new(image: &Image, projection: &Projection) -> Option<Self> {
-        let [depth, id] = [Aov::Depth, Aov::Id].map(|aov| image.channel(aov.channels()[0]));
-        let (depth, id) = (depth?, id?);
-        let size = [image.width as u32, image.height as u32];
-        let mut map = Self { size, depth: Vec::new(), shape: Vec::new() };
-        for y in 0..size[1] {
-            for x in 0..size[0] {
-                let pixel = image.pixel(x as usize, y as usize);
-                let shape = pixel[id].max(0.0) as u32;
-                let z = projection.depth_of_ray(x, y, f64::from(pixel[depth])) as f32;
-                map.depth.push(if shape == 0 { f32::INFINITY } else { z });
-                map.shape.push(shape);
-            }
-        }
-        Some(map)
-    }
-
-    /// At a place in the picture, or at the nearest on its edge: depth and shape.
-    pub fn at(&self, p: Vec2) -> (f32, u32) {
-        let [w, h] = self.size.map(|n| n as i32 - 1);
-        let (x, y) = ((p.x.floor() as i32).clamp(0, w), (p.y.floor() as i32).clamp(0, h));
-        let i = y as usize * self.size[0] as usize + x as usize;
-        (self.depth[i], self.shape[i])
-    }
-}
 
 /// A place on a line in the picture.
 #[derive(Clone, Copy, Debug)]
@@ -84,6 +44,8 @@ pub struct Sample {
     pub foothold: Foothold,
     /// Where the line itself is, which smoothing leaves.
     pub line: Vec2,
+    /// How much of it is drawn, 0 to 1.
+    pub strength: f32,
     /// What was here in the frame before.
     pub trace: Option<Trace>,
 }
@@ -189,6 +151,7 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
                     cover,
                     foothold,
                     line: pixel,
+                    strength: a.strength + (b.strength - a.strength) * along as f32,
                     trace: None,
                 });
             }
@@ -211,16 +174,27 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
 }
 
 /// Beyond the window nothing is known of depth: a line goes on there as it leaves the picture, so that no stroke ends at its
-/// edge.
+/// edge, and is whole where it leaves and comes back seen.
 fn go_on_outside(samples: &mut [Sample], size: [u32; 2]) {
     let size = Vec2::from(size.map(|n| n as f32));
     let inside = |s: &Sample| s.pixel.cmpge(Vec2::ZERO).all() && s.pixel.cmplt(size).all();
-    let known: Vec<bool> = samples.iter().map(inside).collect();
-    let seen: Vec<bool> = samples.iter().map(|s| s.visible).collect();
-    for i in (0..samples.len()).filter(|i| !known[*i]) {
-        let before = (0..i).rev().take(WHOLE_MARGIN).find(|j| known[*j]);
-        let after = (i + 1..samples.len()).take(WHOLE_MARGIN).find(|j| known[*j]);
-        samples[i].visible = before.or(after).is_some_and(|j| seen[j]);
+    let n = samples.len();
+    let mut first = 0;
+    while first < n {
+        if inside(&samples[first]) {
+            first += 1;
+            continue;
+        }
+        let end = (first..n).find(|i| inside(&samples[*i])).unwrap_or(n);
+        let seen = |i: Option<usize>| i.filter(|i| *i < n).map(|i| samples[i].visible);
+        let (before, after) = (seen(first.checked_sub(1)), seen(Some(end)));
+        let whole = before == Some(true) && after == Some(true);
+        for i in first..end {
+            let near = [(before, i - first), (after, end - 1 - i)];
+            let goes_on = near.iter().any(|(seen, far)| *seen == Some(true) && *far < WHOLE_MARGIN);
+            samples[i].visible = whole || goes_on;
+        }
+        first = end;
     }
 }
 
@@ -433,6 +407,7 @@ mod tests {
                 cover: 0.0,
                 foothold: Foothold { ends: [Anchor { vertices: [0; 2], part: 0.0 }; 2], part: 0.0 },
                 line: Vec2::ZERO,
+                strength: 1.0,
                 trace: None,
             })
             .collect();

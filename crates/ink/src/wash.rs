@@ -1,5 +1,6 @@
 //! Colour wash (ran): broad, wet prints of a soft brush where it is dark.
 
+use crate::control::Controls;
 use crate::footprint::VARIANTS;
 use crate::scatter::Surfaces;
 use crate::stamp::Stamp;
@@ -29,14 +30,15 @@ fn darkness(grey: f32, facing: f32) -> f32 {
 
 /// The stamps on `surfaces`.
 pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
-    let Surfaces { map, tones, controls, unit, .. } = *surfaces;
-    if controls.wash <= 0.0 {
-        return Vec::new();
-    }
-    let full = RADIUS * unit * controls.size.sqrt();
-    let density = OVERLAP / (std::f32::consts::PI * full * full);
+    let Surfaces { map, tones, unit, .. } = *surfaces;
+    let full = |size: f32| RADIUS * unit * size.sqrt();
+    let density = |c: &Controls| {
+        if c.wash > 0.0 { OVERLAP / (std::f32::consts::PI * full(c.size).powi(2)) } else { 0.0 }
+    };
     let mut stamps = Vec::new();
     for place in surfaces.scatter(density, 0x7a5) {
+        let controls = surfaces.controls(place.draw);
+        let full = full(controls.size);
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));
         let Some(i) = tones.index(place.pixel) else { continue };
         let Some(grey) = tones.grey(place.pixel, 0.9 * full, place.shape) else { continue };
@@ -45,7 +47,7 @@ pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
         if dark < 0.02 {
             continue;
         }
-        let far = surfaces.paleness(place.depth);
+        let far = surfaces.paleness(&place);
         let ink =
             LOAD * controls.wash * controls.ink * (M * dark).powf(BETA) * (0.85 + 0.3 * random(10)) * far;
         // Near the outline, at which prints end, the brush is held more upright.

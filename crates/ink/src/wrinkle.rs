@@ -1,10 +1,11 @@
 //! Wrinkles (cun): short strokes over the form, after the manners of the tradition.
 
 use crate::contour::LineKind;
+use crate::control::Controls;
+use crate::depth::DepthMap;
 use crate::scatter::{Place, Surfaces};
 use crate::stroke::{Stroke, StrokePoint};
 use crate::tone::Tones;
-use crate::visibility::DepthMap;
 use glam::{Vec2, Vec3};
 use yugen_motion::noise::noise;
 use yugen_optics::random::{hash_combine, unit_f32};
@@ -122,14 +123,13 @@ const FLAT: f32 = 0.18;
 
 /// The strokes on `surfaces`.
 pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
-    let Surfaces { map, tones, controls, unit, .. } = *surfaces;
-    if controls.wrinkle <= 0.0 {
-        return Vec::new();
-    }
-    let length = manner.length * unit * controls.size.sqrt();
-    let density = manner.density / (length * length);
+    let Surfaces { map, tones, unit, .. } = *surfaces;
+    let length = |size: f32| manner.length * unit * size.sqrt();
+    let density = |c: &Controls| if c.wrinkle > 0.0 { manner.density / length(c.size).powi(2) } else { 0.0 };
     let mut strokes = Vec::new();
     for place in surfaces.scatter(density, 0xc0) {
+        let controls = surfaces.controls(place.draw);
+        let length = length(controls.size);
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));
         let Some(grey) = tones.grey(place.pixel, 6.0 * unit, place.shape) else { continue };
         let dark = 1.0 - grey;
@@ -145,7 +145,7 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
         if way.len() < 4 {
             continue;
         }
-        let far = surfaces.paleness(place.depth);
+        let far = surfaces.paleness(&place);
         let ink =
             LOAD * controls.wrinkle * controls.ink * (M * dark).powf(BETA) * (0.7 + 0.6 * random(22)) * far;
         let whole = (way.len() - 1) as f32 * STEP;
@@ -181,7 +181,6 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
             points,
             closed: false,
             fading: false,
-            weight: 0.0,
         });
     }
     strokes

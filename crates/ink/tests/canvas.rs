@@ -43,17 +43,7 @@ fn stroke(dryness: f32, ink: f32, id: u32) -> Stroke {
             radius: FULL,
         })
         .collect();
-    Stroke {
-        kind: LineKind::Contour,
-        draw: 0,
-        shape: 1,
-        id,
-        seed: id,
-        points,
-        closed: false,
-        fading: false,
-        weight: 1.0,
-    }
+    Stroke { kind: LineKind::Contour, draw: 0, shape: 1, id, seed: id, points, closed: false, fading: false }
 }
 
 fn stamps(strokes: &[Stroke]) -> [Vec<Stamp>; LAYERS] {

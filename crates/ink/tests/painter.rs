@@ -49,7 +49,7 @@ fn strokes(gpu: &Gpu, scene: &Scene, camera: &Camera) -> Result<usize, String> {
     let painting = painter.paint(camera).map_err(|e| e.to_string())?;
     let picture = painter.image(true).map_err(|e| e.to_string())?;
     assert!(picture.data.iter().all(|v| v.is_finite() && *v >= 0.0));
-    let literal = painter.paint_literally(camera).map_err(|e| e.to_string())?;
+    let literal = painter.paint_literally(scene, camera).map_err(|e| e.to_string())?;
     assert!(literal.data.iter().all(|v| (0.0..=1.0).contains(v)));
     Ok(painting.strokes.len())
 }

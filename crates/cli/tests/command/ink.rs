@@ -82,6 +82,48 @@ fn presets_and_the_slides_paint_otherwise() {
     assert!(["mogu", "xuan", "cinnabar", "pima", "flying white"].iter().all(|w| said.contains(w)), "{said}");
 }
 
+/// Objects and strokes of which something is otherwise, for a picture and for a film.
+#[test]
+fn single_objects_and_strokes_are_steered() {
+    let folder = scratch("ink-steering");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    let paint = |preset: &str, line: &str| {
+        std::fs::write(folder.join("own.toml"), preset).unwrap();
+        good(yugen_in(&folder, &format!("ink ball.toml --size 240x160 --preset own.toml {line}")))
+    };
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let ids = |name: &str, object: &str| -> Vec<String> {
+        let contours = read(name).split("id=\"gou\"").nth(1).unwrap().to_string();
+        let of = contours.split(&format!("data-object=\"{object}\"")).nth(1).unwrap_or_default();
+        let of = of.split("</g>\n</g>").next().unwrap_or_default();
+        of.split("data-id=\"").skip(1).map(|rest| rest[..8].to_string()).collect()
+    };
+    paint("", "-o a.svg -o a.png");
+    let (ball, table) = (ids("a.svg", "ball"), ids("a.svg", "table"));
+    assert!(!ball.is_empty() && !table.is_empty(), "{ball:?} {table:?}");
+    // The other object's strokes stay to the letter.
+    paint("[object.ball]\nsize = 3\nink = 1.4", "-o b.svg -o b.png");
+    let stroke = |name: &str, id: &str| {
+        read(name).lines().find(|l| l.contains(&format!("data-id=\"{id}\""))).unwrap_or_default().to_string()
+    };
+    assert_eq!(ids("b.svg", "ball"), ball);
+    assert!(table.iter().all(|id| stroke("b.svg", id) == stroke("a.svg", id)));
+    assert!(ball.iter().all(|id| stroke("b.svg", id) != stroke("a.svg", id)));
+    assert_ne!(std::fs::read(folder.join("a.png")).unwrap(), std::fs::read(folder.join("b.png")).unwrap());
+    // One stroke is gone, one is paler, through a film too.
+    let own = format!("[stroke.{}]\nhide = true\n[stroke.{}]\nink = 0.1", ball[0], table[0]);
+    paint(&own, "-o c.svg");
+    assert!(!read("c.svg").contains(&ball[0]) && stroke("c.svg", &table[0]) != stroke("a.svg", &table[0]));
+    paint(&own, "--turn 1 --frames 0-2 -o f_%d.svg");
+    assert!((0..3).all(|i| !read(&format!("f_{i}.svg")).contains(&format!("data-id=\"{}\"", ball[0]))));
+    std::fs::write(folder.join("own.toml"), "[object.bal]\nink = 1").unwrap();
+    let line = "ink ball.toml --preset own.toml -o d.png";
+    refused(yugen_in(&folder, line), &["no object 'bal' in the scene", "did you mean 'ball'?"]);
+    // Rubbing and suggestive contours are ink.
+    paint("rub = 2.0\nsuggestive = 1.0", "-o e.png");
+    assert!(mean(&folder.join("e.png")) < mean(&folder.join("a.png")));
+}
+
 /// What moves becomes numbered files and a film in one go; a still scene is gone round.
 #[test]
 fn scenes_that_move_become_pictures_vectors_and_films() {

@@ -4,3 +4,4 @@ mod contours;
 mod surfaces;
 mod through_time;
 mod torus;
+mod truth;

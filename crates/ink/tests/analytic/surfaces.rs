@@ -92,10 +92,11 @@ impl Cells {
         Self(cells)
     }
 
-    pub fn nearest(&self, p: DVec2) -> f64 {
+    /// Distance to the nearest; infinite where there is none within `most`.
+    pub fn nearest_within(&self, p: DVec2, most: f64) -> f64 {
         let cell = (p / Self::SIDE).floor();
         let mut best = f64::INFINITY;
-        for ring in 0..64i64 {
+        for ring in 0..=(most / Self::SIDE).ceil() as i64 {
             if best < (ring - 1) as f64 * Self::SIDE {
                 break;
             }
@@ -109,6 +110,14 @@ impl Cells {
                 }
             }
         }
-        best
+        if best <= most { best } else { f64::INFINITY }
+    }
+
+    pub fn nearest(&self, p: DVec2) -> f64 {
+        self.nearest_within(p, 64.0 * Self::SIDE)
+    }
+
+    pub fn is_near(&self, p: DVec2, most: f64) -> bool {
+        self.nearest_within(p, most) <= most
     }
 }

@@ -4,10 +4,10 @@ use crate::surfaces::{camera, scene, torus};
 use glam::{DVec2, DVec3, Mat4, Vec2, Vec3};
 use std::collections::HashSet;
 use std::path::PathBuf;
+use yugen_ink::depth::DepthMap;
 use yugen_ink::painter::{Painter, Style};
 use yugen_ink::projection::Projection;
 use yugen_ink::stroke::StrokePoint;
-use yugen_ink::visibility::DepthMap;
 use yugen_optics::Image;
 use yugen_optics::colour::linear_to_srgb;
 use yugen_realtime::{Gpu, Options, Stage};
@@ -16,6 +16,22 @@ use yugen_scene::{Aov, Camera, Filter, Scene};
 
 /// Pixels across and down.
 const SIZE: [u32; 2] = [640, 360];
+
+const SPOT: &str = "mesh/spot/spot_triangulated.obj";
+
+/// A scene of the folder that `YUGEN_DATA` names; without one it is said that the test is skipped, but in CI.
+fn data(name: &str) -> Option<Scene> {
+    let Some(folder) = std::env::var_os("YUGEN_DATA").map(PathBuf::from) else {
+        assert!(
+            std::env::var_os("CI").is_none(),
+            "YUGEN_DATA is not set, which must name the folder of {name}"
+        );
+        println!("skipped: YUGEN_DATA is not set, which names the folder of {name}");
+        return None;
+    };
+    let file = folder.join(name);
+    Some(yugen_archive::formats::load_scene(&file, &Default::default()).unwrap_or_else(|e| panic!("{e}")))
+}
 
 /// A camera that goes round the origin about an axis.
 fn turned(camera: &Camera, axis: Vec3, degrees: f32) -> Camera {
@@ -105,8 +121,7 @@ fn show(name: &str, m: &Measured) {
 #[test]
 fn strokes_stay_on_a_figure_that_walks() {
     let Some(gpu) = Gpu::for_tests() else { return };
-    let Some(data) = std::env::var_os("YUGEN_DATA").map(PathBuf::from) else { return };
-    let mage = yugen_archive::formats::load_scene(&data.join("mesh/Mage.glb"), &Default::default()).unwrap();
+    let Some(mage) = data("mesh/Mage.glb") else { return };
     let view = mage.look_through(None, Some(SIZE), None).unwrap();
     show_heads();
     for rate in [24.0, 96.0] {
@@ -131,9 +146,7 @@ fn strokes_stay_on_a_turntable() {
     let about = |axis: Vec3| (0..60).map(|i| turned(&view, axis, 0.5 * i as f32)).collect::<Vec<_>>();
     cases.push(("torus about its axis", 0.01, scene(torus(48)), about(Vec3::Z)));
     cases.push(("torus across it", 0.05, scene(torus(48)), about(Vec3::X)));
-    if let Some(data) = std::env::var_os("YUGEN_DATA").map(PathBuf::from) {
-        let spot = data.join("mesh/spot/spot_triangulated.obj");
-        let spot = yugen_archive::formats::load_scene(&spot, &Default::default()).unwrap();
+    if let Some(spot) = data(SPOT) {
         let view = spot.look_through(None, Some(SIZE), None).unwrap();
         let round = (0..60).map(|i| turned(&view, Vec3::Y, 0.5 * i as f32)).collect();
         cases.push(("Spot", 0.02, spot, round));
@@ -265,9 +278,7 @@ fn flicker(pictures: &[Vec<f32>], motions: &[Vec<Option<Vec2>>]) -> [f64; 3] {
 #[test]
 fn films_flicker_less_than_pictures_one_by_one() {
     let Some(gpu) = Gpu::for_tests() else { return };
-    let (Some(data), frames) = (std::env::var_os("YUGEN_DATA").map(PathBuf::from), 9) else { return };
-    let spot = data.join("mesh/spot/spot_triangulated.obj");
-    let scene = yugen_archive::formats::load_scene(&spot, &Default::default()).unwrap();
+    let (Some(scene), frames) = (data(SPOT), 9) else { return };
     let view = scene.look_through(None, Some(PAINTED), None).unwrap();
     let cameras: Vec<Camera> = (0..frames).map(|i| turned(&view, Vec3::Y, 0.5 * i as f32)).collect();
     let rows = Rows::new(&scene).unwrap();
@@ -308,7 +319,8 @@ fn films_flicker_less_than_pictures_one_by_one() {
         pictures
     };
     let (film, alone) = (film(false), film(true));
-    let literal: Vec<_> = cameras.iter().map(|c| greys(&painter.paint_literally(c).unwrap())).collect();
+    let literal: Vec<_> =
+        cameras.iter().map(|c| greys(&painter.paint_literally(&scene, c).unwrap())).collect();
     println!("| | difference, of 255 | changed by a quarter, of 1000 | contrast of edges |");
     println!("| --- | --- | --- | --- |");
     let all = [
@@ -324,5 +336,6 @@ fn films_flicker_less_than_pictures_one_by_one() {
     });
     let [film, alone, literal, _] = measured;
     assert!(film[0] < alone[0] && film[1] < alone[1] && film[2] > 0.9 * alone[2]);
-    assert!(film[0] < literal[0] || film[1] < literal[1]);
+    // The slides' method, whose lines are pale and few, differs by less in the mean (2.30 against 2.44) and jumps four times as often.
+    assert!(film[1] < 0.5 * literal[1], "{film:?} {literal:?}");
 }

@@ -1,15 +1,19 @@
 //! The method of Xu, Yang and Wu 2012, "Stroke-based Real-time Rendering of Ink Wash Style for Geometric Models" (SIGGRAPH
-//! Asia), for contours, as their slides stand: the baseline that this room is measured against.
+//! Asia), as their slides stand: the baseline that this room is measured against.
 //!
-//! One view vector serves all vertices, each triangle gives a line by itself, what is seen is decided by depth with a bias,
-//! and every inked pixel becomes a print of the brush that is blended over those before it, with a random threshold of its own.
+//! A first pass leaves pressure, angle, dryness and intensity ([`Padi`]) in each pixel, for each of the five techniques by itself:
+//! contouring ([`contour`]), wrinkling, rubbing and colouring ([`surface`]), and dotting, which makes a whole mesh one particle.
+//! In the second pass every inked pixel becomes a print of the brush that is blended over those before it, with a random
+//! threshold of its own. One view vector serves all vertices, each triangle gives a line by itself, and what is seen is decided
+//! by depth with a bias.
+//!
+//! The slides give formulae and no numbers; those in [`constant`] are chosen here.
 
-use crate::contour::Surface;
+pub mod contour;
+pub mod surface;
+
 use crate::footprint::{EXTENT, Footprint, TEXELS};
-use crate::projection::Projection;
-use crate::topology::Topology;
-use crate::visibility::DepthMap;
-use glam::{DVec3, Vec2};
+use glam::Vec2;
 use yugen_optics::random::{hash_combine, unit_f32};
 
 /// Pressure, angle, dryness and intensity of a pixel.
@@ -25,8 +29,8 @@ pub struct Padi {
     pub intensity: f32,
 }
 
-/// Constants of the slides, which give none in numbers: medium dryness, heavy ink, a pressure that swings about its middle
-/// once around the outline.
+/// What the slides leave open: medium dryness and heavy ink of contours, a pressure that swings about its middle once around the
+/// outline.
 pub mod constant {
     /// Of the circular mapping A sin(ω θ + φ) + T.
     pub const A: f32 = 0.35;
@@ -40,82 +44,49 @@ pub mod constant {
     pub const INTENSITY: f32 = 0.9;
     /// Relative depth by which a line may lie behind what is seen.
     pub const Z_BIAS: f32 = 1e-3;
+    /// Half widths of prints of wrinkling and rubbing, and of colouring, beside those of contours.
+    pub const WRINKLING_SIZE: f32 = 0.4;
+    /// See [`WRINKLING_SIZE`].
+    pub const COLOURING_SIZE: f32 = 1.0;
     /// How much a mask counts, and one of dispersed ink where the brush is wholly wet.
     pub const K: f32 = 1.0;
     /// See `K`.
     pub const K_DIFF: f32 = 0.45;
-    /// How much dryness takes away.
+    /// How much dryness takes away of contours and dots.
     pub const K_DRY: f32 = 0.9;
+    /// The same of wrinkling, rubbing and colouring, whose ink is paler than contours by as much.
+    pub const K_DRY_SURFACE: f32 = 0.2;
+    /// Ink that prints leave at a place of a surface that is wholly covered, were they of the densest: so that ink of intensity
+    /// one is black.
+    pub const COVERAGE: f32 = 3.0;
 }
 
-/// A silhouette segment of a triangle in the world, and θ of the normal at its ends.
-pub type Segment = [(DVec3, f32); 2];
-
-/// Silhouettes, a segment for each triangle: λ = N₁·V / (N₁·V − N₂·V) with one V for all.
-pub fn silhouettes(
-    surface: &Surface,
-    topology: &Topology,
-    v: DVec3,
-    theta: impl Fn(DVec3, DVec3) -> f32,
-) -> Vec<Segment> {
-    let mut segments = Vec::new();
-    for t in &topology.triangles {
-        let [p, n] = [&surface.positions, &surface.normals].map(|a| t.map(|i| a[i as usize]));
-        let g = n.map(|n| n.dot(v));
-        let mut ends = (0..3).filter_map(|i| {
-            let j = (i + 1) % 3;
-            (g[i] * g[j] <= 0.0 && g[i] != g[j]).then(|| {
-                let lambda = g[i] / (g[i] - g[j]);
-                let place = p[i].lerp(p[j], lambda);
-                (place, theta(place, n[i].lerp(n[j], lambda)))
-            })
-        });
-        if let (Some(a), Some(b)) = (ends.next(), ends.next()) {
-            segments.push([a, b]);
-        }
-    }
-    segments
+/// The five techniques, in the order in which they are painted: light to dark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Technique {
+    /// Ran.
+    Colouring,
+    /// Cun.
+    Wrinkling,
+    /// Ca.
+    Rubbing,
+    /// Gou.
+    Contouring,
+    /// Dian.
+    Dotting,
 }
 
-/// First pass: the brush's state at each pixel that a segment covers and that is not hidden. `phi` shifts the pressure.
-pub fn padi(segments: &[Segment], projection: &Projection, map: &DepthMap, phi: f32) -> Vec<Padi> {
-    let [w, h] = map.size;
-    let mut pixels = vec![Padi::default(); (w * h) as usize];
-    for [a, b] in segments {
-        let Some([from, to]) = projection.clip_near(a.0, b.0) else { continue };
-        let ends = [from, to].map(|t| (projection.project(a.0.lerp(b.0, t)), a.1 + (b.1 - a.1) * t as f32));
-        let [(Some(p), mut theta_a), (Some(q), mut theta_b)] = ends else { continue };
-        let (mut from, mut to) = (p, q);
-        // In the direction in which θ grows.
-        if theta_b < theta_a {
-            (from, to, theta_a, theta_b) = (q, p, theta_b, theta_a);
-        }
-        let way = (to.pixel - from.pixel).as_vec2();
-        let steps = (way.abs().max_element().ceil() as usize).clamp(1, 1 << 13);
-        for k in 0..=steps {
-            let t = k as f32 / steps as f32;
-            let pixel = from.pixel.as_vec2() + way * t;
-            let inside = pixel.cmpge(Vec2::ZERO).all() && pixel.x < w as f32 && pixel.y < h as f32;
-            let depth = (from.depth + (to.depth - from.depth) * f64::from(t)) as f32;
-            if !inside || map.at(pixel).0 < depth * (1.0 - constant::Z_BIAS) {
-                continue;
-            }
-            let theta = theta_a + (theta_b - theta_a) * t;
-            pixels[(pixel.y as u32 * w + pixel.x as u32) as usize] = Padi {
-                pressure: constant::A * (constant::OMEGA * theta + phi).sin() + constant::T,
-                angle: way.to_angle(),
-                dryness: constant::DRYNESS,
-                intensity: constant::INTENSITY,
-            };
-        }
-    }
-    pixels
-}
-
-/// Second pass: every inked pixel as a particle of at most `radius` pixels, one over the other. Returns alpha.
-pub fn particles(pixels: &[Padi], [w, h]: [u32; 2], masks: &[Footprint], radius: f32, seed: u32) -> Vec<f32> {
-    use constant::{K, K_DIFF, K_DRY};
-    let mut alpha = vec![0.0f32; pixels.len()];
+/// Second pass: every inked pixel as a particle of at most `radius` pixels, over what `alpha` has and one over the other.
+/// `weight`: of all the k of α = (k F + k_diff F_diff) I − k_dry ξ D, less where particles are dense; and k_dry beside it.
+pub fn particles(
+    alpha: &mut [f32],
+    pixels: &[Padi],
+    [w, h]: [u32; 2],
+    masks: &[Footprint],
+    [radius, weight, k_dry]: [f32; 3],
+    seed: u32,
+) {
+    use constant::{K, K_DIFF};
     for (i, p) in (0u32..).zip(pixels).filter(|(_, p)| p.intensity > 0.0) {
         let hash = hash_combine(seed, i);
         let (mask, xi) = (&masks[hash as usize % masks.len()], unit_f32(hash_combine(hash, 1)));
@@ -136,13 +107,13 @@ pub fn particles(pixels: &[Padi], [w, h]: [u32; 2], masks: &[Footprint], radius:
                 let k_diff = K_DIFF * (1.0 - p.dryness);
                 let load = (K * mask.bristles[at] + k_diff * mask.diffused[at]) * p.intensity;
                 // Nothing is taken away beyond the print.
-                let a = if load > 0.0 { (load - K_DRY * xi * p.dryness).clamp(0.0, 1.0) } else { 0.0 };
+                let a =
+                    if load > 0.0 { weight * (load - k_dry * xi * p.dryness).clamp(0.0, 1.0) } else { 0.0 };
                 let under = &mut alpha[(y * w + x) as usize];
                 *under += a * (1.0 - *under);
             }
         }
     }
-    alpha
 }
 
 #[cfg(test)]
