@@ -14,6 +14,7 @@
 //! | [`visibility`] | lines in the picture, and which parts of them are seen |
 //! | [`select`] | which lines are drawn where they crowd |
 //! | [`tracking`] | strokes that stay what they are from frame to frame |
+//! | [`piece`] | parts of lines that are drawn in one go |
 //! | [`stroke`] | lines as strokes: pressure, dryness, ink |
 //! | [`tone`], [`scatter`] | how dark a place is; places that stay on surfaces |
 //! | [`wash`], [`wrinkle`], [`rub`], [`dot`] | colour wash (ran), wrinkles (cun), rubbing (ca), dots (dian) |
@@ -44,6 +45,7 @@ pub mod literal;
 pub mod painter;
 pub mod paper;
 mod passes;
+pub mod piece;
 pub mod pigment;
 pub mod preset;
 pub mod projection;

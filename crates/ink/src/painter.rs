@@ -398,7 +398,7 @@ impl Painter {
         let cleaning = Cleaning {
             vote: cleaning.vote * unit.max(0.7),
             bridge: cleaning.bridge * unit.max(0.7),
-            crumb: cleaning.crumb * unit.max(0.7),
+            shortest: cleaning.shortest * unit.max(0.7),
         };
         lines.iter_mut().for_each(|l| l.clean(&cleaning));
         lines.retain(|l| l.samples.iter().any(|s| s.visible));

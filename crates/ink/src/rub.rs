@@ -9,17 +9,17 @@ use yugen_optics::random::{hash_combine, unit_f32};
 use yugen_optics::special::smoothstep;
 
 /// Half the width of a print, pixels of a picture of 1080 lines: the side of the brush, between its tip and a wash.
-const RADIUS: f32 = 11.0;
+const RADIUS: f32 = 7.0;
 /// Length of a print along its way over its width: a wipe.
-const STRETCH: f32 = 2.2;
-/// Prints that overlap at a place where it is darkest: few, so that single wipes are told apart.
-const OVERLAP: f32 = 2.2;
+const STRETCH: f32 = 3.4;
+/// Prints that overlap at a place where it is darkest: fewer are told apart, more hide the paper.
+const OVERLAP: f32 = 4.5;
 /// Lack of water: of a brush that was wiped off first.
-const DRYNESS: f32 = 0.92;
+const DRYNESS: f32 = 0.85;
 /// Load of ink at intensity one: pale beside wrinkles.
-const LOAD: f32 = 0.75;
+const LOAD: f32 = 0.3;
 /// Darkness from which on a place is rubbed, and where it wholly is.
-const DARK: [f32; 2] = [0.3, 0.85];
+const DARK: [f32; 2] = [0.15, 0.8];
 /// Change of how many there should be over which one comes or goes.
 const COMING: f32 = 0.08;
 

@@ -33,7 +33,7 @@ pub fn select(lines: &mut Vec<SampledLine>, detail: &dyn Fn(u32) -> f32, unit: f
         let line = &mut lines[i];
         let detail = detail(line.draw);
         let (apart, shortest) = (between(APART, detail).max(2.0), between(SHORTEST, detail).max(4.0));
-        let cleaning = Cleaning { bridge: 2.0 * apart, crumb: shortest, ..Cleaning::default() };
+        let cleaning = Cleaning { bridge: 2.0 * apart, shortest, ..Cleaning::default() };
         let ways = ways(&line.samples, line.closed);
         for (sample, way) in line.samples.iter_mut().zip(&ways) {
             // What stands out far is never crowded out.
@@ -46,7 +46,7 @@ pub fn select(lines: &mut Vec<SampledLine>, detail: &dyn Fn(u32) -> f32, unit: f
             sample.visible &= !drawn.is_crowded(sample.pixel, *way, reach);
         }
         let stays = line.is_mostly_known();
-        line.clean(&Cleaning { crumb: cleaning.crumb * if stays { STAY } else { 1.0 }, ..cleaning });
+        line.clean(&Cleaning { shortest: cleaning.shortest * if stays { STAY } else { 1.0 }, ..cleaning });
         for (sample, way) in line.samples.iter().zip(&ways).filter(|(s, _)| s.visible) {
             drawn.add(sample.pixel, *way);
         }
@@ -163,6 +163,6 @@ mod tests {
         assert_eq!(lines.len(), 2);
         let mut lines = vec![line(0.0, 0.0, 20.0, 0.0)];
         select(&mut lines, &|_| 0.0, 1.0, false);
-        assert!(lines.is_empty(), "a crumb");
+        assert!(lines.is_empty(), "too short");
     }
 }

@@ -194,16 +194,7 @@ mod tests {
                 }
             })
             .collect();
-        Stroke {
-            kind: LineKind::Contour,
-            draw: 0,
-            shape: 1,
-            id: 0xabc,
-            seed: 0xabc,
-            points,
-            closed,
-            fading: false,
-        }
+        Stroke { kind: LineKind::Contour, shape: 1, id: 0xabc, seed: 0xabc, points, closed, fading: false }
     }
 
     #[test]

@@ -10,10 +10,16 @@
 //! Nothing of this depends on light or paint: a tracker that has seen the lines of all frames before is in the state of one
 //! that has painted them.
 
+mod fading;
+mod phase;
+
 use crate::contour::{Foothold, LineKind};
-use crate::stroke::{Brush, Hand, Path, Piece, Stroke};
+use crate::piece::Piece;
+use crate::stroke::{Brush, Hand, Path, Stroke};
 use crate::visibility::{STEP, SampledLine};
+use fading::fading_strokes;
 use glam::Vec2;
+use phase::{phases, presence};
 use std::collections::{HashMap, HashSet};
 use yugen_optics::random::hash_combine;
 
@@ -32,25 +38,12 @@ const SURELY: f32 = 0.05;
 /// Part of the way by which pressure, dryness and ink go to what they should be in a frame: nothing jumps, and half is done
 /// in two frames.
 const FOLLOW: f32 = 0.3;
-/// Standard deviation along a stroke over which phases are made smooth, pixels of a picture of 1080 lines.
-const SMOOTH: f32 = 40.0;
-/// Most that phase may run ahead of or behind arc length: marks of the brush may be stretched by half.
-const STRETCH: f32 = 0.5;
-/// Part of the way by which stretched marks relax in a frame, and the most pixels of a picture of 1080 lines that this may be:
-/// a quarter of the slip that is allowed.
-const RELAX: f32 = 0.02;
-/// See [`RELAX`].
-const RELAX_MOST: f32 = 0.25;
-/// Length over which what comes in new at the end of a stroke is as present as the stroke, pixels of a picture of 1080 lines.
-const GROWTH: f32 = 48.0;
 /// Part of the lines that must be found again; where there are fewer the picture is another one (a cut).
 const CUT: f32 = 0.1;
 /// Shortest stroke that comes in new at once, pixels of a picture of 1080 lines: four times what it may shrink to.
 const LEAST_NEW: f32 = 48.0;
-/// Frames for which a shorter one must have been seen, away from other strokes: at the ends of those crumbs come and go.
+/// Frames for which a shorter one must have been seen, away from other strokes: at the ends of those, short pieces come and go.
 const WAIT: u8 = 8;
-/// Least samples of a stroke that goes: less than a print of the brush.
-const LEAST_GHOST: usize = 4;
 
 /// What a place on a line inherits.
 #[derive(Clone, Copy, Debug)]
@@ -339,8 +332,8 @@ impl Tracker {
         for piece in &mut pieces {
             orient(piece, &memory);
         }
-        let heirs = heirs(&pieces, &memory);
-        // A crumb begins a stroke only where it has been seen for a while and no other is; one that was there may end as one.
+        let matches = match_strokes(&pieces, &memory);
+        // A short piece begins a stroke only where it has been seen for a while and no other is; one that was there may end as one.
         let lasts = |p: &Piece| {
             2 * p
                 .samples
@@ -350,20 +343,20 @@ impl Tracker {
                 > p.samples.len()
         };
         let least = if known { LEAST_NEW * hand.unit.max(0.5) } else { 0.0 };
-        let (mut pieces, heirs): (Vec<Piece>, Vec<Heir>) = pieces
+        let (mut pieces, matches): (Vec<Piece>, Vec<Match>) = pieces
             .into_iter()
-            .zip(heirs)
+            .zip(matches)
             .filter(|(p, h)| h.keeps || p.length(&p.arc()) >= least || lasts(p))
             .unzip();
         let mut used: HashSet<u32> = memory.strokes.iter().map(|s| s.id).collect();
         let (mut strokes, mut next) = (Vec::new(), Memory::default());
         let mut change = Change { strokes: pieces.len(), ..Change::default() };
         let mut slips: Vec<f32> = Vec::new();
-        for (piece, heir) in pieces.iter_mut().zip(&heirs) {
-            let parent = heir.parent.map(|p| &memory.strokes[p as usize]);
+        for (piece, found) in pieces.iter_mut().zip(&matches) {
+            let parent = found.parent.map(|p| &memory.strokes[p as usize]);
             // One that was going has come again.
-            change.born += usize::from(heir.keeps && parent.is_some_and(|p| p.fading));
-            let id = match (parent, heir.keeps) {
+            change.born += usize::from(found.keeps && parent.is_some_and(|p| p.fading));
+            let id = match (parent, found.keeps) {
                 (Some(parent), true) => parent.id,
                 _ => {
                     *if parent.is_some() { &mut change.split } else { &mut change.born } +=
@@ -428,10 +421,10 @@ impl Tracker {
             let mean = slips.iter().sum::<f32>() / slips.len() as f32;
             change.slip = [mean, slips[slips.len() - 1 - slips.len() / 20]];
         }
-        for ghost in ghosts(&memory, &pieces, hand.unit, is_free) {
-            let r = &ghost.remembered;
-            strokes.push(hand.of_stroke(r.draw, r.id).ghost(&ghost));
-            next.strokes.push(ghost.remembered);
+        for fading in fading_strokes(&memory, &pieces, hand.unit, is_free) {
+            let r = &fading.remembered;
+            strokes.push(hand.of_stroke(r.draw, r.id).fading(&fading));
+            next.strokes.push(fading.remembered);
         }
         next.seen = std::mem::take(&mut self.seen);
         self.memory = Some(next);
@@ -496,14 +489,14 @@ fn orient(piece: &mut Piece, memory: &Memory) {
 
 /// From whom a piece inherits.
 #[derive(Clone, Copy, Default)]
-struct Heir {
+struct Match {
     parent: Option<u32>,
     /// It is the parent, not only a part of it.
     keeps: bool,
 }
 
 /// For each piece the stroke that most of it was; of several with the same one the longest is it.
-fn heirs(pieces: &[Piece], memory: &Memory) -> Vec<Heir> {
+fn match_strokes(pieces: &[Piece], memory: &Memory) -> Vec<Match> {
     let mut claims: Vec<(usize, usize, u32)> = Vec::new();
     for (i, piece) in pieces.iter().enumerate() {
         let mut votes: HashMap<u32, usize> = HashMap::new();
@@ -517,18 +510,18 @@ fn heirs(pieces: &[Piece], memory: &Memory) -> Vec<Heir> {
     claims.sort_by(|a, b| {
         fading(a.2).cmp(&fading(b.2)).then(b.0.cmp(&a.0)).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
     });
-    let mut heirs = vec![Heir::default(); pieces.len()];
+    let mut matches = vec![Match::default(); pieces.len()];
     let mut taken: HashSet<u32> = HashSet::new();
     for (_, piece, stroke) in &claims {
         let id = memory.strokes[*stroke as usize].id;
-        if !heirs[*piece].keeps && taken.insert(id) {
-            heirs[*piece] = Heir { parent: Some(*stroke), keeps: true };
+        if !matches[*piece].keeps && taken.insert(id) {
+            matches[*piece] = Match { parent: Some(*stroke), keeps: true };
         }
     }
     for (_, piece, stroke) in claims {
-        heirs[piece].parent.get_or_insert(stroke);
+        matches[piece].parent.get_or_insert(stroke);
     }
-    heirs
+    matches
 }
 
 /// Lets a closed piece begin where the stroke began that it was.
@@ -540,187 +533,5 @@ fn begin_where_it_began(piece: &mut Piece, parent: &Remembered) {
     let start = piece.samples.iter().enumerate().min_by(|a, b| near(a.1).total_cmp(&near(b.1)));
     if let Some((start, _)) = start {
         piece.samples.rotate_left(start);
-    }
-}
-
-/// Phase at each arc length, smooth and near what was voted for, and how far each vote is from it. `around`: of a closed
-/// stroke, the phase after which it begins again.
-fn phases(s: &[f32], votes: &[Option<f32>], around: Option<f32>, unit: f32) -> (Vec<f32>, Vec<f32>) {
-    let mut votes: Vec<(f32, f32)> =
-        s.iter().zip(votes).filter_map(|(s, v)| Some((*s, (*v)? - s))).filter(|v| v.1.is_finite()).collect();
-    if votes.is_empty() {
-        return (s.to_vec(), Vec::new());
-    }
-    let mut sorted: Vec<f32> = votes.iter().map(|v| v.1).collect();
-    sorted.sort_by(f32::total_cmp);
-    let median = sorted[sorted.len() / 2];
-    if let Some(around) = around.filter(|a| *a > 1.0) {
-        votes.iter_mut().for_each(|v| v.1 -= around * ((v.1 - median) / around).round());
-    }
-    let sigma = SMOOTH * unit.max(0.3);
-    let mean = votes.iter().map(|v| v.1).sum::<f32>() / votes.len() as f32;
-    let (mut from, mut to) = (0, 0);
-    let mut offsets: Vec<f32> = s
-        .iter()
-        .map(|at| {
-            while from < votes.len() && votes[from].0 < at - 2.5 * sigma {
-                from += 1;
-            }
-            while to < votes.len() && votes[to].0 <= at + 2.5 * sigma {
-                to += 1;
-            }
-            let (mut sum, mut weights) = (0.0f64, 0.0f64);
-            // At the ends of a stroke it is smoothed over what lies on both sides alike, so that it does not shrink.
-            for (place, offset) in &votes[from.min(to)..to] {
-                let weight = f64::from((-0.5 * ((place - at) / sigma).powi(2)).exp());
-                sum += weight * f64::from(*offset);
-                weights += weight;
-            }
-            if weights > 1e-6 { (sum / weights) as f32 } else { f32::NAN }
-        })
-        .collect();
-    // Where nobody has voted: as the nearest.
-    for i in 1..offsets.len() {
-        if offsets[i].is_nan() {
-            offsets[i] = offsets[i - 1];
-        }
-    }
-    for i in (1..offsets.len()).rev() {
-        if offsets[i - 1].is_nan() {
-            offsets[i - 1] = offsets[i];
-        }
-    }
-    let most = RELAX_MOST * unit;
-    offsets.iter_mut().for_each(|o| *o += (RELAX * (mean - *o)).clamp(-most, most));
-    // From the place that is nearest to the middle, so that an outlier does not carry the rest away.
-    let middle = (0..offsets.len())
-        .min_by(|a, b| (offsets[*a] - median).abs().total_cmp(&(offsets[*b] - median).abs()))
-        .unwrap_or(0);
-    for i in middle + 1..offsets.len() {
-        let most = STRETCH * (s[i] - s[i - 1]);
-        offsets[i] = offsets[i].clamp(offsets[i - 1] - most, offsets[i - 1] + most);
-    }
-    for i in (0..middle).rev() {
-        let most = STRETCH * (s[i + 1] - s[i]);
-        offsets[i] = offsets[i].clamp(offsets[i + 1] - most, offsets[i + 1] + most);
-    }
-    let phase: Vec<f32> = s.iter().zip(&offsets).map(|(s, o)| s + o).collect();
-    let (mut i, mut slips) = (0, Vec::new());
-    for (at, offset) in votes {
-        while s[i] < at {
-            i += 1;
-        }
-        slips.push((offsets[i] - offset).abs());
-    }
-    (phase, slips)
-}
-
-/// How much of each sample is there: more than before by a step; of what is new as much as of its neighbours that are not.
-fn presence(piece: &Piece, s: &[f32], unit: f32) -> Vec<f32> {
-    let before = |s: &crate::visibility::Sample| s.trace.map_or(0.0, |t| t.presence);
-    let mut presence: Vec<f32> = piece.samples.iter().map(|s| (before(s) + 1.0 / FADE).min(1.0)).collect();
-    let growth = GROWTH * unit.max(0.3);
-    for i in 1..presence.len() {
-        presence[i] = presence[i].max(presence[i - 1] - (s[i] - s[i - 1]) / growth);
-    }
-    for i in (1..presence.len()).rev() {
-        presence[i - 1] = presence[i - 1].max(presence[i] - (s[i] - s[i - 1]) / growth);
-    }
-    presence
-}
-
-/// A stroke, or a part of one, that is no longer and goes.
-pub struct Ghost {
-    remembered: Remembered,
-    /// Where its points are, and how deep.
-    places: Vec<(Vec2, f32)>,
-}
-
-/// What of the strokes of the frame before nobody has taken over and nothing covers.
-fn ghosts(memory: &Memory, pieces: &[Piece], unit: f32, is_free: &dyn Fn(Vec2, f32) -> bool) -> Vec<Ghost> {
-    let mut places = Places::new(REACH * unit.max(0.5));
-    for piece in pieces {
-        let pixels: Vec<Option<Vec2>> = piece.samples.iter().map(|s| Some(s.line)).collect();
-        for (sample, way) in piece.samples.iter().zip(ways(&pixels)) {
-            let (pixel, depth) = (sample.line, sample.depth);
-            let (kind, draw, source, handicap) = (piece.kind, piece.draw, None, 0.0);
-            places.add(Entry { pixel, way, depth, kind, draw, source, handicap, age: 0 });
-        }
-    }
-    let mut ghosts = Vec::new();
-    for stroke in &memory.strokes {
-        let now: Vec<Option<Vec2>> = stroke.points.iter().map(|p| p.now.map(|n| n.0)).collect();
-        let ways = ways(&now);
-        let goes = |i: &usize| -> bool {
-            let point = &stroke.points[*i];
-            let Some((pixel, depth)) = point.now else { return false };
-            point.presence > 1.0 / FADE
-                && places.nearest(pixel, ways[*i], depth, stroke.kind, stroke.draw).is_none()
-                && is_free(pixel + point.outward * crate::visibility::OUTWARD, depth)
-        };
-        let going: Vec<(usize, bool)> = (0..stroke.points.len()).map(|i| (i, goes(&i))).collect();
-        for run in going.chunk_by(|a, b| a.1 == b.1).filter(|run| run[0].1 && run.len() >= LEAST_GHOST) {
-            let (first, last) = (run[0].0, run[run.len() - 1].0);
-            let mut points = stroke.points[first..=last].to_vec();
-            let places = points.iter().filter_map(|p| p.now.map(|(at, depth)| (at + p.offset, depth)));
-            let places = places.collect();
-            points.iter_mut().for_each(|p| p.presence -= 1.0 / FADE);
-            let remembered = Remembered { fading: true, closed: false, points, ..stroke.clone() };
-            ghosts.push(Ghost { remembered, places });
-        }
-    }
-    ghosts
-}
-
-impl Hand {
-    /// A stroke that goes.
-    fn ghost(&self, ghost: &Ghost) -> Stroke {
-        let r = &ghost.remembered;
-        let mut stroke = Stroke {
-            kind: r.kind,
-            draw: r.draw,
-            shape: r.shape,
-            id: r.id,
-            seed: r.seed,
-            points: Vec::with_capacity(r.points.len()),
-            closed: false,
-            fading: true,
-        };
-        let mut s = 0.0;
-        for (i, (point, (pixel, depth))) in r.points.iter().zip(&ghost.places).enumerate() {
-            if i > 0 {
-                s += pixel.distance(ghost.places[i - 1].0);
-            }
-            stroke.points.push(self.point(*pixel, *depth, s, point.phase, &point.brush, point.presence));
-        }
-        stroke
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn phases_follow_votes_and_stay_smooth() {
-        let s: Vec<f32> = (0..200).map(|i| 2.0 * i as f32).collect();
-        let (phase, slip) = phases(&s, &vec![None; 200], None, 1.0);
-        assert_eq!((phase, slip.len()), (s.clone(), 0));
-        // Moved along by three pixels, with an outlier and an end about which nobody knows.
-        let mut votes: Vec<Option<f32>> = s.iter().map(|s| Some(s + 3.0)).collect();
-        votes[60] = Some(700.0);
-        votes[150..].fill(None);
-        let (phase, slip) = phases(&s, &votes, None, 1.0);
-        assert!(phase.windows(2).all(|w| w[1] > w[0]));
-        let off = |i: usize| (phase[i] - s[i] - 3.0).abs();
-        assert!(off(0) < 0.1 && off(199) < 0.5, "{} {}", off(0), off(199));
-        let mut sorted = slip;
-        sorted.sort_by(f32::total_cmp);
-        assert!(sorted[100] < 10.0);
-        // Around a closed stroke.
-        let votes: Vec<Option<f32>> = s.iter().map(|s| Some((s + 3.0) % 400.0)).collect();
-        let (phase, slip) = phases(&s, &votes, Some(400.0), 1.0);
-        assert!(slip.iter().all(|s| *s < 0.1), "{slip:?}");
-        assert!((phase[199] - 401.0).abs() < 0.1);
     }
 }

@@ -3,7 +3,7 @@
 //! An interpolated contour runs inside faces, so that some of it lies behind faces of its own surface that look at the eye: a
 //! depth test hides about 40 % of what should be seen, at any tessellation, and a bias that repairs that depends on the size
 //! of the scene. Depth is read beside the contour instead, [`OUTWARD`] pixels away from the surface, where nothing but what
-//! truly covers the line can be nearer. Then single errors are voted down along the line, gaps bridged and crumbs dropped.
+//! truly covers the line can be nearer. Then single errors are voted down along the line, gaps bridged and what is short dropped.
 
 use crate::contour::{Foothold, Line, LineKind, LinePoint};
 use crate::depth::DepthMap;
@@ -75,12 +75,12 @@ pub struct Cleaning {
     /// Gaps shorter than this are bridged.
     pub bridge: f32,
     /// What is seen for less than this is dropped.
-    pub crumb: f32,
+    pub shortest: f32,
 }
 
 impl Default for Cleaning {
     fn default() -> Self {
-        Self { vote: 3.0, bridge: 6.0, crumb: 8.0 }
+        Self { vote: 3.0, bridge: 6.0, shortest: 8.0 }
     }
 }
 
@@ -189,10 +189,11 @@ fn go_on_outside(samples: &mut [Sample], size: [u32; 2]) {
         let seen = |i: Option<usize>| i.filter(|i| *i < n).map(|i| samples[i].visible);
         let (before, after) = (seen(first.checked_sub(1)), seen(Some(end)));
         let whole = before == Some(true) && after == Some(true);
-        for i in first..end {
-            let near = [(before, i - first), (after, end - 1 - i)];
+        let count = end - first;
+        for (i, sample) in samples[first..end].iter_mut().enumerate() {
+            let near = [(before, i), (after, count - 1 - i)];
             let goes_on = near.iter().any(|(seen, far)| *seen == Some(true) && *far < WHOLE_MARGIN);
-            samples[i].visible = whole || goes_on;
+            sample.visible = whole || goes_on;
         }
         first = end;
     }
@@ -280,7 +281,7 @@ impl SampledLine {
         2 * seen().filter(|s| s.was_drawn()).count() > seen().count()
     }
 
-    /// Decides by vote, bridges gaps and drops crumbs.
+    /// Decides by vote, bridges gaps and drops what is short.
     pub fn clean(&mut self, cleaning: &Cleaning) {
         let n = self.samples.len();
         let length = |i: usize| {
@@ -324,7 +325,7 @@ impl SampledLine {
             _ => cleaning.bridge,
         };
         flip_short_runs(&mut vote, &step, self.closed, false, &bridge);
-        flip_short_runs(&mut vote, &step, self.closed, true, &|_, _| cleaning.crumb);
+        flip_short_runs(&mut vote, &step, self.closed, true, &|_, _| cleaning.shortest);
         self.samples.iter_mut().zip(vote).for_each(|(s, v)| s.visible = v);
     }
 
@@ -360,7 +361,7 @@ fn flip_short_runs(
 ) {
     let n = values.len();
     if values.iter().all(|v| *v == value) {
-        // A line that is seen from end to end can be a crumb; one that is hidden is no gap.
+        // A line that is seen from end to end can be too short; one that is hidden is no gap.
         if value && step.iter().sum::<f32>() < least(0, n - 1) {
             values.fill(false);
         }
@@ -421,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn single_errors_are_outvoted_gaps_bridged_and_crumbs_dropped() {
+    fn single_errors_are_outvoted_gaps_bridged_and_short_runs_dropped() {
         assert_eq!(cleaned("#######.########", false), "################");
         assert_eq!(cleaned("######..########", false), "################");
         assert_eq!(cleaned("........#.......", false), "................");

@@ -174,7 +174,6 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
             .collect();
         strokes.push(Stroke {
             kind: LineKind::Wrinkle,
-            draw: place.draw,
             shape: place.shape,
             id: place.hash,
             seed: place.hash,

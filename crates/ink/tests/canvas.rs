@@ -43,7 +43,7 @@ fn stroke(dryness: f32, ink: f32, id: u32) -> Stroke {
             radius: FULL,
         })
         .collect();
-    Stroke { kind: LineKind::Contour, draw: 0, shape: 1, id, seed: id, points, closed: false, fading: false }
+    Stroke { kind: LineKind::Contour, shape: 1, id, seed: id, points, closed: false, fading: false }
 }
 
 fn stamps(strokes: &[Stroke]) -> [Vec<Stamp>; LAYERS] {

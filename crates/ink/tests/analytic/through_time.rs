@@ -336,6 +336,6 @@ fn films_flicker_less_than_pictures_one_by_one() {
     });
     let [film, alone, literal, _] = measured;
     assert!(film[0] < alone[0] && film[1] < alone[1] && film[2] > 0.9 * alone[2]);
-    // The slides' method, whose lines are pale and few, differs by less in the mean (2.30 against 2.44) and jumps four times as often.
-    assert!(film[1] < 0.5 * literal[1], "{film:?} {literal:?}");
+    // Measured 2.44 against 3.84, and 3.3 against 11.8.
+    assert!(film[0] < 0.8 * literal[0] && film[1] < 0.5 * literal[1], "{film:?} {literal:?}");
 }
