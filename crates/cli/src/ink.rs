@@ -102,6 +102,11 @@ pub struct Ink {
     #[command(flatten)]
     moments: Moments,
 
+    /// A film of how the picture is painted, print by print: washes, wrinkles, rubbing, contours from the back to the front, dots. Five
+    /// seconds where --frames does not say how long.
+    #[arg(long, conflicts_with_all = ["literal", "turn", "resume", "cycle", "animation"])]
+    replay: bool,
+
     /// Print what was done as JSON.
     #[arg(long)]
     json: bool,
@@ -213,6 +218,14 @@ impl Ink {
         if let (true, Some(svg)) = (self.literal, self.outputs.iter().find(|o| is_svg(o))) {
             bail!("{}: the slides' method has no strokes to be written as vectors", svg.display());
         }
+        if self.replay {
+            if !self.moments.is_sequence(&self.outputs) {
+                bail!("--replay is a film: name one (.mp4, .apng), or numbered pictures as in part_%03d.png");
+            }
+            if let Some(svg) = self.outputs.iter().find(|o| is_svg(o)) {
+                bail!("{}: vectors are of the whole painting; leave out --replay", svg.display());
+            }
+        }
         let of_one = [("--resume", self.resume)];
         let of_one = if self.moments.is_sequence(&self.outputs) { &[][..] } else { &of_one };
         if let Some((option, _)) = of_one.iter().find(|o| o.1) {
@@ -241,6 +254,7 @@ impl Ink {
             camera: self.camera.as_deref(),
             moments: &self.moments,
             resume: self.resume,
+            replay: self.replay,
             threads: argument::threads(None),
             json: self.json,
         };
@@ -273,6 +287,8 @@ pub struct Brush<'a> {
     pub moments: &'a Moments,
     /// Leave frames that are there.
     pub resume: bool,
+    /// Frames are parts of one painting.
+    pub replay: bool,
     /// Threads that prepare.
     pub threads: usize,
     /// Report as JSON.
@@ -286,6 +302,8 @@ struct Session<'a> {
     names: Vec<String>,
     picture: Option<Image>,
     painting: Option<Painting>,
+    /// Frames of a replay that are made.
+    shown: u32,
 }
 
 impl<'a> Session<'a> {
@@ -294,7 +312,7 @@ impl<'a> Session<'a> {
         let (camera, style) = (brush.look(scene)?, brush.style.clone());
         let painter = Painter::new(&gpu.device, &gpu.queue, scene, &camera, style, brush.threads)?;
         let names = scene.shapes.iter().map(|s| s.name.clone()).collect();
-        Ok(Self { brush, painter, names, picture: None, painting: None })
+        Ok(Self { brush, painter, names, picture: None, painting: None, shown: 0 })
     }
 
     /// Paints a scene in the pose that the painter has.
@@ -304,7 +322,13 @@ impl<'a> Session<'a> {
             self.picture = Some(self.painter.paint_literally(scene, &camera)?);
             return Ok(());
         }
-        self.painting = Some(self.painter.paint(&camera)?);
+        if !self.brush.replay || self.painting.is_none() {
+            self.painting = Some(self.painter.paint(&camera)?);
+        }
+        if self.brush.replay {
+            self.shown += 1;
+            self.painter.repaint(f64::from(self.shown) / f64::from(self.brush.parts()));
+        }
         let layers = self.brush.outputs.iter().any(|o| extension(o) == "exr");
         self.picture = Some(self.painter.image(layers)?);
         Ok(())
@@ -329,7 +353,9 @@ impl<'a> Session<'a> {
 
 impl Frames for Session<'_> {
     fn paint(&mut self, scene: &Scene, stop: &dyn Fn() -> bool, tell: &dyn Fn(f64)) -> Result<bool> {
-        self.painter.pose(scene)?;
+        if !self.brush.replay {
+            self.painter.pose(scene)?;
+        }
         Session::paint(self, scene)?;
         tell(1.0);
         Ok(!stop())
@@ -355,7 +381,15 @@ impl Frames for Session<'_> {
     }
 }
 
+/// Frames of a replay where nobody says: five seconds.
+const REPLAY: u32 = 120;
+
 impl Brush<'_> {
+    /// Frames of a replay.
+    fn parts(&self) -> u32 {
+        self.moments.frames.map_or(REPLAY, |[first, last]| last - first + 1)
+    }
+
     fn look(&self, scene: &Scene) -> Result<Camera> {
         Ok(scene.look_through(self.camera, self.size, self.crop)?)
     }
@@ -364,6 +398,7 @@ impl Brush<'_> {
     pub fn run(&self, mut scene: Scene) -> Result<()> {
         if self.moments.is_sequence(self.outputs) {
             let sequence = Sequence {
+                still: self.replay.then_some(REPLAY),
                 scene: self.scene,
                 outputs: self.outputs,
                 moments: self.moments,

@@ -102,6 +102,8 @@ pub struct Sequence<'a> {
     pub by: &'a str,
     /// Report as JSON.
     pub json: bool,
+    /// Frames are of one moment, so many of them where --frames does not say which.
+    pub still: Option<u32>,
 }
 
 impl Moments {
@@ -238,6 +240,9 @@ impl Sequence<'_> {
     /// Moves the scene to a frame.
     fn pose(&self, scene: &mut Scene, table: Option<&Turntable>, frame: u32, rate: f64) -> Result<()> {
         let moments = self.moments;
+        if self.still.is_some() {
+            return Ok(());
+        }
         if let Some(table) = table {
             table.turn_back(scene);
         }
@@ -267,7 +272,10 @@ impl Sequence<'_> {
         size: impl FnOnce(&Scene) -> Result<[u32; 2]>,
         begin: impl FnOnce(&Scene) -> Result<F>,
     ) -> Result<()> {
-        let (frames, rate) = self.moments.timing(&scene)?;
+        let (frames, rate) = match (self.still, self.moments.frames) {
+            (Some(count), None) => (0..=count.max(1) - 1, self.moments.fps.unwrap_or(RATE)),
+            _ => self.moments.timing(&scene)?,
+        };
         let table = self.moments.turn.map(|turn| Turntable::new(&scene, turn));
         // What is wrong with the scene or the options is said before any frame.
         self.pose(&mut scene, table.as_ref(), *frames.start(), rate)?;

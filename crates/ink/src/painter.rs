@@ -83,6 +83,8 @@ pub struct Painter {
     /// How both are made.
     options: [Options; 2],
     canvas: Canvas,
+    /// The prints of the last painting.
+    stamps: [Vec<Stamp>; LAYERS],
     style: Style,
     /// The controls of each draw, and what of single strokes is otherwise.
     of_draws: Arc<[Controls]>,
@@ -177,6 +179,7 @@ impl Painter {
             light,
             options: [options, lit],
             canvas,
+            stamps: Default::default(),
             style,
             of_draws,
             edits,
@@ -326,13 +329,27 @@ impl Painter {
         let _span = tracing::info_span!("paint", stamps = layers[Layer::Contour as usize].len()).entered();
         self.canvas.outline(&map.shape);
         self.canvas.paint(&layers);
-        let stamps = layers.map(|l| l.len());
+        let stamps = std::array::from_fn(|i| layers[i].len());
+        self.stamps = layers;
         Ok(Painting { strokes, wrinkles, stamps, change: self.tracker.change() })
     }
 
     fn hand(&self, depths: [f32; 2]) -> Hand {
         let (of_draws, edits) = (self.of_draws.clone(), self.edits.clone());
         Hand { of_draws, edits, depths, ..plain_hand(&self.style, self.size) }
+    }
+
+    /// Paints the last painting anew up to a part of its prints, 0 to 1, in the order in which they are put down; wet ink dries as it
+    /// does in the whole.
+    pub fn repaint(&self, part: f64) {
+        let all: usize = self.stamps.iter().map(Vec::len).sum();
+        let mut left = (part.clamp(0.0, 1.0) * all as f64).ceil() as usize;
+        let layers: [Vec<Stamp>; LAYERS] = std::array::from_fn(|i| {
+            let count = self.stamps[i].len().min(left);
+            left -= count;
+            self.stamps[i][..count].to_vec()
+        });
+        self.canvas.paint(&layers);
     }
 
     fn topology(&self, draw: &DrawRow) -> Option<&Topology> {

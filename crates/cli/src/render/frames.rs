@@ -79,6 +79,7 @@ impl Render {
     pub(super) fn run_sequence(&self, scene: Scene) -> Result<()> {
         let options = self.display.of(&self.output, scene.working_space, scene.display)?;
         let sequence = Sequence {
+            still: None,
             scene: &self.scene,
             outputs: std::slice::from_ref(&self.output),
             moments: &self.moments,

@@ -336,6 +336,7 @@ impl Render {
             camera: self.camera.as_deref(),
             moments: &self.moments,
             resume: self.resume,
+            replay: false,
             threads: argument::threads(self.threads),
             json: self.json,
         }

@@ -124,6 +124,25 @@ fn single_objects_and_strokes_are_steered() {
     assert!(mean(&folder.join("e.png")) < mean(&folder.join("a.png")));
 }
 
+/// Print by print: darker with each frame, and the last is the picture.
+#[test]
+fn a_painting_is_replayed() {
+    let folder = scratch("ink-replay");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    good(yugen_in(&folder, "ink ball.toml --size 96x64 --replay --frames 0-3 -o r_%d.png -o r.apng"));
+    good(yugen_in(&folder, "ink ball.toml --size 96x64 -o whole.png"));
+    let means: Vec<f32> = (0..4).map(|i| mean(&folder.join(format!("r_{i}.png")))).collect();
+    assert!(means.windows(2).all(|w| w[1] < w[0]), "{means:?}");
+    let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+    assert_eq!(read("r_3.png"), read("whole.png"));
+    for (line, words) in [
+        ("ink ball.toml --replay -o a.png", "--replay is a film"),
+        ("ink ball.toml --replay -o a_%d.svg", "vectors are of the whole painting"),
+    ] {
+        refused(yugen_in(&folder, line), &[words]);
+    }
+}
+
 /// What moves becomes numbered files and a film in one go; a still scene is gone round.
 #[test]
 fn scenes_that_move_become_pictures_vectors_and_films() {
