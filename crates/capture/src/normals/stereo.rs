@@ -366,27 +366,42 @@ impl Equations {
     }
 }
 
+/// Readings whose weights are found before their moments are summed: they fit beside the lights in the nearest cache.
+const CHUNK: usize = 32;
+
+/// A reading's weight for the matrix, and its weight times its value for the right hand side.
+#[derive(Clone, Copy)]
+struct Weight {
+    matrix: F,
+    value: F,
+}
+
+/// Weights first and then one sum after another: of nine sums in one loop the compiler makes shuffles across the lanes, which
+/// take twice the time of everything else here.
 #[inline(always)]
 fn equations(lights: &[Light], value: &[F], usable: &[F], g: &[F; 3], slack: f32, task: &Task) -> Equations {
     let size = Size::of(g);
-    let (mut h, mut b) = ([F::ZERO; 6], [F::ZERO; 3]);
     // Weights in units of the albedo, so that single precision holds their products.
     let unit = size.length * size.length;
-    for ((light, value), usable) in lights.iter().zip(value).zip(usable) {
-        let at = beside(light, *value, g, size, slack, task.law, &task.options);
-        let w = weight(&at) * *usable * at.lit.above(F::ZERO) * unit * at.through;
-        let [x, y, z] = light.l;
-        let (hw, v) = (w * at.through, w * *value);
-        let (wx, wy) = (hw * x, hw * y);
-        h[0] += wx * x;
-        h[1] += wx * y;
-        h[2] += wy * y;
-        h[3] += wx * z;
-        h[4] += wy * z;
-        h[5] += hw * z * z;
-        b[0] += v * x;
-        b[1] += v * y;
-        b[2] += v * z;
+    let mut weights = [Weight { matrix: F::ZERO, value: F::ZERO }; CHUNK];
+    let (mut h, mut b) = ([F::ZERO; 6], [F::ZERO; 3]);
+    for ((lights, value), usable) in lights.chunks(CHUNK).zip(value.chunks(CHUNK)).zip(usable.chunks(CHUNK)) {
+        for (((light, value), usable), to) in lights.iter().zip(value).zip(usable).zip(&mut weights) {
+            let at = beside(light, *value, g, size, slack, task.law, &task.options);
+            let w = weight(&at) * *usable * at.lit.above(F::ZERO) * unit * at.through;
+            *to = Weight { matrix: w * at.through, value: w * *value };
+        }
+        // As in Equations: xx, xy, yy, xz, yz, zz.
+        for (h, [i, j]) in h.iter_mut().zip([[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2]]) {
+            for (light, w) in lights.iter().zip(&weights) {
+                *h += w.matrix * light.l[i] * light.l[j];
+            }
+        }
+        for (i, b) in b.iter_mut().enumerate() {
+            for (light, w) in lights.iter().zip(&weights) {
+                *b += w.value * light.l[i];
+            }
+        }
     }
     Equations { h, b }
 }
