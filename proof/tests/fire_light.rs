@@ -2,7 +2,7 @@
 //! which marches through the flame.
 
 use glam::{Mat4, Vec2, Vec3};
-use yugen_motion::fire::Fire;
+use yugen_motion::fire::{Fire, Flicker};
 use yugen_optics::Image;
 use yugen_optics::flip::mean_flip;
 use yugen_realtime::{Gpu, Lighting, Options, Stage};
@@ -18,6 +18,8 @@ use yugen_transport::render::{self, Action, Budget, Job};
 const SIDE: u32 = 12;
 const RIM: u32 = 4;
 const ACROSS: u32 = 4;
+/// Half of a patch's side; half a metre lies between their middles, and none is in the penumbra of the next.
+const HALF: f32 = 0.17;
 /// Moments of the fire.
 const INSTANTS: u32 = 20;
 const FOOT: Vec3 = Vec3::new(2.6, -1.0, 2.2);
@@ -70,7 +72,7 @@ fn materials(scene: &Scene) -> Vec<(&'static str, Material)> {
 }
 
 /// Patches that face between the eye and the flame, each a little turned.
-fn scene() -> Scene {
+fn scene(flicker: Flicker) -> Scene {
     let mut scene = Scene::default();
     let eye = Vec3::new(0.0, 0.0, 4.0);
     let flame = FOOT + Vec3::Y * 0.5;
@@ -82,11 +84,11 @@ fn scene() -> Scene {
         let normal = (half + Vec3::new(0.02, 0.03, 0.0) * (i % 3) as f32).normalize();
         let place = Mat4::from_translation(at)
             * look_along(Vec3::ZERO, normal, Vec3::Y)
-            * Mat4::from_scale(Vec3::splat(0.24));
+            * Mat4::from_scale(Vec3::splat(HALF));
         scene.shapes.push(Shape::new(name, Geometry::Rectangle, place, scene.materials.len()));
         scene.materials.push(material);
     }
-    let fire = Fire { foot: FOOT, ..Fire::default() };
+    let fire = Fire { foot: FOOT, flicker, ..Fire::default() };
     scene.add_fire("", &fire, None, 0.0).expect("a fire");
     let [width, height] = [SIDE * ACROSS, SIDE * 3];
     scene.cameras = vec![Camera {
@@ -107,7 +109,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// How far pictures of a patch are off, over instants.
+/// How far pictures of a patch are off, over instants; `squares` and `of` may be products of two pictures of the same.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     squares: f64,
@@ -160,11 +162,22 @@ fn stage(gpu: &Gpu, rows: &Rows, lighting: Lighting) -> Stage {
     Stage::new(&gpu.device, &gpu.queue, rows, &options).expect("a stage")
 }
 
+fn reference(scene: &Scene, samples: u32, seed: u32) -> Image {
+    let options = render::Options { budget: Some(Budget::Samples(samples)), seed, ..Default::default() };
+    let job = Job::new(scene, &options).expect("the reference takes it");
+    assert!(job.run(|_, _| Action::Continue));
+    job.image().select(&["R", "G", "B"]).expect("a picture")
+}
+
+fn rgb(stage: &Stage) -> Image {
+    stage.image().expect("a picture").select(&["R", "G", "B"]).expect("channels")
+}
+
 /// The table of docs/realtime.md: `full` and `paper` against the reference, over instants of a fire that flickers.
 #[test]
 fn materials_reflect_a_fire_as_in_the_reference() {
     let Some(gpu) = Gpu::for_tests() else { return };
-    let mut scene = scene();
+    let mut scene = scene(Flicker::Full);
     let mut rows = Rows::new(&scene).expect("rows");
     let lightings = [Lighting::Full, Lighting::Paper];
     let mut stages = lightings.map(|l| stage(&gpu, &rows, l));
@@ -172,29 +185,30 @@ fn materials_reflect_a_fire_as_in_the_reference() {
     for instant in 0..INSTANTS {
         // Without a rhythm of their own, over half a minute.
         scene.pose(None, (instant as f32 * 0.618_034).fract() * 30.0).expect("a pose");
-        let options = render::Options { budget: Some(Budget::Samples(256)), ..Default::default() };
-        let job = Job::new(&scene, &options).expect("the reference takes it");
-        assert!(job.run(|_, _| Action::Continue));
-        let want = job.image().select(&["R", "G", "B"]).expect("a picture");
+        // Two, so that their noise, which differs, is in no square.
+        let wants = [0, 1].map(|seed| reference(&scene, 128, seed));
+        let mut want = wants[0].clone();
+        want.data.iter_mut().zip(&wants[1].data).for_each(|(a, b)| *a = 0.5 * (*a + b));
         rows.pose(&scene).expect("a pose of the same scene");
         for (stage, sums) in stages.iter_mut().zip(&mut sums) {
             assert!(stage.pose(&rows).expect("a pose"), "of the same stage");
             for _ in 0..16 {
                 stage.frame(&scene.cameras[0]).expect("a frame");
             }
-            let found = stage.image().expect("a picture").select(&["R", "G", "B"]).expect("channels");
+            let found = rgb(stage);
             for (i, sums) in sums.iter_mut().enumerate() {
                 let (column, row) = (i as u32 % ACROSS, i as u32 / ACROSS);
                 let mut bright = 0.0f32;
                 for [x, y] in patch() {
                     let at = ((column * SIDE + x) as usize, (row * SIDE + y) as usize);
-                    for (a, b) in found.pixel(at.0, at.1).iter().zip(want.pixel(at.0, at.1)) {
-                        bright = bright.max(*b);
-                        let [a, b] = [*a, *b].map(f64::from);
-                        sums.squares += (a - b).powi(2);
-                        sums.of += b * b;
+                    let pixels = [&found, &wants[0], &wants[1]].map(|p| p.pixel(at.0, at.1));
+                    for c in 0..3 {
+                        let [a, b, other] = pixels.map(|p| f64::from(p[c]));
+                        bright = bright.max((0.5 * (b + other)) as f32);
+                        sums.squares += (a - b) * (a - other);
+                        sums.of += b * other;
                         sums.found += a;
-                        sums.want += b;
+                        sums.want += 0.5 * (b + other);
                     }
                 }
                 let [a, b] = [&found, &want].map(|p| shown(p, column, row, bright));
@@ -219,11 +233,76 @@ fn materials_reflect_a_fire_as_in_the_reference() {
     for (i, shape) in scene.shapes.iter().take(12).enumerate() {
         let [full, paper] = [sums[0][i], sums[1][i]];
         let (error, ratio) = (full.error(), full.ratio());
-        // Worst seen .104 and 1.097: the sides to which a flame shines are known to the second degree only, and over a sharp
-        // highlight it is no Gaussian. Logs that hid nothing would make it half as bright again.
-        assert!(error < 0.15 && (ratio - 1.0).abs() < 0.14, "{}: {error} {ratio}", shape.name);
+        // Worst seen .043 and .975. Logs that hid nothing would make it a quarter as bright again.
+        assert!(error < 0.1 && (ratio - 1.0).abs() < 0.08, "{}: {error} {ratio}", shape.name);
         // The paper's highlight is no integral: on what costumes are made of it is not a third as near.
         let costume = i < 4;
         assert!(!costume || paper.error() > 3.0 * error, "{}: {} {error}", shape.name, paper.error());
+    }
+}
+
+#[test]
+fn frames_of_a_still_fire_are_the_same_bits() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut scene = scene(Flicker::Still);
+    let mut rows = Rows::new(&scene).expect("rows");
+    let mut stage = stage(&gpu, &rows, Lighting::Full);
+    let mut first: Option<Image> = None;
+    for frame in 0..60 {
+        scene.pose(None, frame as f32 / 60.0).expect("a pose");
+        rows.pose(&scene).expect("a pose of the same scene");
+        assert!(stage.pose(&rows).expect("a pose"), "of the same stage");
+        stage.frame(&scene.cameras[0]).expect("a frame");
+        let now = rgb(&stage);
+        assert!(now.data.iter().any(|v| *v > 0.0));
+        let first = first.get_or_insert_with(|| now.clone());
+        assert!(first.data == now.data, "frame {frame} differs");
+    }
+}
+
+/// From frame to frame light changes as in the reference.
+#[test]
+fn light_flickers_as_in_the_reference() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut scene = scene(Flicker::Full);
+    let mut rows = Rows::new(&scene).expect("rows");
+    let mut stage = stage(&gpu, &rows, Lighting::Full);
+    const FRAMES: u32 = 24;
+    // Silk, the sharpest gold, gravel: means of their patches over time, by the renderer and by two references.
+    let watched = [0u32, 3, 5];
+    let mut series = vec![[[0.0f64; 3]; 3]; FRAMES as usize];
+    for (frame, means) in series.iter_mut().enumerate() {
+        scene.pose(None, 4.0 + frame as f32 / 24.0).expect("a pose");
+        rows.pose(&scene).expect("a pose of the same scene");
+        assert!(stage.pose(&rows).expect("a pose"), "of the same stage");
+        for _ in 0..4 {
+            stage.frame(&scene.cameras[0]).expect("a frame");
+        }
+        let pictures = [rgb(&stage), reference(&scene, 128, 0), reference(&scene, 128, 1)];
+        for (i, means) in watched.iter().zip(means) {
+            let (column, row) = (i % ACROSS, i / ACROSS);
+            for (picture, mean) in pictures.iter().zip(means) {
+                let at = |[x, y]: [u32; 2]| {
+                    picture.pixel((column * SIDE + x) as usize, (row * SIDE + y) as usize)[1]
+                };
+                *mean = patch().map(|p| f64::from(at(p))).sum::<f64>();
+            }
+        }
+    }
+    for (k, i) in watched.iter().enumerate() {
+        let (mut off, mut of) = (0.0, 0.0);
+        for pair in series.windows(2) {
+            let [a, b, c] = [0, 1, 2].map(|p| (pair[1][k][p] / pair[0][k][p]).ln());
+            off += (a - b) * (a - c);
+            of += b * c;
+        }
+        let steps = f64::from(FRAMES - 1);
+        let [change, error] = [of, off].map(|sum: f64| (sum.max(0.0) / steps).sqrt());
+        println!(
+            "{:<16} changes by {change:.3} a frame at 24 Hz, off by {error:.4}",
+            scene.shapes[*i as usize].name
+        );
+        // Worst seen: .020 of .082.
+        assert!(change > 0.04 && error < 0.5 * change, "{change} {error}");
     }
 }

@@ -112,10 +112,14 @@ fn faults(rooms: &BTreeMap<String, PathBuf>, arrows: &[Arrow]) -> Vec<String> {
     }
     for a in arrows {
         let down = allowed.get(a.from.as_str()).is_some_and(|may| may.contains(&a.to.as_str()));
-        // Tests of any room may be proven; tests of proof may look at all, those of a renderer at files of scenes.
+        // Tests of any room may be proven; tests of proof may look at all, those of a renderer at files of scenes and the
+        // Noh stage.
         let renderer = ["transport", "realtime", "ink"].contains(&a.from.as_str());
         let test = a.dev
-            && (a.to == "proof" || a.from == "proof" || a.from == a.to || renderer && a.to == "archive");
+            && (a.to == "proof"
+                || a.from == "proof"
+                || a.from == a.to
+                || renderer && ["archive", "noh"].contains(&a.to.as_str()));
         if rooms.contains_key(&a.to) && !down && !test {
             faults.push(format!("{} may not see {}", a.from, a.to));
         }

@@ -13,8 +13,8 @@ use yugen_archive::formats::labels::Labels;
 use yugen_archive::formats::{btf, gltf, toml};
 use yugen_archive::{check_outputs, check_writable};
 use yugen_noh::{
-    Basis, DIMENSIONS, Dimension, Entry, FIRE_CANDELA, FIRE_KELVIN, Finish, FireLight, Hour, PRESETS, Part,
-    Preset, Robe, RoofCover, RoofForm, Stage,
+    Basis, DIMENSIONS, Dimension, EXPOSURE, Entry, FIRE_CANDELA, FIRE_KELVIN, Finish, FireLight, Hour,
+    PRESETS, Part, Preset, Robe, RoofCover, RoofForm, Stage,
 };
 use yugen_optics::ColourSpace;
 use yugen_reflectance::btf::Btf;
@@ -314,8 +314,8 @@ fn page() -> String {
          test keeps it true.\n\n\
          The origin is the middle of the main floor's surface; +y is up, +z points to the front seats, -x to the left of who \
          sits there; metres. Light is photometric, a candela being 1 W/sr: a fire has {FIRE_CANDELA} cd at {FIRE_KELVIN} K, and \
-         the scene file shows it five stops down, and pictures of the `.glb` want `--exposure -5 --curve agx`. Cameras: the seats `shomen` (front), `waki-shomen` (side), `naka-shomen` (between), \
-         and near views; `yugen info stage.toml` lists them.\n\n\
+         the scene file is shown at an exposure of {EXPOSURE} stops, and pictures of the `.glb` want `--exposure {EXPOSURE} --curve agx`. \
+         Cameras: the seats `shomen` (front), `waki-shomen` (side), `naka-shomen` (between), and near views; `yugen info stage.toml` lists them.\n\n\
          Every part is a closed surface. What the table marks as assumed was found in no dimensioned source; a part is measured \
          where all the dimensions that shape it are.\n\n## Presets\n\n\
          | preset | stage | roof | width and depth are measured | what is known besides |\n|---|---|---|---|---|\n"

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, UVec3, Vec3};
 use std::f64::consts::{PI, TAU};
-use yugen_motion::fire::{Burning, Fire, FireError, Flicker, Grid};
+use yugen_motion::fire::{Burning, Fire, FireError, Flicker, Grid, Slab};
 use yugen_optics::ColourSpace;
 
 const SPACE: ColourSpace = ColourSpace::LinearRec2020;
@@ -167,9 +167,15 @@ fn the_light_is_that_which_was_asked_for_and_has_the_colour_of_soot() {
         let burning = burn(fire);
         let still = fire.flicker == Flicker::Still;
         let count = if still { 1 } else { 80 };
-        let grids: Vec<Grid> =
-            (0..count).map(|i| burning.at(f64::from(i) * 0.7531).grid(cells).unwrap()).collect();
-        let mean = grids.iter().map(candela).sum::<f64>() / f64::from(count);
+        let logs = burning.logs();
+        let grid = |i: i32| {
+            let mut grid = burning.at(f64::from(i) * 0.7531).grid(cells).unwrap();
+            logs.fill(&mut grid);
+            grid
+        };
+        let grids: Vec<Grid> = (0..count).map(grid).collect();
+        let around = |grid: &Grid| luminance(grid.intensity_around(fire.up.as_dvec3()));
+        let mean = grids.iter().map(around).sum::<f64>() / f64::from(count);
         let wanted = f64::from(fire.power * fire.candela);
         println!("{name}: {mean:.0} cd of {wanted}");
         // Eighty instants of .16 rms leave 2 %; the rest is that of cells between coarse and fine.
@@ -281,14 +287,14 @@ fn slabs_share_the_light_of_the_grid_among_their_points() {
     // It shines to the sides that rays find.
     let mean = luminance(grid.power()) / (4.0 * std::f64::consts::PI);
     let mut off = 0.0f64;
-    for d in [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y, DVec3::new(0.0, 0.6, -0.8)] {
-        let [by_rays, here] = [luminance(grid.intensity(d)) / mean, slabs[0].directivity.towards(d)];
+    for d in [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y, DVec3::Y, DVec3::new(0.0, 0.6, -0.8)] {
+        let shine = |slab: &Slab| luminance(slab.blob.power) * slab.directivity.towards(d);
+        let here = slabs.iter().map(shine).sum::<f64>() / luminance(one.power);
+        let by_rays = luminance(grid.intensity(d)) / mean;
         println!("to {d}: {by_rays:.3} {here:.3}");
         off = off.max((by_rays - here).abs());
     }
-    // Straight up it is .65 in a narrow dip, of which two degrees keep .87.
-    assert!(slabs[0].directivity.towards(DVec3::Y) < 0.92);
-    // Worst seen .043, downwards.
+    // Straight up it is .65; worst seen: see below.
     assert!(off < 0.15, "{off}");
     // Where nothing shines there is nothing to draw.
     let dark = Grid { data: vec![[0.0, 0.0, 0.0, 1.0]; grid.data.len()], ..grid };
@@ -296,7 +302,7 @@ fn slabs_share_the_light_of_the_grid_among_their_points() {
 }
 
 #[test]
-fn fourteen_directions_are_enough_for_the_power() {
+fn sixty_six_directions_are_enough_for_the_power() {
     let grid = burn(Fire::default()).at(2.0).grid(UVec3::new(24, 56, 24)).unwrap();
     let n = 200;
     // A spiral of Fibonacci's.
@@ -310,7 +316,7 @@ fn fourteen_directions_are_enough_for_the_power() {
         .sum::<f64>()
         / f64::from(n);
     let power = luminance(grid.power()) / (2.0 * TAU);
-    println!("{power:.1} cd by 14 directions, {mean:.1} cd by {n}");
+    println!("{power:.1} cd by 66 directions, {mean:.1} cd by {n}");
     assert!((power / mean - 1.0).abs() < 0.025, "{power} {mean}");
 }
 

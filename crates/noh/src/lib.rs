@@ -33,7 +33,7 @@ pub use part::{Finish, Part};
 pub use performance::{Costume, Performance, ROBE};
 pub use preset::{PRESETS, Preset, RoofCover, RoofForm};
 pub use robe::{Robe, RobeError};
-pub use view::{FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour, SceneError};
+pub use view::{EXPOSURE, FIRE_CANDELA, FIRE_KELVIN, FireLight, Hour, SceneError};
 
 /// A stage, built.
 #[derive(Clone, Debug)]

@@ -71,10 +71,10 @@ pub enum SceneError {
 
 /// Of a wood fire's soot, kelvin: 1700 to 1900 are usual; assumed.
 pub const FIRE_KELVIN: f64 = 1800.0;
-/// Luminous intensity of a fire of 100 kW, candela: 1500 to 2500 by its soot's efficacy.
+/// Luminous intensity around a fire of 100 kW, candela: 1500 to 2500 by its soot's efficacy.
 pub const FIRE_CANDELA: f32 = 2000.0;
 /// How the stage by its fires is shown, stops.
-const EXPOSURE: f32 = -5.0;
+pub const EXPOSURE: f32 = -5.0;
 /// Illuminance of a full moon high in a clear sky, lux.
 const MOON_LUX: f32 = 0.25;
 

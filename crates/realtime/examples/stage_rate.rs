@@ -1,8 +1,8 @@
 //! What a frame costs on the adapter at hand, from this one program alone.
 //!
 //! `stage_rate` prints the whole table, in a few minutes on a software GPU: passes, and how time grows with pixels,
-//! triangles, lights and samples of an environment. `stage_rate passes`, `pixels`, `triangles`, `lights` or `environment`
-//! prints that part.
+//! triangles, lights and samples of an environment, and with the fires of a Noh stage. `stage_rate passes`, `pixels`,
+//! `triangles`, `lights`, `environment` or `takigi` prints that part.
 //! `stage_rate scene BOUNCES FRAMES SCENE…` prints the passes of scene files at 320 x 240.
 //! `stage_rate rays SCENE…` prints how many random rays a second shaders trace: nearest hit, and any hit.
 //! `stage_rate preview SCENE FOLDER` writes what is shown in the 1st, 4th and 16th frame, standing still and after a turn,
@@ -15,6 +15,8 @@ use std::sync::Arc;
 use std::time::Instant;
 use wgpu::util::DeviceExt;
 use yugen_archive::formats::{image, load_scene};
+use yugen_motion::fire::Fire;
+use yugen_noh::{FireLight, Hour};
 use yugen_optics::flip::mean_flip;
 use yugen_optics::random::Pcg32;
 use yugen_optics::tonemap::{Curve, Display};
@@ -24,7 +26,7 @@ use yugen_realtime::scene::{SceneBuffers, scene_wgsl};
 use yugen_realtime::surface::OPAQUE_WGSL;
 use yugen_realtime::{Gpu, Options, Preview, Stage};
 use yugen_reflectance::Kind;
-use yugen_scene::prepared::Rows;
+use yugen_scene::prepared::{Rows, SLABS};
 use yugen_scene::{
     Aov, Camera, Film, Filter, FovAxis, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape,
     Value, look_along, primitives,
@@ -44,13 +46,15 @@ fn main() -> Result<()> {
             pixels(&gpu)?;
             triangles(&gpu)?;
             lights(&gpu)?;
-            environment(&gpu)
+            environment(&gpu)?;
+            takigi(&gpu)
         }
         ["passes"] => passes(&gpu),
         ["pixels"] => pixels(&gpu),
         ["triangles"] => triangles(&gpu),
         ["lights"] => lights(&gpu),
         ["environment"] => environment(&gpu),
+        ["takigi"] => takigi(&gpu),
         ["scene", bounces, frames, scenes @ ..] => {
             println!("{HEAD}");
             let (bounces, frames) = (bounces.parse()?, frames.parse()?);
@@ -64,7 +68,7 @@ fn main() -> Result<()> {
             let size = [number(3, 640)?, number(4, 480)?];
             picture(&gpu, Path::new(scene), Path::new(out), size, number(5, 16)?)
         }
-        _ => Err("usage: stage_rate [passes | pixels | triangles | lights | environment | scene BOUNCES FRAMES SCENE... | \
+        _ => Err("usage: stage_rate [passes | pixels | triangles | lights | environment | takigi | scene BOUNCES FRAMES SCENE... | \
                   rays SCENE... | preview SCENE FOLDER | picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]]"
             .into()),
     }
@@ -310,6 +314,97 @@ fn environment(gpu: &Gpu) -> Result<()> {
         println!("{:>96.1} %", 100.0 * noise);
     }
     Ok(())
+}
+
+/// The Noh stage by night: what its fires cost, and how near the shading of their light is to the arithmetic that it needs.
+fn takigi(gpu: &Gpu) -> Result<()> {
+    let peak = flop_rate()?;
+    println!(
+        "\nThe Noh stage by night, {:.1} Gflop/s attainable\n{HEAD}  pose ms  light Gflop/s",
+        peak * 1e-9
+    );
+    let stage = yugen_noh::Stage::preset("national")?;
+    let one = Fire { diameter: stage.fires()[0].diameter, ..Fire::default() };
+    let seen = |scene: &Scene, size: [u32; 2]| -> Result<Camera> {
+        let mut camera = scene.cameras.first().ok_or("the stage has no seats")?.clone();
+        camera.resize(size[0], size[1]);
+        Ok(camera)
+    };
+    let row = |name: &str, scene: &mut Scene, size: [u32; 2], hide: bool| -> Result<(f64, Cost)> {
+        let mut rows = Rows::new(scene)?;
+        let start = Instant::now();
+        scene.pose(None, 1.0)?;
+        rows.pose(scene)?;
+        let pose = 1e3 * start.elapsed().as_secs_f64();
+        let cost = cost(gpu, &rows, &seen(scene, size)?, &|o| o.hide_emitters = hide, 2)?;
+        cost.print(name);
+        Ok((pose, cost))
+    };
+    let small = [320, 180];
+    let points = row("4 points", &mut stage.scene(Hour::Night, FireLight::Points)?, small, false)?.1;
+    let mut shares = None;
+    for count in [1, 2, 4, 8, 16] {
+        let mut scene = stage.scene(Hour::Night, FireLight::Out)?;
+        let stands = stage.fires();
+        for i in 0..count {
+            // Those of the stage, and then a ring around it.
+            let (sin, cos) = (i as f32 * std::f32::consts::TAU / 12.0).sin_cos();
+            let ring = Vec3::new(9.0 * cos, stands[0].foot.y, 9.0 * sin);
+            let foot = stands.get(i).map_or(ring, |stand| stand.foot);
+            scene.add_fire("", &Fire { foot, seed: i as u32 + 1, ..one }, None, 0.0)?;
+        }
+        let (pose, cost) = row(&format!("{count} fires"), &mut scene, small, false)?;
+        let shading = f64::from(150 + 90 * (SLABS * count) as u32) * cost.shaded * 1e6;
+        let rate = 1e-9 * shading / (1e-3 * cost.pass("shade"));
+        println!("{:>92.0} {rate:>14.2} = {:.1} %", pose, 1e11 * rate / peak);
+        if count == 4 {
+            let hidden = row("4 fires unseen", &mut scene, small, true)?.1;
+            let all: f64 = cost.passes.iter().map(|(_, ms)| ms).sum();
+            let [seen, light] = [&cost, &hidden].map(|c| c.pass("shade"));
+            shares = Some([seen - light, light - points.pass("shade")].map(|ms| 100.0 * ms / all));
+        }
+    }
+    if let Some([seen, light]) = shares {
+        println!(
+            "of a frame with 4 fires: flames {seen:.0} %, their light beyond that of points {light:.0} %"
+        );
+    }
+    let mut four = stage.scene(Hour::Night, FireLight::Flames)?;
+    for size in [[160, 90], [640, 360]] {
+        row(&format!("4 fires, {} x {}", size[0], size[1]), &mut four, size, false)?;
+    }
+    Ok(())
+}
+
+/// Multiplications and additions a second that shaders reach where they do nothing else.
+fn flop_rate() -> Result<f64> {
+    const EACH: u32 = 1024;
+    let shader = |rounds: u32| {
+        format!(
+            "@group(0) @binding(0) var<storage, read_write> out: array<f32>;
+             @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
+                 var a = vec4<f32>(vec4<u32>(id.x) + vec4<u32>(0u, 1u, 2u, 3u)) * 1e-6;
+                 var b = a + 0.5;
+                 for (var i = 0u; i < {rounds}u; i += 1u) {{ a = fma(a, b, a); b = fma(b, a, b) - a * b; }}
+                 out[id.x] = a.x + a.y + a.z + a.w + b.x;
+             }}"
+        )
+    };
+    let gpu = yugen_proof::gpu::Gpu::for_tests().ok_or("no adapter")?;
+    let mut rounds = EACH;
+    loop {
+        let room = vec![0.0; 1 << 16];
+        let text = shader(rounds);
+        gpu.compute(&text, &[], &room, 1 << 10)?;
+        let start = Instant::now();
+        gpu.compute(&text, &[], &room, 1 << 10)?;
+        let seconds = start.elapsed().as_secs_f64();
+        if seconds > 0.2 || rounds > 1 << 24 {
+            // Of a round: six operations of four numbers, two in each fma.
+            return Ok(f64::from(rounds) * 24.0 * f64::from(1u32 << 16) / seconds);
+        }
+        rounds *= 4;
+    }
 }
 
 fn scene_file(gpu: &Gpu, path: &Path, bounces: u32, frames: u32) -> Result<()> {

@@ -1,6 +1,7 @@
 //! Volumes in the device's memory, as group 3 of the picture's pass: a texture in which each has a box of its own.
 
-use crate::StageError;
+use crate::paper::ambient_map;
+use crate::{Lighting, StageError};
 use bytemuck::{NoUninit, Zeroable};
 use half::f16;
 use wgpu::{Device, Queue, ShaderStages};
@@ -13,7 +14,8 @@ const MOST: usize = 64;
 pub fn flames_wgsl(rows: &Rows) -> String {
     if rows.volumes.is_empty() {
         return "const HAS_FLAMES: bool = false;\nfn flames_along(origin: vec3<f32>, dir: vec3<f32>, reach: f32, u: f32) -> \
-                vec4<f32> { return vec4<f32>(0.0, 0.0, 0.0, 1.0); }\n"
+                vec4<f32> { return vec4<f32>(0.0, 0.0, 0.0, 1.0); }\n\
+                fn ambient_map() -> vec4<f32> { return vec4<f32>(0.0, 0.0, 0.0, 1.0); }\n"
             .into();
     }
     format!(
@@ -43,12 +45,21 @@ pub struct Flames {
     /// How many lie beside each other along x.
     across: u32,
     count: usize,
+    lighting: Lighting,
 }
+
+/// Bytes before the rows: how many there are, and the ambient map of the paper's lighting.
+const HEAD: u64 = 32;
 
 impl Flames {
     /// Those of `rows`; `None` where there are none. Flames change their size from pose to pose: each gets a quarter more
     /// room than it needs now.
-    pub fn new(device: &Device, queue: &Queue, rows: &Rows) -> Result<Option<Self>, StageError> {
+    pub fn new(
+        device: &Device,
+        queue: &Queue,
+        rows: &Rows,
+        lighting: Lighting,
+    ) -> Result<Option<Self>, StageError> {
         let count = rows.volumes.len();
         if count == 0 {
             return Ok(None);
@@ -82,7 +93,7 @@ impl Flames {
         });
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("volumes"),
-            size: (16 + MOST * size_of::<FlameRow>()) as u64,
+            size: HEAD + (MOST * size_of::<FlameRow>()) as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -132,7 +143,7 @@ impl Flames {
                 wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&sampler) },
             ],
         });
-        let flames = Self { layout, group, uniform, texture, room, across, count };
+        let flames = Self { layout, group, uniform, texture, room, across, count, lighting };
         flames.send(queue, rows);
         Ok(Some(flames))
     }
@@ -187,8 +198,13 @@ impl Flames {
                 cells: [size[0] as f32, size[1] as f32, size[2] as f32, 0.0],
             });
         }
+        let map = match self.lighting {
+            Lighting::Full => [0.0; 4],
+            Lighting::Paper => ambient_map(rows),
+        };
         queue.write_buffer(&self.uniform, 0, bytemuck::cast_slice(&[self.count as u32, 0, 0, 0]));
-        queue.write_buffer(&self.uniform, 16, bytemuck::cast_slice(&table));
+        queue.write_buffer(&self.uniform, 16, bytemuck::cast_slice(&map));
+        queue.write_buffer(&self.uniform, HEAD, bytemuck::cast_slice(&table));
     }
 
     /// Of group 3.

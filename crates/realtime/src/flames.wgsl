@@ -12,6 +12,8 @@ struct FlameRow {
 
 struct Flames {
     count: vec4<u32>,
+    // Of the paper's lighting: the centre of its ambient map, and what its values count.
+    map: vec4<f32>,
     rows: array<FlameRow, MOST_FLAMES>,
 }
 
@@ -21,6 +23,10 @@ const FLAME_STEPS: f32 = 256.0;
 @group(3) @binding(0) var<uniform> flames: Flames;
 @group(3) @binding(1) var flame_cells: texture_3d<f32>;
 @group(3) @binding(2) var flame_sampler: sampler;
+
+fn ambient_map() -> vec4<f32> {
+    return flames.map;
+}
 
 // Where a ray enters and leaves a volume, and its direction there; y <= x: never.
 fn flame_crossing(i: u32, origin: vec3<f32>, dir: vec3<f32>, reach: f32) -> vec2<f32> {

@@ -122,7 +122,7 @@ impl Stage {
         });
         checked(device, || {
             let scene = SceneBuffers::new(device, rows, options.threads)?;
-            let flames = Flames::new(device, queue, rows)?;
+            let flames = Flames::new(device, queue, rows, options.lighting)?;
             let view = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("view"),
                 size: size_of::<ViewRow>() as u64,

@@ -120,6 +120,9 @@ fn edges(indices: vec3<u32>, r: LocalRay) -> Edges {
     return Edges(inside, weights, r.shear.z * vec3<f32>(a.z, b.z, c.z));
 }
 
+// Whether rays for any hit pass what burns.
+var<private> past_fuel: bool;
+
 // With `any_hit` the result's t is the share of light that passes, else the nearest hit.
 fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: bool) -> Hit {
     var best = Hit(t_max, 0.0, 0.0, NONE, NONE);
@@ -186,6 +189,11 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
             let head = hierarchy[row + 3u];
             draw = head.y;
             flags = head.z;
+            if (any_hit && past_fuel && (flags & FUEL) != 0u) {
+                draw = NONE;
+                at = UP;
+                continue;
+            }
             outside = size;
             ray = ray_in_instance(row, origin, dir);
             at = head.x;

@@ -50,6 +50,7 @@ pub mod film;
 mod flames;
 mod frame;
 pub mod hierarchy;
+mod paper;
 mod pipelines;
 pub mod preview;
 pub mod reconstruction;

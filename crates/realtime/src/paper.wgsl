@@ -2,7 +2,7 @@
 // the picture of shade.wgsl is measured against. A fire is a point that falls off with the square of the distance and casts no
 // shadow (eq. 1 and 2, with the colour of the object, which the text has and eq. 2 leaves out); a highlight is its power (eq. 3 and 4 on
 // costumes, eq. 5 elsewhere) times one value of the ambient map, which shows the flames as they are now, in the mirror direction
-// (eq. 6), a flame in it counting `MAP_UNIT` of its radiance. The map's centre is `MAP_CENTRE`.
+// (eq. 6). `ambient_map` says where its centre is and what part of its radiance a flame counts in it.
 
 // Eq. 3 grows without bound at grazing angles; cosines below this are taken for it.
 const LEAST_COSINE: f32 = 1e-3;
@@ -79,7 +79,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                         let own = vec3_at(e + 4u);
                         fire += own;
                         total += own.x + own.y + own.z;
-                        to += vec3_at(e + 26u) * (own.x + own.y + own.z);
+                        to += vec3_at(e + 18u) * (own.x + own.y + own.z);
                     }
                     next += SLABS;
                     to = to / max(total, 1e-30) - s.position;
@@ -100,7 +100,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 radiance += lobe.weight * colour * fire * (max(wi.z, 0.0) / PI);
                 power += paper_highlight(lobe, wi);
             }
-            radiance += lobe.weight * power * ambient * MAP_UNIT;
+            radiance += lobe.weight * power * ambient * ambient_map().w;
         }
     } else if (!HIDE_EMITTERS) {
         radiance = background();
@@ -122,7 +122,7 @@ fn paper_ambient(dir: vec3<f32>, u: f32) -> vec3<f32> {
         radiance += environment_radiance(environment_of(i).y, dir);
     }
     if (HAS_FLAMES) {
-        let flames = flames_along(MAP_CENTRE, dir, 1e30, u);
+        let flames = flames_along(ambient_map().xyz, dir, 1e30, u);
         radiance = radiance * flames.w + flames.xyz;
     }
     return radiance;

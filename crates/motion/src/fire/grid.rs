@@ -1,7 +1,8 @@
 //! A flame as a renderer reads it: cells that emit and absorb, and what light leaves them.
 
 use super::FireError;
-use glam::{DVec3, IVec3, UVec3, Vec3, Vec4};
+use super::escape::directions;
+use glam::{DVec3, UVec3, Vec3, Vec4};
 use std::f64::consts::TAU;
 use yugen_optics::ColourSpace;
 
@@ -63,22 +64,6 @@ impl Grid {
         (self.upper - self.lower) / self.size.as_vec3()
     }
 
-    /// Directions and weights of the mean over the sphere, as steps from cell to cell: six along the axes and eight to the
-    /// corners. The weights give polynomials of degree 3 their mean; for cubes they are Lebedev's rule of 14 points, of
-    /// degree 5 (1/15 and 3/40; Lebedev 1976).
-    pub(super) fn directions(&self) -> impl Iterator<Item = (IVec3, DVec3, f64)> {
-        let cell = self.cell().as_dvec3();
-        let d2 = (cell * cell) / cell.length_squared();
-        // So that x²y² + y²z² + z²x² has its mean, a fifth, where that leaves nothing negative.
-        let corner = 0.025 / (d2.x * d2.y + d2.y * d2.z + d2.z * d2.x);
-        let corner = corner.min(1.0 / (24.0 * d2.max_element()));
-        let axes = IVec3::AXES.into_iter().zip((d2 * (-4.0 * corner) + 1.0 / 6.0).to_array());
-        let axes = axes.flat_map(|(a, w)| [(a, w), (-a, w)]);
-        let corners = (0..8).map(|i| IVec3::from_array([0, 1, 2].map(|k| (i >> k & 1) * 2 - 1)));
-        let all = axes.chain(corners.map(move |c| (c, corner)));
-        all.map(move |(step, w)| (step, (step.as_dvec3() * cell).normalize(), w))
-    }
-
     /// Where the centre of a cell is.
     pub fn centre(&self, cell: UVec3) -> Vec3 {
         self.lower + (cell.as_vec3() + Vec3::splat(0.5)) * self.cell()
@@ -90,18 +75,6 @@ impl Grid {
         (0..nz).flat_map(move |z| {
             (0..ny).flat_map(move |y| (0..nx).map(move |x| self.centre(UVec3::new(x, y, z))))
         })
-    }
-
-    /// Middle and radius of a sphere around all that is solid; its radius is nought where nothing is.
-    pub fn solid_sphere(&self) -> (Vec3, f32) {
-        let filled = || self.solid.iter().zip(self.centres()).filter(|(part, _)| **part > 0.0);
-        let count = filled().count().max(1) as f32;
-        let middle = filled().map(|(_, p)| p).sum::<Vec3>() / count;
-        let reach = filled().map(|(_, p)| p.distance(middle)).fold(0.0, f32::max);
-        if self.solid.iter().all(|part| *part <= 0.0) {
-            return (Vec3::ZERO, 0.0);
-        }
-        (middle, reach + 0.5 * self.cell().length())
     }
 
     /// Emission and absorption at a point, as in [`Grid::data`].
@@ -174,10 +147,10 @@ impl Grid {
         sum * (steps[0] * steps[1])
     }
 
-    /// Flux that leaves the grid, by its intensity along the axes of the cells and to their corners: 14 directions, weighted
-    /// to give the integral over the sphere. Its luminance is in lm; over 4π it is the mean intensity.
+    /// Flux that leaves the grid, by its intensity in 66 directions over the sphere. Its luminance is in lm; over 4π it is the
+    /// mean intensity.
     pub fn power(&self) -> DVec3 {
-        2.0 * TAU * self.directions().map(|(_, d, w)| self.intensity(d) * w).sum::<DVec3>()
+        2.0 * TAU * directions().map(|(d, weight)| self.intensity(d) * weight).sum::<DVec3>()
     }
 
     /// Flux that the cells emit, before anything is absorbed.

@@ -181,7 +181,6 @@ mod tests {
         let logs = burning.logs();
         let flame = burning.at(2.0);
         let open = flame.grid(flame.cells(0.0225)).unwrap();
-        assert_eq!(open.solid_sphere().1, 0.0);
         let mut grid = open.clone();
         logs.fill(&mut grid);
         let filled = grid.solid.iter().sum::<f32>() * grid.cell().element_product();
@@ -189,15 +188,10 @@ mod tests {
         let volume: f32 =
             logs.bars.iter().map(|([a, b], r)| std::f32::consts::PI * r * r * a.distance(*b)).sum();
         assert!((0.75..1.02).contains(&(filled / volume)), "{filled} {volume}");
-        let (middle, radius) = grid.solid_sphere();
-        let outside = logs.positions.iter().filter(|p| p.distance(middle) > radius + 0.02).count();
-        assert!(
-            outside * 50 < logs.positions.len() && radius < 0.6 * burning.fire().diameter,
-            "{outside} {radius}"
-        );
         // The cells and what they emit are the same; less of it leaves, and slabs are what leaves.
         assert_eq!(grid.data, open.data);
-        let (all, left) = (open.leaving(), grid.leaving());
+        let leaving = |grid: &Grid| grid.blobs(1, DVec3::Y)[0].power;
+        let (all, left) = (leaving(&open), leaving(&grid));
         assert!((0.5..0.9).contains(&(left.y / all.y)), "{left} {all}");
         let slabs = grid.slabs(4, 64, DVec3::Y);
         let sum: DVec3 = slabs.iter().map(|s| s.blob.power).sum();

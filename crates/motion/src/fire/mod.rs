@@ -9,6 +9,7 @@
 //! Metres, seconds, kelvin; luminance in cd/m², flux in lm.
 
 mod blobs;
+mod escape;
 mod flame;
 mod grid;
 mod logs;
@@ -16,7 +17,8 @@ mod pulse;
 mod soot;
 mod sparks;
 
-pub use blobs::{Blob, Directivity, Slab};
+pub use blobs::{Blob, Slab};
+pub use escape::Directivity;
 pub use flame::{FIRE_WGSL, Flame, Medium};
 use glam::Vec3;
 pub use grid::{Along, Grid};
@@ -68,7 +70,7 @@ pub struct Fire {
     pub diameter: f32,
     /// Heat release, kW.
     pub power: f32,
-    /// Mean luminous intensity for each kilowatt, cd/kW.
+    /// Mean luminous intensity around the fire, past its logs, for each kilowatt, cd/kW.
     pub candela: f32,
     /// Velocity of the air, m/s.
     pub wind: Vec3,
@@ -114,7 +116,7 @@ pub const PARAMETERS: [Parameter; 4] = [
         default: 20.0,
         range: [1.0, 100.0],
         unit: "cd/kW",
-        about: "mean luminous intensity for each kilowatt. Computed: .3 of the power is radiated, .62 to 1.03 lm/W (black bodies of 1800 to 1900 K), over 4π: 15 to 25; luminance times area of a flame gives 18",
+        about: "mean luminous intensity around the fire, across its up and past its logs, for each kilowatt. Computed: .3 of the power is radiated, .62 to 1.03 lm/W (black bodies of 1800 to 1900 K), over 4π: 15 to 25; luminance times area of a flame gives 18",
     },
     Parameter {
         name: "wind",
@@ -261,10 +263,12 @@ const REDUCED: [f64; 2] = [0.07, 0.35];
 const STILL: f64 = 5.0;
 /// Instants by which a fire is measured before it burns.
 const INSTANTS: u32 = 32;
+/// Rounds in which its soot settles, each to a quarter of the step before, where flames are dense to half of it.
+const ROUNDS: u32 = 12;
 
 impl Fire {
-    /// Checks the fire and measures its light over 32 instants: soot is scaled so that the mean intensity is
-    /// [`Fire::candela`] times [`Fire::power`]. Colours will be in `space`. Takes about .2 s.
+    /// Checks the fire and measures its light over 32 instants: soot is scaled so that the mean intensity around the fire,
+    /// past its logs, is [`Fire::candela`] times [`Fire::power`]. Colours will be in `space`. Takes about .3 s.
     ///
     /// # Errors
     /// What [`Fire::check`] says, and more light than the flame can give.
@@ -279,40 +283,42 @@ impl Fire {
             emission: 0.0,
             soot: 1.0,
         };
-        let target = 4.0 * std::f64::consts::PI * f64::from(self.candela * self.power);
+        let target = f64::from(self.candela * self.power);
         let weights = space.luminance_weights().as_dvec3();
         let instants = if self.flicker == Flicker::Still { 1 } else { INSTANTS };
         // Spread over a minute without a rhythm of their own.
         let instant = |i: u32| f64::from(i) * 60.0 * 0.618_034;
         let emission = (0..instants).map(|i| burning.at(instant(i)).measured()).sum::<f64>();
         burning.emission = emission / f64::from(instants);
-        let samples: Vec<(Grid, Vec<f32>)> = (0..instants.min(6))
+        let logs = burning.logs();
+        let samples: Vec<(Grid, Vec<f32>)> = (0..instants)
             .map(|i| {
                 let flame = burning.at(instant(i));
                 let [lower, upper] = flame.bounds();
                 let edge = ((upper - lower).element_product() / 2.5e4).cbrt();
-                let grid = flame.grid(flame.cells(edge))?;
+                let mut grid = flame.grid(flame.cells(edge))?;
+                logs.fill(&mut grid);
                 let smoke = grid.centres().map(|p| flame.medium(p).smoke).collect();
                 Ok((grid, smoke))
             })
             .collect::<Result<_, FireError>>()?;
-        // What soot keeps of its own light grows with it: a few rounds settle.
-        let mut soot = 0.0;
-        for _ in 0..7 {
+        // What soot keeps of its own light grows with it, and logs keep a part.
+        let mut soot = 0.0f64;
+        for _ in 0..ROUNDS {
             let [mut out, mut of] = [0.0; 2];
             for (thin, smoke) in &samples {
                 let mut grid = thin.clone();
                 for (cell, smoke) in grid.data.iter_mut().zip(smoke) {
                     cell[3] = (cell[3] - smoke).max(0.0) * soot as f32 + smoke;
                 }
-                out += weights.dot(grid.leaving());
-                of += weights.dot(grid.emitted());
+                out += weights.dot(grid.intensity_around(self.up.as_dvec3()));
+                of += weights.dot(grid.emitted()) / (4.0 * std::f64::consts::PI);
             }
-            soot = target
-                / (4.0
-                    * std::f64::consts::PI
-                    * burning.emission
-                    * if of > 0.0 { (out / of).max(1e-6) } else { 1.0 });
+            let kept: f64 = if of > 0.0 { (out / of).max(1e-6) } else { 1.0 };
+            let last = std::mem::replace(&mut soot, target / (burning.emission * kept));
+            if (soot / last - 1.0).abs() < 2e-3 {
+                break;
+            }
         }
         // Denser than 300/m a flame is a surface to its cells.
         if !(soot > 0.0 && soot < 300.0) {

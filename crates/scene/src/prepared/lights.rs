@@ -2,7 +2,7 @@
 
 use super::Textures;
 use crate::{Geometry, Light, Scene, Texture, TextureId, Value};
-use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
+use glam::{DMat3, DVec3, Mat3, Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_motion::fire::{Directivity, Grid};
 use yugen_optics::{Image, distribution};
@@ -107,13 +107,10 @@ pub enum LightSource<'a> {
         block: Mat3,
         /// In the mean over all directions.
         intensity: Vec3,
-        /// To which sides it shines, over that: first and second degree of spherical harmonics, directions of the world.
-        directivity: (Vec3, Mat3),
+        /// To which sides it shines, over that; directions of the world.
+        directivity: Box<Directivity>,
         /// Mean and covariance of the places, as what they are together.
         gaussian: (Vec3, Mat3),
-        /// A sphere around solid things among them: how much light comes past those is known, and a ray for what stands in
-        /// between need not go further.
-        solid: (Vec3, f32),
         /// Added to the square of the distance of the mean, scene units squared: within a light as wide as it is most of it is
         /// further away than its middle.
         near: f32,
@@ -221,9 +218,6 @@ impl<'a> LightSources<'a> {
         for source in volumes {
             let LightSource::Volume { light, grid, scale, to_world } = source else { continue };
             let block = Mat3::from_mat4(to_world) * Mat3::from_diagonal(grid.cell());
-            let (middle, radius) = grid.solid_sphere();
-            let size = to_world.transform_vector3(Vec3::X).length();
-            let solid = (to_world.transform_point3(middle), radius * size);
             for slab in grid.slabs(count, points, DVec3::Y) {
                 let place = |p: &DVec3| to_world.transform_point3(p.as_vec3());
                 // Where nothing shines it does not matter where, but there are always as many.
@@ -234,16 +228,17 @@ impl<'a> LightSources<'a> {
                 let covariance = frame * slab.blob.covariance.as_mat3() * frame.transpose();
                 let variance = covariance.x_axis.x + covariance.y_axis.y + covariance.z_axis.z;
                 let intensity = slab.blob.power * (f64::from(scale) / (4.0 * std::f64::consts::PI));
-                let turn = Mat3::from_mat4(crate::rigid(to_world));
-                let Directivity { linear, quadratic } = slab.directivity;
+                let turn = Mat3::from_mat4(crate::rigid(to_world)).transpose().as_dmat3();
                 self.sources.push(LightSource::Slab {
                     light,
                     points: places,
                     block,
                     intensity: intensity.as_vec3(),
-                    directivity: (turn * linear.as_vec3(), turn * quadratic.as_mat3() * turn.transpose()),
+                    directivity: Box::new(match turn == DMat3::IDENTITY {
+                        true => slab.directivity,
+                        false => slab.directivity.turned(|d| turn * d),
+                    }),
                     gaussian: (mean, covariance),
-                    solid,
                     // A quarter of what a disc as wide has on its axis, which darkens what is a metre away by some .2 %.
                     near: 0.25 * variance,
                 });

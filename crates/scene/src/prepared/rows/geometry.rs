@@ -83,6 +83,8 @@ impl DrawRow {
     pub const FLIPPED: u32 = 16;
     /// Light can pass straight through it somewhere.
     pub const SEE_THROUGH: u32 = 32;
+    /// Logs of a fire: what they keep of its light is known, so that rays for what else stands in between pass them.
+    pub const FUEL: u32 = 64;
 }
 
 /// Segments of a form around its axis, and half as many down a sphere: its outline is off by 3e-4 of the radius.
@@ -99,11 +101,15 @@ impl Rows {
         see_through: &dyn Fn(usize) -> bool,
         emitter: &dyn Fn(usize) -> Option<u32>,
     ) -> Result<(), GeometryError> {
+        let is_fuel = |shape: usize| scene.fires.iter().any(|fire| fire.shapes()[0] == shape);
         let mut meshes = Meshes { rows: self, of_mesh: HashMap::new(), of_form: HashMap::new() };
         for (i, shape) in scene.shapes.iter().enumerate() {
             let id = i as u32 + 1;
             let Geometry::Instance(group) = &shape.geometry else {
                 meshes.draw(shape, Mat4::IDENTITY, id, emitter(i), see_through)?;
+                if let (true, Some(draw)) = (is_fuel(i), meshes.rows.draws.last_mut()) {
+                    draw.flags |= DrawRow::FUEL;
+                }
                 continue;
             };
             let inner = scene.groups.get(*group).ok_or_else(|| GeometryError::Group {

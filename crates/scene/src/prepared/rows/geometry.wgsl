@@ -31,6 +31,7 @@ const HAS_TANGENTS: u32 = 4u;
 const MIRRORED: u32 = 8u;
 const FLIPPED: u32 = 16u;
 const SEE_THROUGH: u32 = 32u;
+const FUEL: u32 = 64u;
 
 fn corners_of(triangle: u32) -> vec3<u32> {
     return vec3<u32>(triangles[3u * triangle], triangles[3u * triangle + 1u], triangles[3u * triangle + 2u]);

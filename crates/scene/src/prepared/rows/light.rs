@@ -10,7 +10,7 @@ use std::f32::consts::PI;
 use yugen_optics::distribution;
 
 /// Words of an emitter. `light.wgsl` knows it, and what they mean.
-const STRIDE: usize = 39;
+const STRIDE: usize = 27;
 
 /// Kinds of emitters, the first word of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub(super) enum Op {
 }
 
 /// Parts of a volume as lights.
-pub const SLABS: usize = 4;
+pub const SLABS: usize = 6;
 /// Points of each.
 pub(super) const POINTS: usize = 512;
 
@@ -141,9 +141,8 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 points,
                 block,
                 intensity,
-                directivity: (linear, quadratic),
+                directivity,
                 gaussian: (mean, covariance),
-                solid,
                 near,
                 ..
             } => {
@@ -151,14 +150,12 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 floats(&mut words, &intensity.to_array());
                 floats(&mut words, &block.to_cols_array());
                 floats(&mut words, &[*near]);
-                floats(&mut words, &linear.to_array());
-                let [x, y, z] = [quadratic.x_axis, quadratic.y_axis, quadratic.z_axis];
-                floats(&mut words, &[x.x, y.y, z.z, 2.0 * x.y, 2.0 * x.z, 2.0 * y.z]);
+                words.push((rows.numbers.len() + 3 * points.len()) as u32);
                 floats(&mut words, &mean.to_array());
                 let [x, y, z] = [covariance.x_axis, covariance.y_axis, covariance.z_axis];
                 floats(&mut words, &[x.x, y.y, z.z, x.y, x.z, y.z]);
-                floats(&mut words, &solid.0.extend(solid.1).to_array());
                 rows.numbers.extend(points.iter().flat_map(|p| p.to_array()));
+                rows.numbers.extend(directivity.values());
                 power.push(4.0 * PI * luminance.dot(*intensity));
             }
             // Divided into slabs.

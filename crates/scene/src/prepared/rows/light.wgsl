@@ -1,6 +1,6 @@
 // Emitters. Words as in rows/light.rs.
 
-const EMITTER_WORDS: u32 = 39u;
+const EMITTER_WORDS: u32 = 27u;
 const EMITTER_AREA: u32 = 0u;
 const EMITTER_POINT: u32 = 1u;
 const EMITTER_SPOT: u32 = 2u;
@@ -105,7 +105,7 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         origin = vec3_at(e + 13u);
     }
     if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
-        origin = vec3_at(e + 26u);
+        origin = vec3_at(e + 18u);
     }
     let to = origin - position;
     var d2 = dot(to, to);
@@ -114,11 +114,9 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     var intensity = vec3_at(e + 4u);
     if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
         d2 += float_at(e + 16u);
-        let mixed = vec3<f32>(wi.x * wi.y, wi.x * wi.z, wi.y * wi.z);
-        let second = dot(vec3_at(e + 20u), wi * wi) + dot(vec3_at(e + 23u), mixed);
-        intensity *= max(1.0 - dot(vec3_at(e + 17u), wi) + second, 0.0);
-        let own = vec3_at(e + 29u);
-        let across = vec3_at(e + 32u);
+        intensity *= directivity(word_at(e + 17u), -wi);
+        let own = vec3_at(e + 21u);
+        let across = vec3_at(e + 24u);
         let covariance = mat3x3<f32>(own.x, across.x, across.y, across.x, own.y, across.z, across.y, across.z, own.z);
         light_gaussian = GaussianLight(intensity, to, covariance);
     }
@@ -157,12 +155,30 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     return LightSample(wi, distance, intensity / d2, 1.0, true);
 }
 
+// Nodes along a side of the net of directions of Directivity.
+const NET: u32 = 9u;
+
+// Intensity of a slab by direction over its mean: as Directivity::towards, of the values that begin at `at` in `numbers`.
+fn directivity(at: u32, direction: vec3<f32>) -> f32 {
+    let s = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));
+    var p = s.xz;
+    if (s.y < 0.0) {
+        p = (1.0 - abs(s.zx)) * select(vec2<f32>(-1.0), vec2<f32>(1.0), s.xz >= vec2<f32>(0.0));
+    }
+    let q = clamp((0.5 + 0.5 * p) * f32(NET - 1u), vec2<f32>(0.0), vec2<f32>(f32(NET - 1u)));
+    let first = min(vec2<u32>(q), vec2<u32>(NET - 2u));
+    let t = q - vec2<f32>(first);
+    let o = at + first.y * NET + first.x;
+    let low = mix(numbers[o], numbers[o + 1u], t.x);
+    return mix(low, mix(numbers[o + NET], numbers[o + NET + 1u], t.x), t.y);
+}
+
 fn is_slab(emitter: u32) -> bool {
     return has_emitter(EMITTER_SLAB) && emitter >= plain_count();
 }
 
-// The direction from `position` to a point of a slab, and in w how far the way must be free: to what is solid around it,
-// past which the light is known.
+// The direction from `position` to a point of a slab, and in w how far the way must be free, but for what burns: past that
+// the light is known.
 fn to_slab_point(slab: u32, position: vec3<f32>, u: vec2<f32>) -> vec4<f32> {
     let e = emitter_at(slab);
     // One of its points, and a place in the block about that: coarse and fine bits of the same numbers.
@@ -173,13 +189,7 @@ fn to_slab_point(slab: u32, position: vec3<f32>, u: vec2<f32>) -> vec4<f32> {
     let to = vec3<f32>(numbers[at], numbers[at + 1u], numbers[at + 2u]) + block * place - position;
     let distance = length(to);
     let wi = to / distance;
-    let middle = vec3_at(e + 35u) - position;
-    let radius = float_at(e + 38u);
-    let nearest = dot(middle, wi);
-    let beside = dot(middle, middle) - nearest * nearest;
-    let enters = nearest - sqrt(max(radius * radius - beside, 0.0));
-    let is_met = beside < radius * radius && enters > 0.0;
-    return vec4<f32>(wi, select(distance * (1.0 - 1e-3), min(enters, distance), is_met));
+    return vec4<f32>(wi, distance * (1.0 - 1e-3));
 }
 
 // One minus the cosine of the cone that a round sphere subtends; 0 where the emitter is none, or `position` within it.
