@@ -97,6 +97,15 @@ pub fn read_bounded(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     read_up_to(open(path)?, path, limit)
 }
 
+/// As [`read_bounded`], of a file that cannot be empty.
+pub fn read_filled(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
+    let bytes = read_bounded(path, limit)?;
+    match bytes.is_empty() {
+        true => Err(Error::invalid(Place::file(path), "the file is empty; copy or export it again")),
+        false => Ok(bytes),
+    }
+}
+
 /// As [`read_bounded`], for what this program wrote for itself and will replace, as checkpoints: it is no input.
 pub fn read_own(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     read_up_to(File::open(path).map_err(|e| Error::io(path, e))?, path, limit)

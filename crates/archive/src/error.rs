@@ -136,7 +136,10 @@ impl Error {
                 "a file is where a folder is expected; name a folder, or move the file".into()
             }
             ErrorKind::IsADirectory => "this is a folder; name a file in it".into(),
-            ErrorKind::StorageFull => "the disk is full; make room or write elsewhere".into(),
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+                "the disk is full; make room or write elsewhere".into()
+            }
+            ErrorKind::FileTooLarge => "files may not become so large here; write elsewhere".into(),
             _ => source.to_string(),
         };
         Self::Io { path: path.to_path_buf(), problem, kind: source.kind() }

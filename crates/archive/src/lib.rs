@@ -12,7 +12,7 @@ mod ledger;
 
 pub use disk::{
     atomic_write, atomic_write_with, begin_own, check_writable, list_folder, make_folder, open, read_bounded,
-    read_own, update,
+    read_filled, read_own, update,
 };
 pub use error::{Error, Place, Position};
 pub use ledger::{check_new, check_outputs, protect_inputs, will_read};

@@ -10,6 +10,7 @@ pub mod fit;
 pub mod hdr;
 mod lanes;
 pub mod lens;
+pub mod lighting;
 pub mod normals;
 pub mod parallel;
 pub mod pca;

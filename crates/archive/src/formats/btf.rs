@@ -8,7 +8,7 @@ pub mod gltf;
 pub mod maps;
 
 use super::image::{self, ReadOptions, WriteOptions};
-use crate::{Error, Place, atomic_write, read_bounded};
+use crate::{Error, Place, atomic_write, read_filled};
 use ::exr::meta::MetaData;
 use ::exr::meta::attribute::AttributeValue;
 use glam::{Vec2, Vec3};
@@ -67,7 +67,7 @@ const MAX_TEXELS: u64 = 1 << 27;
 pub fn load(path: &Path, space: ColourSpace) -> Result<(Btf, About), Error> {
     let max_samples = MAX_TEXELS * CHANNELS.len() as u64;
     let options = ReadOptions { max_samples, ..ReadOptions::to(space) };
-    read(&read_bounded(path, 4 * max_samples)?, path, &options)
+    read(&read_filled(path, 4 * max_samples)?, path, &options)
 }
 
 /// Reads maps from memory, colours in the space of the options; `name` is for messages. Where the numbers of a texel make no sense

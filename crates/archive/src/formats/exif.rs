@@ -38,6 +38,15 @@ impl Settings {
     }
 }
 
+impl Settings {
+    /// By what factor a photograph of these settings is brighter than one of `other`, by time, aperture and sensitivity, of
+    /// those that both tell.
+    pub fn brighter_than(&self, other: &Self) -> f32 {
+        let ratio = |of: fn(&Self) -> Option<f32>| of(self).zip(of(other)).map_or(1.0, |(a, b)| a / b);
+        ratio(|s| s.seconds) * ratio(|s| s.iso.map(|i| i as f32)) / ratio(|s| s.f_number).powi(2)
+    }
+}
+
 /// A file of 1 GiB is no photograph.
 const MAX_FILE: u64 = 1 << 30;
 
@@ -133,6 +142,11 @@ pub(crate) mod tests {
         assert!((distance(1500, 1000).unwrap() - 50.0 / 36.0).abs() < 1e-4);
         assert!((distance(1000, 1500).unwrap() - 50.0 / 24.0).abs() < 1e-4);
         assert_eq!((distance(1000, 1000), Settings::default().distance(3, 2)), (None, None));
+        // Twice the time, half the sensitivity, a stop less of aperture; what one of them does not tell is alike.
+        let other =
+            Settings { seconds: Some(1.0 / 30.0), iso: Some(200), f_number: Some(5.6 * 2f32.sqrt()), ..want };
+        assert!((other.brighter_than(&want) - 0.5).abs() < 1e-5);
+        assert!((Settings { iso: None, ..other }.brighter_than(&want) - 1.0).abs() < 1e-5);
         for n in 0..bytes.len() {
             let _ = read_bytes(&bytes[..n]);
             for value in [0, 0xff] {

@@ -12,7 +12,7 @@ pub mod utia;
 pub mod window;
 pub mod zemax;
 
-use crate::disk::read_bounded;
+use crate::disk::read_filled;
 use crate::{Error, Place};
 use glam::{DVec3, Mat3, Vec3};
 use std::collections::HashMap;
@@ -152,7 +152,7 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
 
 /// [`read`] of a file by its name.
 pub fn load(file: &Path, space: ColourSpace) -> Result<Measurement, Error> {
-    read(&read_bounded(file, MAX_BYTES)?, file, space)
+    read(&read_filled(file, MAX_BYTES)?, file, space)
 }
 
 impl Measurement {

@@ -7,7 +7,7 @@
 //! ```
 //! The last three words of a line are numbers, with a decimal point or a decimal comma; all before them is the name
 //! of the file, blanks and quotes around it aside. Where a name with an extension is followed by more numbers, the first
-//! three count. Commas or semicolons may stand between the columns instead of blanks, and a list may do without names:
+//! three count. The count may be missing, or the columns be named in its place (`file,x,y,z`). Commas or semicolons may stand between the columns instead of blanks, and a list may do without names:
 //! then its lines are those of the pictures in the order of their names. The numbers say where the light stands as seen from the object: a
 //! direction of any length, or a position where the capture had its lamps near. Lengths are kept. +x is right,
 //! +y up, +z to the camera, unless [`Axes`] say otherwise.
@@ -107,14 +107,23 @@ pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> 
             "the list is empty; its first line is the number of lights",
         ));
     };
-    let count: u64 = head.trim().parse().map_err(|_| {
-        let problem =
-            format!("'{}' is no number of lights, which the first line must be", shorten(head.trim()));
-        Error::invalid(Place::line(file, first, 1), problem)
-    })?;
+    // Tables of other programs have the names of columns there, or nothing.
+    let count: Option<u64> = head.trim().parse().ok();
+    let light = if count.is_none() && !names_columns(head) {
+        if split(head).is_err() {
+            let problem = format!(
+                "'{}' is no number of lights, and no line 'file x y z' either; the first line must be one of them",
+                shorten(head.trim())
+            );
+            return Err(Error::invalid(Place::line(file, first, 1), problem));
+        }
+        Some((first, head))
+    } else {
+        None
+    };
     let mut entries: Vec<Entry> = Vec::new();
     let (mut low, mut longer) = (0, 0);
-    for (number, line) in lines {
+    for (number, line) in light.into_iter().chain(lines) {
         let Columns { name, numbers, more } = split(line).map_err(|(word, problem)| {
             let offset = word.as_ptr() as usize - line.as_ptr() as usize;
             Error::invalid(Place::line(file, number, line[..offset].chars().count() + 1), problem)
@@ -166,7 +175,7 @@ pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> 
             file.display()
         );
     }
-    if count != entries.len() as u64 {
+    if let Some(count) = count.filter(|count| *count != entries.len() as u64) {
         let problem = format!(
             "the first line promises {count} lights, but {} follow; correct the number, or add what is missing",
             entries.len()
@@ -174,6 +183,18 @@ pub fn read(bytes: &[u8], file: &Path, axes: Axes) -> Result<Vec<Entry>, Error> 
         return Err(Error::invalid(Place::line(file, first, 1), problem));
     }
     Ok(entries)
+}
+
+/// Whether a line names the columns x, y, z, whatever stands before and behind them.
+fn names_columns(line: &str) -> bool {
+    let lower = line.to_lowercase();
+    let words: Vec<&str> = lower
+        .split(|c: char| c.is_whitespace() || [',', ';', '"', '#'].contains(&c))
+        .filter(|w| !w.is_empty())
+        .collect();
+    words
+        .windows(3)
+        .any(|w| ["x", "y", "z"].iter().zip(w).all(|(axis, w)| w.trim_start_matches("light_") == *axis))
 }
 
 /// What a line says.
@@ -326,6 +347,22 @@ mod tests {
         assert_eq!(back, got);
     }
 
+    /// Tables as spreadsheets write them, with the names of the columns or nothing before the first light.
+    #[test]
+    fn a_list_may_do_without_its_count() {
+        let want = parse("2\na.png 0 .6 .8\nb.png 0 0 1").unwrap();
+        for text in [
+            "a.png 0 .6 .8\nb.png 0 0 1\n",
+            "a.png,0,.6,.8\nb.png,0,0,1\n",
+            "file,x,y,z\na.png,0,.6,.8\nb.png,0,0,1\n",
+            "\"Image\";\"X\";\"Y\";\"Z\"\na.png;0;,6;,8\nb.png;0;0;1\n",
+            "# name light_x light_y light_z\na.png 0 .6 .8\nb.png 0 0 1",
+        ] {
+            assert_eq!(parse(text).unwrap(), want, "{text}");
+        }
+        assert!(parse("x,y,z\n").unwrap().is_empty());
+    }
+
     #[test]
     fn columns_may_be_parted_by_commas_be_more_or_have_no_name() {
         let third = Vec3::new(0.1, -0.2, 0.3);
@@ -377,7 +414,10 @@ mod tests {
     fn bad_lists_get_a_sentence_with_the_line() {
         for (text, want) in [
             ("", "a.lp: the list is empty"),
-            ("a.png 0 0 1\n", "a.lp:1:1: 'a.png 0 0 1' is no number of lights"),
+            (
+                "a.png 0 0\nb.png 0 0 1\n",
+                "a.lp:1:1: 'a.png 0 0' is no number of lights, and no line 'file x y z' either",
+            ),
             ("-1\n", "a.lp:1:1: '-1' is no number"),
             ("2\na.png 0 0 1\n", "a.lp:1:1: the first line promises 2 lights, but 1 follow"),
             ("0\na.png 0 0 1\n", "a.lp:1:1: the first line promises 0 lights, but 1 follow"),

@@ -1,7 +1,7 @@
 //! Measured reflectance: which file feeds which model.
 
 use super::{goniometer, goniometer_csv, instrument, merl, rgl};
-use crate::disk::read_bounded;
+use crate::disk::read_filled;
 use crate::{Error, Place};
 use std::path::Path;
 use yugen_optics::ColourSpace;
@@ -113,7 +113,7 @@ pub fn read(file: &Path, kind: Kind, space: ColourSpace) -> Result<Vec<f32>, Err
             format!("model '{}' takes no measured file; those that do: {}", kind.name(), models.join(", "));
         return Err(Error::invalid(Place::file(file), problem));
     };
-    (source.read)(&read_bounded(file, source.limit)?, file, space)
+    (source.read)(&read_filled(file, source.limit)?, file, space)
 }
 
 /// The formats of measured reflectance: name, extensions, the model that they feed, and whether they are written.

@@ -28,7 +28,7 @@
 
 mod pictures;
 
-pub use pictures::pictures;
+pub use pictures::{no_picture, pictures};
 
 use super::exif;
 use super::image::rows::{Rows, Samples};
@@ -343,6 +343,33 @@ pub struct Folder {
     kept: bool,
 }
 
+/// A third of a stop is a factor of 1.26; shutters keep their time to some percent.
+const EXPOSED: f32 = 1.1;
+
+/// Refuses photographs that were exposed in different ways, as by a camera that chose for itself. Only of a JPEG Exif is read
+/// without the picture.
+fn same_exposure(pictures: &[Picture]) -> Result<(), Error> {
+    let jpeg = |p: &&Picture| {
+        p.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("jpg") || e.eq_ignore_ascii_case("jpeg"))
+    };
+    let mut first: Option<(&Picture, exif::Settings)> = None;
+    for picture in pictures.iter().filter(jpeg) {
+        let settings = exif::read(&picture.path)?;
+        let (one, theirs) = first.get_or_insert((picture, settings));
+        let factor = settings.brighter_than(theirs);
+        if factor.max(1.0 / factor) > EXPOSED {
+            let problem = format!(
+                "by its Exif data this was exposed {factor:.2} times as much as '{}'; all photographs of a stack need one \
+                 exposure: take them with time, aperture and sensitivity set by hand, or say in {OPTIONS} how bright each is \
+                 (intensities)",
+                one.path.display()
+            );
+            return Err(Error::invalid(Place::file(&picture.path), problem));
+        }
+    }
+    Ok(())
+}
+
 impl Folder {
     /// Opens a stack by its folder or by its list of lights, with the options of its `stack.toml`.
     pub fn open(path: &Path) -> Result<Self, Error> {
@@ -426,6 +453,9 @@ impl Folder {
             return Err(Error::invalid(Place::file(folder.join(OPTIONS)), problem));
         }
         let pictures = pictures::of_list(&folder, &lights, entries, &options)?;
+        if options.intensities.is_empty() {
+            same_exposure(&pictures)?;
+        }
         let first = Rows::open(&pictures[0].path, &ReadOptions::raw(), &mut { u64::MAX })?;
         let (width, height, channels, kept) = (first.width, first.height, first.channels, first.kept());
         let colour_space = options

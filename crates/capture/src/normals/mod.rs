@@ -148,19 +148,65 @@ const SLACK: [f32; 2] = [0.01, 0.15];
 /// Of a normal deviate the deviation over the median of the absolute value.
 const OF_MEDIAN: f32 = 1.4826;
 
+/// Groups of texels that are spread over `bands`: which band, and which of its groups.
+fn spread(bands: &[impl Readings]) -> Vec<(usize, usize)> {
+    let groups: Vec<(usize, usize)> = bands
+        .iter()
+        .enumerate()
+        .flat_map(|(b, s)| (0..s.texels().div_ceil(LANES)).map(move |g| (b, g)))
+        .filter(|(b, g)| bands[*b].values(g * LANES).iter().any(|v| v[0].is_finite()))
+        .collect();
+    let wanted = (SAMPLE / LANES).min(groups.len());
+    (0..wanted).map(|i| groups[i * groups.len() / wanted]).collect()
+}
+
+/// Of a texel that tells how bright a light is, this part of the readings agrees with its ground.
+const AGREEING: f32 = 0.6;
+/// So many texels must tell.
+const TELLING: usize = 64;
+
+/// How bright each light is beside what the others say it is: the median part of what grounds found under all of them make of
+/// a reading that was read. `None` where that is not known: of silk, metal and whatever else is no plain ground in half of its
+/// texels, and meets its law with more slack than a coat may need. All of `bands` have the same lights in the same order.
+pub fn brightness(
+    bands: &[impl Readings],
+    surface: &Surface,
+    options: &Options,
+    threads: usize,
+) -> Vec<Option<f32>> {
+    let _span = tracing::info_span!("tell_brightness").entered();
+    let chosen = spread(bands);
+    let finders: Vec<_> = bands.iter().map(|b| Finder::new(b, surface, options)).collect();
+    let group = |i: usize, scratch: &mut Scratch| {
+        let (band, group) = chosen[i];
+        let end = ((group + 1) * LANES).min(bands[band].texels());
+        let texels: Vec<usize> = (group * LANES..end).collect();
+        let block = finders[band].block(&texels, scratch);
+        let told = |f: &Found| f32::from(f.agreeing) > AGREEING * f32::from(f.readings) && f.readings > 4;
+        let told: Vec<bool> = block.found.iter().map(told).collect();
+        let count = told.iter().filter(|t| **t).count();
+        (count, finders[band].parts(&texels, scratch, &block, &told))
+    };
+    let lights = bands.first().map_or(0, |b| if b.texels() == 0 { 0 } else { b.values(0).len() });
+    let mut parts: Vec<Vec<f32>> = vec![Vec::new(); lights];
+    if surface.slack > COAT_SLACK {
+        return vec![None; lights];
+    }
+    let all = parallel_in(threads, chosen.len(), group, &|_| {});
+    let telling: usize = all.iter().map(|(told, _)| told).sum();
+    if 2 * telling < chosen.len() * LANES {
+        return vec![None; lights];
+    }
+    all.into_iter().flat_map(|(_, parts)| parts).for_each(|(light, part)| parts[light].push(part));
+    parts.iter_mut().map(|p| quantile(p, 0.5).filter(|_| p.len() >= TELLING)).collect()
+}
+
 impl Surface {
     /// What describes the texels of `bands` best, by some that are spread over them; of the ground that is `asked` for if
     /// one is.
     pub fn of(bands: &[impl Readings], asked: Option<Ground>, options: &Options, threads: usize) -> Self {
         let _span = tracing::info_span!("tell_surface").entered();
-        let groups: Vec<(usize, usize)> = bands
-            .iter()
-            .enumerate()
-            .flat_map(|(b, s)| (0..s.texels().div_ceil(LANES)).map(move |g| (b, g)))
-            .filter(|(b, g)| bands[*b].values(g * LANES).iter().any(|v| v[0].is_finite()))
-            .collect();
-        let wanted = (SAMPLE / LANES).min(groups.len());
-        let chosen: Vec<_> = (0..wanted).map(|i| groups[i * groups.len() / wanted]).collect();
+        let chosen = spread(bands);
         // What a surface costs, and the slack that it needs.
         let tried = |surface: Self| -> (f64, Self) {
             let finders: Vec<_> = bands.iter().map(|b| Finder::new(b, &surface, options)).collect();
@@ -300,6 +346,26 @@ impl<'a, R: Readings> Finder<'a, R> {
             }
         });
         Block { found, cost: solved.cost.0, solved }
+    }
+
+    /// Of texels that are `told`, which light and what part of what the ground makes of it was read.
+    fn parts(
+        &self,
+        texels: &[usize],
+        scratch: &mut Scratch,
+        block: &Block,
+        told: &[bool],
+    ) -> Vec<(usize, f32)> {
+        let mut own = Vec::new();
+        let lights = self.gather(texels, scratch, &mut own);
+        let mut all = Vec::new();
+        stereo::parts(lights, scratch, &block.solved, &self.task, |lane, light, part| {
+            if told[lane] && part.is_finite() {
+                let light = self.layout.common.as_ref().map_or(light, |(used, _)| used[light]);
+                all.push((light, part));
+            }
+        });
+        all
     }
 
     fn misfit(&self, texels: &[usize], scratch: &mut Scratch, block: &Block) -> [Option<f32>; LANES] {

@@ -679,6 +679,29 @@ fn bearable(value: &[F], usable: &[F], seen: &[F], most: f32) -> (F, F) {
     (slack, part)
 }
 
+/// Calls `each` with a reading's number and what part of what the ground makes of it was read, where it is well lit.
+pub(crate) fn parts(
+    lights: &[Light],
+    scratch: &Scratch,
+    solved: &Solved,
+    task: &Task,
+    mut each: impl FnMut(usize, usize, f32),
+) {
+    /// Cosine from which shadows and light from neighbours are little beside the light.
+    const WELL: f32 = 0.4;
+    let size = Size::of(&solved.g);
+    for (i, light) in lights.iter().enumerate() {
+        let at = beside(light, scratch.value[i], &solved.g, size, task.slack, task.law, &task.options);
+        let cos = at.lit * size.inverse * light.dim;
+        let part = scratch.value[i] / (at.lit * at.through).max(F::splat(1e-12));
+        for (lane, part) in part.0.into_iter().enumerate() {
+            if scratch.usable[i].0[lane] > 0.0 && cos.0[lane] > WELL {
+                each(lane, i, part);
+            }
+        }
+    }
+}
+
 /// The median difference of readings in light, as a part of the albedo; `None` of a texel that has too few of them.
 pub(crate) fn misfit(
     lights: &[Light],

@@ -11,7 +11,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yugen_archive::formats::{instrument, measured, readings};
-use yugen_archive::{Error, atomic_write, check_outputs, make_folder, read_bounded, will_read};
+use yugen_archive::{Error, atomic_write, check_outputs, make_folder, read_filled, will_read};
 use yugen_capture::brdf_fit::{self, Fit as Found, Lobe, Models, Options, Reading, Readings, unfit};
 use yugen_optics::random::Pcg32;
 use yugen_optics::{ColourSpace, Vec2};
@@ -253,7 +253,7 @@ impl Fit {
             }
             return Ok(Measured { name, readings, table: Some(table) });
         }
-        let lines = readings::read(&read_bounded(file, 1 << 30)?, file)?;
+        let lines = readings::read(&read_filled(file, 1 << 30)?, file)?;
         let to_space = ColourSpace::LinearSrgb.matrix_to(self.space());
         let total = lines.len();
         let all: Vec<Reading> = lines

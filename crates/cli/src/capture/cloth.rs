@@ -6,7 +6,7 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::image::{self, ReadOptions};
 use yugen_archive::formats::{btf, wif};
-use yugen_archive::{make_folder, read_bounded};
+use yugen_archive::{make_folder, read_filled};
 use yugen_capture::weave::{Cloth, Fabric, Irregularity, PRESETS, ThreadId, Weave, WeaveError};
 use yugen_optics::{ColourSpace, Vec2};
 use yugen_reflectance::btf::Btf;
@@ -91,7 +91,7 @@ impl Weaving {
             return Ok(fabric);
         }
         if has_extension(path, "wif") {
-            let bytes = read_bounded(path, 64 << 20)?;
+            let bytes = read_filled(path, 64 << 20)?;
             let draft = wif::read(&bytes, path, space)?;
             let mut fabric = Fabric::from_draft(&draft, space);
             if fabric.name.is_empty() {

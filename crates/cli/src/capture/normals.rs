@@ -1,7 +1,7 @@
 //! `yugen capture normals`: normal map, albedo and height of a stack of photographs.
 
 use super::fit::{parts, sample_rows};
-use super::stack::{Source, blurred};
+use super::stack::{Doubts, Source, blurred};
 use crate::{argument, json, progress};
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
@@ -156,6 +156,9 @@ impl Normals {
         let surface = Surface::of(&sample, asked, &options, threads);
         let mut seconds = started.elapsed().as_secs_f64();
         let blur = self.blur.unwrap_or_else(|| blur(&sample));
+        let doubts = Doubts::of(&sample, &surface, threads);
+        doubts.warn_of_list(folder);
+        doubts.warn_of_brightness(folder);
         drop(sample);
         bar.set_message("finding normals");
         let mut found: Vec<Found> = Vec::with_capacity(width * height);
@@ -200,6 +203,7 @@ impl Normals {
                 "roughness": surface.roughness,
                 "slack": surface.slack,
                 "blur": blur,
+                "doubts": doubts.json(folder),
                 "masked": report.masked,
                 "undecided": report.undecided,
                 "median_agreeing": report.agreeing,
@@ -222,7 +226,7 @@ impl Normals {
                     "sure": t.sure,
                     "sure_mean": t.sure_mean,
                     "sure_and_wrong": t.sure_and_wrong,
-                "wrong_from_degrees": WRONG,
+                    "wrong_from_degrees": WRONG,
                 });
             }
             json::print(all);

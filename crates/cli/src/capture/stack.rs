@@ -5,7 +5,8 @@ use anyhow::{Result, bail};
 use std::path::Path;
 use yugen_archive::formats::relit_files;
 use yugen_archive::formats::stack::{Bands, Folder};
-use yugen_capture::Stack;
+use yugen_capture::normals::{self, Surface};
+use yugen_capture::{Stack, lighting};
 use yugen_optics::{ColourSpace, Mat3, Vec3};
 
 /// An opened stack whose colours become linear sRGB, in which display values are.
@@ -68,6 +69,66 @@ impl Source {
             );
         }
         self.middle(height)
+    }
+}
+
+/// Brighter or darker than others by more than a third of a stop: lamps of one kind differ by less.
+const ODD: f32 = 1.25;
+
+/// What photographs say against their list of lights and their exposures.
+pub struct Doubts {
+    /// The part of all orders of the list that fits the photographs as well; `None` where they do not tell.
+    pub by_chance: Option<f32>,
+    /// Lights that are brighter or darker than the others say, the most so first, and by what factor.
+    pub odd: Vec<(usize, f32)>,
+}
+
+impl Doubts {
+    /// Of rows of one stack, whose texels are such a surface.
+    pub fn of(sample: &[Stack], surface: &Surface, threads: usize) -> Self {
+        let brightness = normals::brightness(sample, surface, &normals::Options::default(), threads);
+        let told = brightness.into_iter().enumerate().filter_map(|(i, b)| Some((i, b?)));
+        let mut odd: Vec<(usize, f32)> = told.filter(|(_, b)| b.max(1.0 / b) > ODD).collect();
+        let most = |b: f32| b.max(1.0 / b);
+        odd.sort_by(|a, b| most(b.1).total_cmp(&most(a.1)));
+        Self { by_chance: lighting::orders_as_good(sample), odd }
+    }
+
+    /// Warns of a list that the photographs do not follow; under few lights those of narrow highlights alone follow none.
+    pub fn warn_of_list(&self, folder: &Folder) {
+        if let Some(part) = self.by_chance.filter(|part| *part > lighting::BY_CHANCE) {
+            tracing::warn!(
+                "{}: the photographs do not follow the list of lights '{}': {:.0} % of all orders fit them as well; it may be \
+                 that of another stack, or in another order, unless all there is are highlights too narrow for so few lights",
+                folder.path.display(),
+                folder.options.lights,
+                100.0 * part
+            );
+        }
+    }
+
+    /// Warns of photographs that are brighter or darker than the others say.
+    pub fn warn_of_brightness(&self, folder: &Folder) {
+        let follows = self.by_chance.is_none_or(|part| part <= lighting::BY_CHANCE);
+        if let Some((light, factor)) = self.odd.first().filter(|_| follows) {
+            let more = match self.odd.len() {
+                1 => String::new(),
+                n => format!(", the most of {n} that are off by more than a third of a stop"),
+            };
+            tracing::warn!(
+                "{}: {factor:.2} times as bright as the other photographs say{more}; was the exposure the same, and are the \
+                 lamps? Say in stack.toml how bright each is (intensities)",
+                folder.pictures[*light].path.display()
+            );
+        }
+    }
+
+    /// For scripts.
+    pub fn json(&self, folder: &Folder) -> serde_json::Value {
+        let name = |i: usize| folder.pictures[i].path.display().to_string();
+        let odd =
+            self.odd.iter().map(|(i, factor)| serde_json::json!({ "picture": name(*i), "factor": factor }));
+        serde_json::json!({ "list_by_chance": self.by_chance, "odd": odd.collect::<Vec<_>>() })
     }
 }
 

@@ -85,6 +85,44 @@ fn a_relief_is_found_in_one_go_and_in_bands() {
     assert!(said.contains("was said to be coated") && !said.contains("heights"), "{said}");
 }
 
+/// The list of another stack under the names of this one; a photograph with half the exposure; and either told by `fit`.
+#[test]
+fn what_the_photographs_say_against_their_list_is_told() {
+    let folder = scratch("normals_doubts");
+    let path = |name: &str| folder.join(name).display().to_string();
+    let lights = fibonacci_dome(12, 60f32.to_radians());
+    photograph(&folder.join("stack"), &lights);
+    let names = |i: usize| format!("{i:03}.exr");
+    let own: [usize; 12] = std::array::from_fn(|i| i);
+    let list = |order: [usize; 12], options: &stack::Options| {
+        let entry = |(i, from): (usize, usize)| lp::Entry { file: names(i), light: lights[from] };
+        let entries: Vec<lp::Entry> = order.into_iter().enumerate().map(entry).collect();
+        stack::write(&folder.join("stack"), &entries, options).unwrap();
+        let of = |verb: &str, output: &str| {
+            let run = yugen(&["capture", verb], &[&path("stack"), "-o", &path(output), "--json"]);
+            assert!(run.success, "{}", run.err);
+            (run.err, serde_json::from_str::<Value>(&run.out).unwrap())
+        };
+        let (err, json) = of("normals", "out");
+        if order == own {
+            assert_eq!(of("fit", "out.btf").0, err);
+        }
+        (err, json)
+    };
+    let usual = stack::Options::default();
+    let (err, json) = list(own, &usual);
+    assert!(err.is_empty() && json["doubts"]["odd"] == serde_json::json!([]), "{err} {json}");
+    assert!(json["doubts"]["list_by_chance"].as_f64().unwrap() < 0.02, "{json}");
+    let (err, json) = list([7, 3, 10, 0, 5, 11, 2, 8, 1, 9, 4, 6], &usual);
+    let words = ["do not follow the list of lights 'lights.lp'", "another stack, or in another order"];
+    assert!(words.iter().all(|w| err.contains(w)), "{err}");
+    assert!(json["doubts"]["list_by_chance"].as_f64().unwrap() > 0.05, "{json}");
+    let intensities = (0..12).map(|i| [if i == 4 { 2.0 } else { 1.0 }; 3]).collect();
+    let (err, json) = list(own, &stack::Options { intensities, ..stack::Options::default() });
+    assert!(err.contains("004.exr: 0.50 times as bright as the other photographs say;"), "{err}");
+    assert_eq!(json["doubts"]["odd"].as_array().unwrap().len(), 1, "{json}");
+}
+
 #[test]
 fn bad_stacks_get_a_sentence() {
     let folder = scratch("normals_bad");

@@ -32,14 +32,19 @@ const KINDS: [(usize, &[u8], &str); 18] = [
     (0, b"<html", "a web page"),
 ];
 
+/// Whether a file has the extension of a camera's raw files.
+pub fn is_raw(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    RAW.contains(&extension.as_str())
+}
+
 /// Why a file that begins so cannot be a picture that is read, if that can be told.
 pub(super) fn refusal(head: &[u8], at: &Place) -> Option<Error> {
     let raw = "this is a camera's raw file; develop it to a 16-bit TIFF with linear values first";
-    let extension = at.file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     if head.is_empty() {
         return Some(Error::invalid(at.clone(), "the file is empty; copy or export it again"));
     }
-    if RAW.contains(&extension.as_str()) {
+    if is_raw(&at.file) {
         return Some(Error::invalid(at.clone(), raw));
     }
     let begins =

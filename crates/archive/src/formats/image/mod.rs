@@ -32,7 +32,7 @@ pub use layers::{colour_layers, default_layer, layer, layers};
 use super::support::Support;
 use crate::{Error, Place, atomic_write, check_writable, read_bounded};
 pub use about::{About, Channel, about, about_bytes};
-pub use foreign::check_kind;
+pub use foreign::{check_kind, is_raw};
 pub(super) use integer::show;
 use std::path::Path;
 use yugen_optics::colour::rgb_to_rgb;

@@ -63,7 +63,8 @@ fn directions(name: &str) -> Option<(usize, bool)> {
 /// wi and wo.
 fn convert(name: &str, x: &[f32]) -> Option<(Vec3, Vec3)> {
     let half = |th: f32, ph: f32, td: f32, pd: f32| {
-        let (wo, wi) = from_rusinkiewicz(th, td, pd);
+        // φ_d is the eye's azimuth about the half vector; there it is the light's.
+        let (wi, wo) = from_rusinkiewicz(th, td, pd);
         let turn = Mat3::from_rotation_z(ph);
         (turn * wi, turn * wo)
     };

@@ -22,8 +22,9 @@
 //! ```
 //! Degrees; f in 1/sr. Radial is the angle from the mirror direction, azimuth goes about it, counter-clockwise as the
 //! light comes towards one, from the side of the normal. For each rotation of the sample and each incidence there
-//! is a line of the total (which is not needed), then for each azimuth a line over the radials. Here the light stands at
-//! the azimuth of the rotation from the sample's +x. `XYZ` has three such blocks, white at X = Y = Z.
+//! is a line of the total (which is not needed), then for each azimuth a line over the radials. The rotation is the
+//! azimuth from the sample's +x of the normal of the plane of incidence; the light stands a right angle farther. `XYZ`
+//! has three such blocks, white at X = Y = Z.
 
 use super::numbers::{Text, words};
 use super::{MAX_READINGS, Measurement, Reading, bands, from_xyz};
@@ -174,7 +175,7 @@ pub fn read(bytes: &[u8], file: &Path, space: ColourSpace) -> Result<Measurement
     let share = shares(azimuths);
     let mut readings = Vec::new();
     for (r, rotation) in rotations.iter().enumerate() {
-        let turn = Mat3::from_rotation_z(rotation.to_radians());
+        let turn = Mat3::from_rotation_z((rotation + 90.0).to_radians());
         for (t, theta) in incidences.iter().map(|t| t.to_radians()).enumerate() {
             // The mirror direction, and the one from it towards the normal.
             let (wi, mirror) = (spherical(theta, 0.0), spherical(-theta, 0.0));
@@ -259,7 +260,7 @@ mod tests {
                         // Turned about y by −θ, so that the pole comes to the mirror direction.
                         let s = spherical(d, a);
                         let w = Vec3::new(s.x * t.cos() - s.z * t.sin(), s.y, s.x * t.sin() + s.z * t.cos());
-                        let turn = Mat3::from_rotation_z(r.to_radians());
+                        let turn = Mat3::from_rotation_z((r + 90.0).to_radians());
                         write!(text, "{:E}\t", f(turn * spherical(t, 0.0), turn * w)).unwrap();
                     }
                     text += "\n";
@@ -271,7 +272,7 @@ mod tests {
 
     #[test]
     fn directions_go_out_from_the_mirror() {
-        let f = |wi: Vec3, wo: Vec3| 1.0 + 0.3 * wi.x + 0.2 * wo.x + 0.1 * wo.y * wi.y;
+        let f = |wi: Vec3, wo: Vec3| 1.0 + 0.5 * wi.x + 0.2 * wo.x + 0.1 * wo.y * wi.y;
         let half: Vec<f32> = (0..7).map(|i| 30.0 * i as f32).collect();
         let m = of(&file(&[0.0], &half, f)).unwrap();
         assert!(m.isotropic && m.readings.len() > 200);

@@ -29,6 +29,20 @@ pub fn pictures(folder: &Path, aside: &[&str]) -> Result<Vec<PathBuf>, Error> {
     Ok(all)
 }
 
+/// Why a folder has no pictures.
+pub fn no_picture(folder: &Path) -> Error {
+    let raw = list_folder(folder).into_iter().flatten().find(|path| image::is_raw(path));
+    let problem = match raw {
+        Some(raw) => format!(
+            "there is no picture in it but raw files of a camera such as '{}'; develop them to 16-bit TIFFs with linear values \
+             first",
+            raw.file_name().unwrap_or_default().display()
+        ),
+        None => "there is no picture in it".into(),
+    };
+    Error::invalid(Place::file(folder), problem)
+}
+
 /// The entries of a list of lights with the pictures of a folder that they name. A name that differs from that of one
 /// picture in case or extension only is taken for it. A list whose names are all foreign, or that has none, is taken in
 /// the order of the pictures' names where there are as many.
@@ -71,25 +85,47 @@ pub(super) fn of_list(
             .map(|(e, path)| Picture { path, light: e.light })
             .collect());
     }
-    let lights = entries.len();
-    let picture = |(entry, path): (lp::Entry, Option<PathBuf>)| match path {
-        Some(path) => Ok(Picture { path, light: entry.light }),
-        None if entry.file.is_empty() => {
-            let problem = format!(
-                "the list names no pictures, and has {lights} lights for {} pictures in the folder; expected as many",
-                there.len()
-            );
-            Err(Error::invalid(Place::file(list), problem))
-        }
-        None => {
-            let problem = format!(
-                "the picture '{}' is not there; put it back, or delete its line and correct the count",
-                inside(folder, &entry.file).display()
-            );
-            Err(Error::invalid(Place::file(list), problem))
-        }
-    };
-    let pictures = entries.into_iter().zip(found).map(picture).collect::<Result<Vec<_>, _>>()?;
+    if let Some(first) = found.iter().position(Option::is_none) {
+        let [lights, others] = [entries.len(), there.len()];
+        let missing = found.iter().filter(|f| f.is_none()).count();
+        let path = inside(folder, &entries[first].file);
+        let name = path.display();
+        let like = |part: fn(&Path) -> Option<&std::ffi::OsStr>| {
+            let like = there.iter().filter(|t| lower(part(t)) == lower(part(&path)));
+            like.map(|t| format!("'{}'", t.file_name().unwrap_or_default().display())).collect::<Vec<_>>()
+        };
+        let like =
+            Some(like(Path::file_name)).filter(|l| l.len() > 1).unwrap_or_else(|| like(Path::file_stem));
+        let problem = if entries[first].file.is_empty() {
+            format!(
+                "the list names no pictures, and has {lights} lights for {others} pictures in the folder; expected as many: \
+                 name them in the list, or move what is no picture of a light elsewhere"
+            )
+        } else if like.len() > 1 {
+            format!(
+                "the picture '{name}' is not there, and {} differ from it in case or extension only; correct its line",
+                like.join(" and ")
+            )
+        } else if missing == lights {
+            format!(
+                "none of the {lights} pictures that it names is there, '{name}' first, and there are {others} others: it \
+                 may be the list of another stack; of a list with other names as many pictures are expected, in its order"
+            )
+        } else if missing > 1 {
+            format!(
+                "{missing} of the {lights} pictures that it names are not there, '{name}' first: it may be the list of \
+                 another stack; put them back, or delete their lines and correct the count"
+            )
+        } else {
+            format!(
+                "the picture '{name}' is not there; put it back, or delete its line and correct the count"
+            )
+        };
+        return Err(Error::invalid(Place::file(list), problem));
+    }
+    let pair =
+        |(entry, path): (lp::Entry, Option<PathBuf>)| Some(Picture { path: path?, light: entry.light });
+    let pictures: Vec<Picture> = entries.into_iter().zip(found).filter_map(pair).collect();
     let mut paths: Vec<&PathBuf> = pictures.iter().map(|p| &p.path).collect();
     paths.sort_unstable();
     if let Some(twice) = paths.windows(2).find(|pair| pair[0] == pair[1]) {

@@ -435,11 +435,67 @@ fn names_of_other_computers_find_their_pictures() {
     listed(["shot1.png", "SHOT1.png", "shot10.png"]).fails(&["two lines of the list mean the picture"]);
     let folder = listed(["", "", ""]);
     fs::remove_file(folder.0.join("shot2.png")).unwrap();
-    folder.fails(&["the list names no pictures, and has 3 lights for 2 pictures"]);
+    folder.fails(&["the list names no pictures, and has 3 lights for 2 pictures", "name them in the list"]);
+    // Of another stack: the first that is missing, and how many are.
+    let folder = listed(["shot1.png", "far2.png", "far3.png"]);
+    folder.fails(&[
+        "2 of the 3 pictures that it names are not there",
+        "far2.png' first",
+        "list of another stack",
+    ]);
+    let folder = listed(["far1.png", "far2.png", "far3.png"]);
+    fs::remove_file(folder.0.join("shot2.png")).unwrap();
+    folder.fails(&[
+        "none of the 3 pictures that it names is there",
+        "there are 2 others",
+        "list of another stack",
+    ]);
     // Two that differ in their extension: which one is meant?
     let folder = listed(["shot1.png", "shot2.jpg", "shot10.png"]);
     fs::copy(folder.0.join("shot2.png"), folder.0.join("shot2.tif")).unwrap();
-    folder.fails(&["shot2.jpg' is not there"]);
+    folder.fails(&[
+        "shot2.jpg' is not there, and 'shot2.png' and 'shot2.tif' differ from it in case or extension only",
+        "correct its line",
+    ]);
+}
+
+/// A camera that chose its exposures; and one whose stack says how bright each is.
+#[test]
+fn photographs_of_a_stack_were_exposed_alike() {
+    let temporary = Temporary::new();
+    let folder = &temporary.0;
+    let photograph = |name: &str, seconds: u32| {
+        let file = folder.join(name);
+        image::write(&file, &Image::rgb(6, 4), &WriteOptions::default()).unwrap();
+        let jpeg = fs::read(&file).unwrap();
+        let mut exif = crate::formats::exif::tests::segment();
+        // 1/60 s, as the segment has it.
+        let at = exif.windows(8).position(|w| w == [1, 0, 0, 0, 60, 0, 0, 0]).unwrap();
+        exif[at + 4..at + 8].copy_from_slice(&seconds.to_le_bytes());
+        fs::write(&file, [&jpeg[..2], &exif, &jpeg[2..]].concat()).unwrap();
+        lp::Entry { file: name.into(), light: Vec3::Z }
+    };
+    let entries = [photograph("a.jpg", 60), photograph("b.jpg", 58), photograph("c.jpg", 30)];
+    write(folder, &entries[..2], &Options::default()).unwrap();
+    Folder::open(folder).unwrap();
+    write(folder, &entries, &Options::default()).unwrap();
+    temporary.fails(&[
+        "c.jpg: by its Exif data this was exposed 2.00 times as much as",
+        "a.jpg",
+        "intensities",
+    ]);
+    write(folder, &entries, &Options { intensities: vec![[1.0; 3]; 3], ..Options::default() }).unwrap();
+    Folder::open(folder).unwrap();
+}
+
+/// A folder of raw files is told from an empty one.
+#[test]
+fn why_there_is_no_picture() {
+    let folder = Temporary::new();
+    assert!(no_picture(&folder.0).to_string().ends_with("there is no picture in it"));
+    folder.put("DSC_0001.NEF", b"II*\0");
+    let said = no_picture(&folder.0).to_string();
+    assert!(said.contains("raw files of a camera such as 'DSC_0001.NEF'; develop them"), "{said}");
 }
 
 /// As a camera writes it: what the options say comes first, then Exif; of a cropped picture that says nothing.

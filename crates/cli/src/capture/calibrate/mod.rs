@@ -151,7 +151,9 @@ impl Calibrate {
             .filter(|p| options.mask != Some(name(p)))
             .cloned()
             .collect();
-        ensure!(!files.is_empty(), "{}: there is no picture in it", self.folder.display());
+        if files.is_empty() {
+            return Err(stack::no_picture(&self.folder).into());
+        }
         all.iter().chain(&self.outline).for_each(|p| will_read(p));
         check_outputs([Some(&output), self.preview.as_ref()].into_iter().flatten())?;
 

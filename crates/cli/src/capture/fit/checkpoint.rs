@@ -1,9 +1,10 @@
 //! Rows that are done, on the disk beside the output: an interrupted fit goes on from them.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use yugen_archive::Error;
 use yugen_capture::fit::{Fitted, Kind};
 use yugen_optics::{Vec2, Vec3};
 use yugen_reflectance::btf::Texel;
@@ -76,7 +77,13 @@ impl Checkpoint {
         for row in fitted.chunks(self.width) {
             bytes.clear();
             bytes.extend(row.iter().flat_map(record).flat_map(f32::to_le_bytes));
-            self.file.write_all(&bytes).with_context(|| format!("{}", self.path.display()))?;
+            self.file.write_all(&bytes).map_err(|e| {
+                let rows = self.rows;
+                anyhow!(
+                    "{}; {rows} rows are kept there, from which --resume goes on",
+                    Error::io(&self.path, e)
+                )
+            })?;
             self.rows += 1;
         }
         Ok(())
@@ -100,9 +107,17 @@ impl Checkpoint {
     }
 
     /// The output is there: nothing to go on from any more.
-    pub fn remove(self) {
-        drop(self.file);
-        let _ = std::fs::remove_file(&self.path);
+    pub fn remove(mut self) {
+        self.rows = 0;
+    }
+}
+
+/// From one without rows nobody goes on.
+impl Drop for Checkpoint {
+    fn drop(&mut self) {
+        if self.rows == 0 {
+            let _ = std::fs::remove_file(&self.path);
+        }
     }
 }
 

@@ -6,8 +6,9 @@ mod report;
 mod source;
 
 use super::normals::{AskedGround, read_normals};
+use super::stack::Doubts;
 use crate::argument;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use checkpoint::Checkpoint;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -21,6 +22,7 @@ use yugen_archive::formats::stack::Folder;
 use yugen_archive::{check_outputs, check_writable, make_folder, will_read};
 use yugen_capture::Stack;
 use yugen_capture::blur::{self, blur};
+use yugen_capture::fit::compare::UNDECIDED;
 use yugen_capture::fit::{FEWEST_FOR_HIGHLIGHTS, Fitted, Options, Prior, Readings, fit, smooth_tangents};
 use yugen_capture::normals::{self, Ground, Surface};
 use yugen_optics::Vec3;
@@ -155,6 +157,8 @@ struct Learned {
     prior: Option<Prior>,
     /// Blur of the photographs in texels; 0 of a table.
     blur: f32,
+    /// What photographs from one side say against their list.
+    doubts: Option<Doubts>,
 }
 
 impl Work<'_> {
@@ -164,11 +168,18 @@ impl Work<'_> {
         let options = Options { surface: Some(surface), ..*self.options };
         let prior = self.learns.then(|| Prior::learn(sample, &options, self.threads)).flatten();
         self.bar.set_message("fitting");
-        Learned { options, surface, prior, blur: 0.0 }
+        Learned { options, surface, prior, blur: 0.0, doubts: None }
     }
 
-    fn learn_photographs(&self, sample: &[Stack]) -> Learned {
-        Learned { blur: blur(sample), ..self.learn(sample) }
+    fn learn_photographs(&self, sample: &[Stack], folders: &[Folder]) -> Learned {
+        let mut learned = Learned { blur: blur(sample), ..self.learn(sample) };
+        // From several sides photographs under near lights differ.
+        if let [folder] = folders {
+            let doubts = Doubts::of(sample, &learned.surface, self.threads);
+            doubts.warn_of_brightness(folder);
+            learned.doubts = Some(doubts);
+        }
+        learned
     }
 
     /// Texels from the `first` of all.
@@ -194,11 +205,11 @@ impl Work<'_> {
         // A stack that is read in one go need not be read twice.
         if rows >= folder.height && done == 0 {
             let Some(stack) = Sides::open(folders, rows)?.next()? else { return Ok(None) };
-            let learned = self.learn_photographs(&parts(&stack, sample_rows(folder, lights)));
+            let learned = self.learn_photographs(&parts(&stack, sample_rows(folder, lights)), folders);
             checkpoint.append(&self.fit(&stack, 0, &learned))?;
             return Ok(Some(learned));
         }
-        let learned = self.learn_photographs(&sample(folders, sample_rows(folder, lights))?);
+        let learned = self.learn_photographs(&sample(folders, sample_rows(folder, lights))?, folders);
         let mut bands = Sides::open(folders, rows)?;
         bands.skip_rows(done)?;
         while let Some(stack) = bands.next()? {
@@ -323,7 +334,7 @@ impl Fit {
             bar: &self.progress_bar((width * height) as u64),
         };
         work.bar.set_position((width * done) as u64);
-        let learned = match &source {
+        let mut learned = match &source {
             _ if done == height => None,
             Source::Photographs(folders) => work.photographs(folders, self.memory << 20, &mut checkpoint)?,
             Source::Table { texels, .. } => {
@@ -360,9 +371,11 @@ impl Fit {
             smooth_tangents(&mut maps);
         }
         blur::doubt(&mut maps, blurred);
-        btf::save(&self.output, &maps, &about)?;
+        btf::save(&self.output, &maps, &about)
+            .context("the maps were not written; what was fitted is kept for --resume")?;
         checkpoint.remove();
 
+        let doubts = learned.as_mut().and_then(|l| l.doubts.take());
         let report = Report {
             output: &self.output,
             maps: &maps,
@@ -377,6 +390,12 @@ impl Fit {
             seconds: seconds.as_secs_f64(),
             comparison: truth.map(|t| Comparison::of(&maps, &t)),
         };
+        // Maps that are sure of themselves prove the list.
+        if let (Some(doubts), Source::Photographs(folders)) = (&doubts, &source)
+            && report.median_confidence() < UNDECIDED
+        {
+            doubts.warn_of_list(&folders[0]);
+        }
         if let Some(folder) = &self.report {
             report.write(folder)?;
         }

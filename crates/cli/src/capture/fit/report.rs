@@ -191,7 +191,7 @@ impl Report<'_> {
         self.used().filter(|(c, _)| *c < UNDECIDED).count()
     }
 
-    fn median_confidence(&self) -> f32 {
+    pub fn median_confidence(&self) -> f32 {
         quantile(&mut self.used().map(|(c, _)| c).collect::<Vec<_>>(), 0.5).unwrap_or(0.0)
     }
 

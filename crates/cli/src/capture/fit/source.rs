@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats::goniometer_csv::{self, Texels};
 use yugen_archive::formats::stack::{Bands, Folder};
-use yugen_archive::read_bounded;
+use yugen_archive::{read_bounded, read_filled};
 use yugen_capture::Stack;
 use yugen_optics::ColourSpace;
 
@@ -36,7 +36,7 @@ impl Source {
             }
             (_, Some(_)) => bail!("--lights is for a stack from one side; put a list into each of several"),
             ([path], None) if is_table(path) => {
-                let bytes = read_bounded(path, LARGEST_TABLE)?;
+                let bytes = read_filled(path, LARGEST_TABLE)?;
                 let texels = goniometer_csv::read_texels(&bytes, path, ColourSpace::LinearSrgb)?;
                 Ok(Self::Table { path: path.clone(), texels })
             }

@@ -79,7 +79,9 @@ impl Hdr {
                 }
             }
         }
-        ensure!(!lights.is_empty(), "{}: there is no picture in it", self.input[0].display());
+        if lights.is_empty() {
+            return Err(stack::no_picture(&self.input[0]).into());
+        }
         Ok(lights
             .into_iter()
             .map(|(name, mut photographs)| {
