@@ -320,7 +320,7 @@ fn environment(gpu: &Gpu) -> Result<()> {
 fn takigi(gpu: &Gpu) -> Result<()> {
     let peak = flop_rate()?;
     println!(
-        "\nThe Noh stage by night, {:.1} Gflop/s attainable\n{HEAD}  pose ms  light Gflop/s",
+        "\nThe Noh stage by night, 320 x 180, {:.1} Gflop/s attainable\n{HEAD}  pose ms  light Gflop/s",
         peak * 1e-9
     );
     let stage = yugen_noh::Stage::preset("national")?;
@@ -333,8 +333,10 @@ fn takigi(gpu: &Gpu) -> Result<()> {
     let row = |name: &str, scene: &mut Scene, size: [u32; 2], hide: bool| -> Result<(f64, Cost)> {
         let mut rows = Rows::new(scene)?;
         let start = Instant::now();
-        scene.pose(None, 1.0)?;
-        rows.pose(scene)?;
+        if !scene.fires.is_empty() {
+            scene.pose(None, 1.0)?;
+            rows.pose(scene)?;
+        }
         let pose = 1e3 * start.elapsed().as_secs_f64();
         let cost = cost(gpu, &rows, &seen(scene, size)?, &|o| o.hide_emitters = hide, 2)?;
         cost.print(name);
@@ -353,7 +355,7 @@ fn takigi(gpu: &Gpu) -> Result<()> {
             let foot = stands.get(i).map_or(ring, |stand| stand.foot);
             scene.add_fire("", &Fire { foot, seed: i as u32 + 1, ..one }, None, 0.0)?;
         }
-        let (pose, cost) = row(&format!("{count} fires"), &mut scene, small, false)?;
+        let (pose, cost) = row(&format!("fires: {count}"), &mut scene, small, false)?;
         let shading = f64::from(150 + 90 * (SLABS * count) as u32) * cost.shaded * 1e6;
         let rate = 1e-9 * shading / (1e-3 * cost.pass("shade"));
         println!("{:>92.0} {rate:>14.2} = {:.1} %", pose, 1e11 * rate / peak);
