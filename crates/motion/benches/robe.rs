@@ -10,7 +10,7 @@ use std::time::Instant;
 use yugen_motion::RigidPose;
 use yugen_motion::cloth::{Along, Solid};
 use yugen_motion::dance::{self, dance};
-use yugen_motion::garment::{Body, Costume, Fitting, Moment, parse};
+use yugen_motion::garment::{Body, Costume, Fitting, parse};
 
 /// Its last two seconds are the stance.
 const DANCE: &str = "kamae seconds=.5\nhakobi steps=2 seconds=.8\nsashikomi steps=1\nturn degrees=90 seconds=.9\nsleeve seconds=2.7\nkamae seconds=3";
@@ -51,7 +51,7 @@ fn main() {
     let garment = parse(words.get(4).map_or("kosode", String::as_str)).expect("a garment");
     let body = Body::player();
     let motion = dance(&dance::parse(DANCE).expect("a dance"), 60.0).expect("a dance");
-    let fitting = Fitting { edge, threads, substeps: number(3, 20.0) as u32, ..Fitting::default() };
+    let fitting = Fitting { edge, threads, substeps: number(3, 64.0) as u32, ..Fitting::default() };
     let (start, before) = (Instant::now(), processor());
     let approach = |t: f32| motion.approach(t).expect("joints of a dance");
     let mut costume = Costume::dress(&garment, &body, &fitting, approach).expect("a costume");
@@ -72,7 +72,7 @@ fn main() {
     for frame in 0..frames {
         let poses = motion.poses(frame).expect("a pose");
         let (start, before) = (Instant::now(), processor());
-        costume.step(&poses, &Moment::default());
+        costume.step(&poses, Vec3::ZERO);
         (wall, cpu) = (wall + start.elapsed().as_secs_f64(), cpu + processor() - before);
         if frame % 10 == 9 {
             let x = costume.solver().positions();

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 use yugen_motion::cloth::{Along, Cloth, PRESETS, Solid};
 use yugen_motion::dance::{self, dance};
-use yugen_motion::garment::{Body, CUTS, Costume, Fitting, Garment, GarmentError, Moment, parse};
+use yugen_motion::garment::{Body, CUTS, Costume, Fitting, Garment, GarmentError, parse};
 use yugen_motion::{RigidPose, SkeletalMotion};
 
 fn danced(text: &str) -> SkeletalMotion {
@@ -162,7 +162,7 @@ fn a_player_dances_in_a_karaori() {
     let mut crossed = 0;
     for frame in 0..motion.frames.min(72) {
         let poses = motion.poses(frame).unwrap();
-        costume.step(&poses, &Moment::default());
+        costume.step(&poses, Vec3::ZERO);
         if frame % 10 == 9 {
             least = least.min(nearest(&costume, &poses));
             crossed = crossed.max(costume.solver().cloth().crossings(costume.solver().positions()).len());
@@ -170,11 +170,8 @@ fn a_player_dances_in_a_karaori() {
     }
     // A body that is lost for a while stands still.
     let before = costume.points();
-    costume.step(&[], &Moment::default());
-    costume.step(
-        &vec![RigidPose { position: Vec3::NAN, rotation: glam::Quat::IDENTITY }; 24],
-        &Moment { wind: Vec3::X },
-    );
+    costume.step(&[], Vec3::ZERO);
+    costume.step(&vec![RigidPose { position: Vec3::NAN, rotation: glam::Quat::IDENTITY }; 24], Vec3::X);
     let points = costume.points();
     let moved = before.iter().zip(&points).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
     assert!(moved < 0.1, "{moved}");
@@ -187,7 +184,7 @@ fn a_player_dances_in_a_karaori() {
     assert!(bounds[1].y > 1.35 && bounds[1].y < 1.65, "{bounds:?}");
     assert!(bounds[0].y > 0.0 && bounds[0].y < 0.25, "{bounds:?}");
     assert!(least > -1e-3, "{least}");
-    // Measured 7, where an arm squeezes the sleeve to the breast.
-    assert!(crossed <= 28, "{crossed}");
+    // Measured 2, in triangles of 4.5 cm, where an arm squeezes the sleeve to the breast.
+    assert!(crossed <= 8, "{crossed}");
     assert!(stretch.median < 0.01, "{stretch:?}");
 }

@@ -5,7 +5,7 @@ use crate::{Finish, FireLight, Hour, Stage};
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_motion::SkeletalMotion;
-use yugen_motion::garment::{self, Body, Fitting, Garment, GarmentError, Moment};
+use yugen_motion::garment::{self, Body, Fitting, Garment, GarmentError};
 use yugen_scene::{
     Attachment, Camera, Figure, Film, FovAxis, Geometry, Material, Mesh, Part, Projection, Scene, Shape,
     look_along,
@@ -52,7 +52,7 @@ impl Costume {
         for frame in 0..dance.frames {
             if frame > 0 {
                 let poses = dance.poses(frame).map_err(|e| GarmentError::Body(e.to_string()))?;
-                worn.step(&poses, &Moment::default());
+                worn.step(&poses, Vec3::ZERO);
             }
             // The last may come a frame early, rather than the robe stop before the player.
             if frame.is_multiple_of(keep) || frame + 1 == dance.frames {

@@ -2,8 +2,8 @@
 //!
 //! As in Chen, Hsu, Wang, Gascón, Macklin and Yuksel 2025, "Offset Geometric Contact": once in a while all pairs within a radius are
 //! found, and until the next time no vertex moves farther than a part of the distance to the nearest of its pairs, so that no
-//! collision has to be looked for between two places. It always may by [`LEAST`] of the distance to keep: cloth that limbs squeeze flat
-//! can therefore pass. A tree of boxes over the triangles is
+//! collision has to be looked for between two places. It always may at a speed of [`LEAST`]: cloth that limbs squeeze flat can therefore
+//! pass. A tree of boxes over the triangles is
 //! made once and only fitted anew; where neighbours in the cloth face the same way nothing is looked for.
 //!
 //! Three lists, each made from the one before when it is due. Leaves of the tree that are near, with a margin that lasts for about a
@@ -31,9 +31,9 @@ const QUERY: f32 = 0.42;
 const MARGIN: f32 = 0.5;
 /// Part of half the distance of a pair that a vertex may move.
 const PART: f32 = 0.9;
-/// Part of the distance to keep that a vertex may move whatever it is near to. What is squeezed flat between two limbs, or passes
-/// through itself, would else stay where it is while a limb goes on: half a metre a second is as fast as limbs of a dance.
-const LEAST: f32 = 0.1;
+/// Speed at which a vertex may move whatever it is near to, m/s. What is squeezed flat between two limbs, or passes through itself,
+/// would else stay where it is while a limb goes on: so fast are limbs of a dance.
+const LEAST: f32 = 0.5;
 /// Blocks of the work on pairs: several for each of a dozen threads.
 pub(super) const BLOCKS: usize = 64;
 /// Of the distance to keep, within which a pair may come to touch while others are pushed.
@@ -116,6 +116,8 @@ struct Fixed {
     radius: f32,
     query: f32,
     margin: f32,
+    /// How far vertices may always move between two looks.
+    least: f32,
     friction: f32,
     leaves: Vec<Leaf>,
     triangles: Vec<[u32; 3]>,
@@ -171,7 +173,8 @@ pub(super) struct Shared<'a> {
 const COMMON: u32 = 1 << 31;
 
 impl Contacts {
-    pub fn new(cloth: &Cloth, order: &Order, attached: Vec<u32>) -> Option<Self> {
+    /// For substeps of `h` seconds.
+    pub fn new(cloth: &Cloth, order: &Order, attached: Vec<u32>, h: f32) -> Option<Self> {
         let sheet = &cloth.sheet;
         if sheet.triangles.is_empty() || cloth.springs.is_empty() {
             return None;
@@ -282,6 +285,7 @@ impl Contacts {
                 radius,
                 query,
                 margin: MARGIN * edge,
+                least: LEAST * h,
                 friction: cloth.friction[1],
                 leaves,
                 triangles,
@@ -445,7 +449,7 @@ impl Shared<'_> {
         let near =
             |v: u32, w: u32| v == w || (f.ringed[v as usize] && f.ring[v as usize].binary_search(&w).is_ok());
         let shorten = |vertices: &[u32], d: f32| {
-            let reach = (0.5 * PART * d).max(LEAST * f.radius).to_bits();
+            let reach = (0.5 * PART * d).max(f.least).to_bits();
             for v in vertices {
                 // Of positive numbers bits have the same order.
                 self.reach[*v as usize].fetch_min(reach, Ordering::Relaxed);

@@ -71,12 +71,21 @@ pub struct Step<'a> {
     pub targets: &'a [Vec3],
     /// Where bodies are at its end, in the order in which they were given.
     pub stances: &'a [Stance],
+    /// For each target a unit direction along which its vertex may slide, if [`Settings::grip`] is below 1: it is slowed there, and
+    /// hardly drawn back. Where there is none, or nought, it slides nowhere.
+    pub slides: &'a [Vec3],
 }
 
 impl Default for Step<'_> {
     /// On Earth, in still air.
     fn default() -> Self {
-        Self { gravity: Vec3::new(0.0, -9.80665, 0.0), wind: Vec3::ZERO, targets: &[], stances: &[] }
+        Self {
+            gravity: Vec3::new(0.0, -9.80665, 0.0),
+            wind: Vec3::ZERO,
+            targets: &[],
+            slides: &[],
+            stances: &[],
+        }
     }
 }
 

@@ -28,8 +28,9 @@ pub struct Settings {
     pub coarse: bool,
     /// Whether cloth touches cloth.
     pub contact: bool,
-    /// Part of the way to its target that an attached vertex goes in a substep: 1 holds it there whatever pulls; with less it gives
-    /// way to what is stronger, as cloth under a belt does, and does not go through other cloth.
+    /// Part of its speed past its target that an attached vertex loses in a substep, and four times the part of the way to it that
+    /// it goes: 1 holds it there whatever pulls; with less it gives way to what is stronger, as cloth under a belt does, and does
+    /// not go through other cloth.
     pub grip: f32,
     /// Threads; the result does not depend on them.
     pub threads: usize,
@@ -63,6 +64,9 @@ const MOST: u32 = 64;
 /// How much what lies on a body gives way to cloth that presses on it: as if it were twenty times as heavy, so that the cloth
 /// above stays above.
 const LOADED: f32 = 0.05;
+/// Part of the way back that an attached vertex is drawn along a direction in which it slides: so little that it yields to the
+/// pull of threads, and enough that a belt does not creep around in a dance.
+const SLID: f32 = 0.02;
 /// Density of air, kg/m³, at 15 °C.
 const AIR: f32 = 1.225;
 /// Drag coefficients of a plate across and along the wind: 1.17 for plates as long as wide (Hoerner 1965), .02 for
@@ -179,7 +183,7 @@ impl SmallSteps {
         let [strips, borders] = tasks;
         let contacts = if settings.contact {
             let attached = attached.iter().filter(|_| fixed).map(|a| a.0).collect();
-            Contacts::new(&cloth, &order, attached)
+            Contacts::new(&cloth, &order, attached, h)
         } else {
             None
         };
@@ -265,6 +269,11 @@ impl SmallSteps {
         self.stale.store(true, Ordering::Relaxed);
     }
 
+    /// Takes from all velocities but this part.
+    pub fn slow(&mut self, keep: f32) {
+        self.v.iter_mut().for_each(|v| *v *= keep);
+    }
+
     /// One step. Nothing is allocated but what threads need.
     pub fn step(&mut self, step: &Step<'_>) {
         self.areas();
@@ -308,7 +317,7 @@ impl SmallSteps {
         let lattices = lattices.unwrap_or(coarse);
         let (area, inverse) = (&self.area, &self.inverse);
         let (gravity, air) = (step.gravity.extend(0.0) * h, Air { wind: step.wind.extend(0.0) });
-        let (attached, attached_of) = (&self.attached, &self.attached_of);
+        let (attached, attached_of, slides) = (&self.attached, &self.attached_of, step.slides);
         let (strips, borders) = (&self.strips, &self.borders);
         let has_lattices = lattices.len() > 0;
         let nodes = self.centres.len();
@@ -406,7 +415,9 @@ impl SmallSteps {
                     let with = (to - from) * (1.0 / n as f32);
                     let goal = from + with * (s + 1) as f32;
                     let v = u[i] + (with - u[i]) * grip;
-                    v + (goal - x[i] - v) * (0.25 * grip)
+                    let back = goal - x[i] - v;
+                    let along = slides.get(*a as usize).map_or(Vec4::ZERO, |d| d.extend(0.0));
+                    v + (back - along * (back.dot(along) * (1.0 - SLID))) * (0.25 * grip)
                 } else {
                     from + (to - from) * ((s + 1) as f32 / n as f32) - x[i]
                 };

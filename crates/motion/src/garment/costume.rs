@@ -1,6 +1,6 @@
 //! A garment on a body that moves.
 
-use super::place::{Spread, spots};
+use super::place::{Spread, Tie, spots};
 use super::{Body, Cut, Garment, GarmentError};
 use crate::RigidPose;
 use crate::cloth::{Cloth, Fabric, Settings, SmallSteps, Solid, Stance, Step};
@@ -16,7 +16,7 @@ pub struct Fitting {
     pub fabric: Fabric,
     /// Of a step, s: one over the frames a second.
     pub seconds: f32,
-    /// Of each step, at the least.
+    /// Of each step, at the least: the more, the less threads stretch at the shoulders, from which all of it hangs.
     pub substeps: u32,
     /// Threads; the result does not depend on them.
     pub threads: usize,
@@ -36,7 +36,7 @@ impl Default for Fitting {
             edge: 0.02,
             fabric: karaori.unwrap_or(crate::cloth::PRESETS[0].fabric),
             seconds: 1.0 / 60.0,
-            substeps: 20,
+            substeps: 64,
             threads: 1,
             clearance: 0.004,
             floor: Some(0.0),
@@ -63,25 +63,19 @@ impl Fitting {
     }
 }
 
-/// What acts on a costume besides the body.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Moment {
-    /// Velocity of the air, m/s.
-    pub wind: Vec3,
-}
-
 /// A garment that is worn.
 pub struct Costume {
     cut: Cut,
     body: Body,
     solver: SmallSteps,
     /// What the belt holds, in the coordinates of the pelvis.
-    held: Vec<Vec3>,
+    held: Vec<Tie>,
     /// Which vertices those are, sorted.
     belt: Vec<u32>,
     floor: Option<Stance>,
     /// Filled anew in each step.
     targets: Vec<Vec3>,
+    slides: Vec<Vec3>,
     stances: Vec<Stance>,
 }
 
@@ -90,7 +84,7 @@ const TYING: f32 = 0.7;
 /// What a vertex keeps of its velocity from step to step while the garment is tied, of which sixty make a second: it comes to
 /// rest where it is, without swinging.
 const CALM: f32 = 0.85;
-/// How firmly the belt holds cloth: within some twenty substeps it is where it should be, a frame.
+/// How firmly the belt holds cloth ([`Settings::grip`]): within some twenty substeps it is where it should be.
 const GRIP: f32 = 0.2;
 /// Layers under the belt are this far apart, in edges: more than contact keeps.
 const LAYER: f32 = 0.45;
@@ -116,8 +110,8 @@ impl Costume {
         let mut cut = garment.cut(fitting.edge)?;
         let spots = spots(garment, &cut);
         let spread = Spread::new(&garment.wear, body, &poses)?;
-        let start = spread.place(garment, &cut, &spots, body, &poses);
         let layers = [fitting.clearance + fitting.fabric.thickness, LAYER * fitting.edge];
+        let start = spread.place(garment, &cut, &spots, body, &poses, layers[0]);
         let belt = spread.belt(&cut, &spots, body, &poses, layers);
         let attached: Vec<u32> = belt.vertices().collect();
         if attached.is_empty() {
@@ -139,7 +133,8 @@ impl Costume {
         let solver =
             SmallSteps::new(cloth, &attached, settings)?.with_bodies(solids.chain(ground).collect())?;
         let pelvis = poses[body.pelvis];
-        let local = |p: Vec3| pelvis.rotation.inverse() * (p - pelvis.position);
+        let back = pelvis.rotation.inverse();
+        let local = |tie: Tie| Tie { to: back * (tie.to - pelvis.position), along: back * tie.along };
         let mut costume = Self {
             body: body.clone(),
             solver,
@@ -151,33 +146,48 @@ impl Costume {
             held: belt.at(1.0).map(local).collect(),
             floor,
             targets: Vec::with_capacity(attached.len()),
+            slides: Vec::with_capacity(attached.len()),
             stances: Vec::with_capacity(body.capsules.len() + 1),
             cut,
         };
         let steps = fitting.dressing.map(|s| (s / fitting.seconds).round().clamp(1.0, 1e5) as u32);
         for step in 1..=steps[0] {
             let t = smoothstep(0.0, TYING * steps[0] as f32, step as f32);
-            costume.targets.clear();
-            costume.targets.extend(belt.at(t));
-            costume.advance(&poses, &Moment::default());
-            costume.calm(CALM.powf(60.0 * fitting.seconds));
+            costume.hold(belt.at(t));
+            costume.advance(&poses, Vec3::ZERO);
+            costume.solver.slow(CALM.powf(60.0 * fitting.seconds));
         }
         for step in 1..=steps[1] {
             // On the way for three quarters of the time.
             let t = smoothstep(0.0, 0.75 * steps[1] as f32, step as f32);
-            costume.step(&approach(t), &Moment::default());
+            costume.step(&approach(t), Vec3::ZERO);
         }
         Ok(costume)
     }
 
-    /// One step: to where all joints are at its end. Poses that are too few or no numbers are passed over: the body then stands
-    /// still; and so is wind that is none.
-    pub fn step(&mut self, poses: &[RigidPose], moment: &Moment) {
+    /// One step: to where all joints are at its end, in air that moves at `wind`, m/s. Poses that are too few or no numbers are
+    /// passed over: the body then stands still; and so is wind that is none.
+    pub fn step(&mut self, poses: &[RigidPose], wind: Vec3) {
         if let Some(pelvis) = poses.get(self.body.pelvis).filter(|_| self.good(poses)) {
-            self.targets.clear();
-            self.targets.extend(self.held.iter().map(|p| pelvis.rotation * *p + pelvis.position));
+            let held = std::mem::take(&mut self.held);
+            let turned = |tie: &Tie| Tie {
+                to: pelvis.rotation * tie.to + pelvis.position,
+                along: pelvis.rotation * tie.along,
+            };
+            self.hold(held.iter().map(turned));
+            self.held = held;
         }
-        self.advance(poses, moment);
+        self.advance(poses, wind);
+    }
+
+    /// Where the belt is at the end of the next step.
+    fn hold(&mut self, ties: impl Iterator<Item = Tie>) {
+        self.targets.clear();
+        self.slides.clear();
+        for Tie { to, along } in ties {
+            self.targets.push(to);
+            self.slides.push(along);
+        }
     }
 
     /// Whether the body can stand so.
@@ -186,22 +196,15 @@ impl Costume {
             && poses.iter().all(|p| p.position.is_finite() && p.rotation.is_finite())
     }
 
-    fn advance(&mut self, poses: &[RigidPose], moment: &Moment) {
+    fn advance(&mut self, poses: &[RigidPose], wind: Vec3) {
         if self.good(poses) {
             self.stances.clear();
             self.stances.extend(self.body.stances(poses));
             self.stances.extend(self.floor);
         }
-        let (targets, stances) = (&self.targets, &self.stances);
-        let wind = if moment.wind.is_finite() { moment.wind } else { Vec3::ZERO };
-        self.solver.step(&Step { wind, targets, stances, ..Step::default() });
-    }
-
-    /// Takes speed away.
-    fn calm(&mut self, keep: f32) {
-        let velocities: Vec<Vec3> = self.solver.velocities().map(|v| v * keep).collect();
-        let positions = self.solver.positions().to_vec();
-        self.solver.place(&positions, &velocities);
+        let (targets, slides, stances) = (&self.targets, &self.slides, &self.stances);
+        let wind = if wind.is_finite() { wind } else { Vec3::ZERO };
+        self.solver.step(&Step { wind, targets, slides, stances, ..Step::default() });
     }
 
     /// The mesh: its triangles, its (u, v), which of its vertices are one.

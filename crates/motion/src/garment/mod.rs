@@ -19,7 +19,7 @@ mod robe;
 mod words;
 
 pub use body::{Body, Capsule};
-pub use costume::{Costume, Fitting, Moment};
+pub use costume::{Costume, Fitting};
 pub use cut::Cut;
 pub use robe::{CUTS, Cutting};
 pub use words::parse;

@@ -209,7 +209,7 @@ impl Spread {
         Vec3::new(p.x, y, p.y)
     }
 
-    /// The vertices of the sheet, out of the body.
+    /// The vertices of the sheet, `clearance` metres and more out of the body.
     pub fn place(
         &self,
         garment: &Garment,
@@ -217,6 +217,7 @@ impl Spread {
         spots: &[Spot],
         body: &Body,
         poses: &[RigidPose],
+        clearance: f32,
     ) -> Vec<Vec3> {
         let mut sums = vec![(Vec3::ZERO, 0.0f32); cut.sheet.positions.len()];
         for (p, panel) in garment.panels.iter().enumerate() {
@@ -242,7 +243,7 @@ impl Spread {
                 }
             }
         }
-        let solids: Vec<_> = body.solids(0.006).zip(body.stances(poses)).collect();
+        let solids: Vec<_> = body.solids(clearance).zip(body.stances(poses)).collect();
         for p in &mut at {
             // What is in several comes out of one after the other.
             for _ in 0..8 {
@@ -299,6 +300,14 @@ const DRAWN_UP: f32 = 0.09;
 /// Above the joint of the pelvis a robe is tied, m.
 const ABOVE: f32 = 0.04;
 
+/// Where a belt holds a vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tie {
+    pub to: Vec3,
+    /// Unit direction along the belt. A belt presses cloth on and lets threads find their lengths along it.
+    pub along: Vec3,
+}
+
 /// A belt that is drawn shut.
 pub(super) struct Belt {
     spread: Spread,
@@ -320,7 +329,7 @@ impl Belt {
 
     /// Where it holds them: at 0 where they are as it is spread, at 1 tight. All of it goes around by the same law, so that layers
     /// slide past each other in their order.
-    pub fn at(&self, t: f32) -> impl Iterator<Item = Vec3> {
+    pub fn at(&self, t: f32) -> impl Iterator<Item = Tie> {
         let spread = &self.spread;
         let round = self.hull.length();
         self.ties.iter().map(move |(_, spot)| {
@@ -335,7 +344,7 @@ impl Belt {
             let p = (from + spread.middle).lerp(to, t) + n * (over[0] + (over[1] - over[0]) * t);
             let y = spread.at(spot).y;
             let end = self.height - (spread.level(spot) - spread.wear.belt[0]);
-            Vec3::new(p.x, y + (end - y) * t, p.y)
+            Tie { to: Vec3::new(p.x, y + (end - y) * t, p.y), along: Vec3::new(-n.y, 0.0, n.x) }
         })
     }
 }
