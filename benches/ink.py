@@ -2,7 +2,7 @@
 
     cargo xtask bench ink
 
-Blender is `bpy` from PyPI (370 MB), which wants Python 3.11, in an environment of its own, .venv/ink. The shapes and their true
+Blender is `bpy` from PyPI (370 MB to fetch, 1 GB installed), which wants Python 3.11, in an environment of its own, .venv/ink. The shapes and their true
 contours are those of crates/ink/tests/analytic; the tables stand in docs/ink.md.
 """
 

@@ -3,8 +3,8 @@ bpy.
 
     python ink_peers.py FOLDER CASE lineart|freestyle
 
-FOLDER has CASE.positions, CASE.normals (float32, three a vertex), CASE.triangles (uint32) and CASE.views: a line a frame with
-the camera's matrix by columns, its horizontal field of view in radians, width and height. Written are CASE-TOOL.lines, a line a
+FOLDER has CASE.positions (float32, three a vertex), CASE.triangles (uint32) and CASE.views: a line a frame with the camera's
+matrix by columns, its horizontal field of view in radians, width and height. Written are CASE-TOOL.lines, a line a
 stroke: frame, closed (0 or 1), x and y of each point in pixels; and CASE-TOOL.seconds, a line a frame: wall and processor time.
 """
 

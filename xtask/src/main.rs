@@ -18,7 +18,7 @@ cargo xtask <what>
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
             bench rti [SIDE [LIGHTS]] texels a second of relightable images, beside NumPy
-            bench ink                 lines, beside Blender's Line Art and Freestyle (installed first: 1 GB)
+            bench ink                 lines, beside Blender's Line Art and Freestyle (370 MB to fetch, 1 GB)
             bench calibrate [CASE …]  how exactly lamps are found in path-traced mirror balls (drawn first: half an hour)
             bench all [--peer]        one after the other, but for calibrate and ink
   install build the program for this processor and put it where cargo puts programs

@@ -1,6 +1,6 @@
 //! `yugen ink`: a scene by brush.
 
-use crate::sequence::{Frames, Moments, Sequence};
+use crate::sequence::{Frames, Moments, RATE, Sequence};
 use crate::{argument, json, render};
 use anyhow::{Context, Result, bail};
 use clap::Args;
@@ -62,8 +62,8 @@ pub struct Ink {
     #[arg(long, value_name = "NAME")]
     manner: Option<String>,
 
-    /// By the method of the slides of Xu, Yang and Wu (2012) as it stands, all five techniques of it, to compare with. The controls
-    /// contour, wrinkle, rub, wash and dot scale the ink of each.
+    /// By the method of the slides of Xu, Yang and Wu (2012) as it stands, to compare with. The controls contour, wrinkle,
+    /// rub, wash and dot scale the ink of its five techniques; `--set rub=1` adds rubbing, which is left out where nobody asks.
     #[arg(long)]
     literal: bool,
 
@@ -103,8 +103,8 @@ pub struct Ink {
     moments: Moments,
 
     /// A film of how the picture is painted, print by print: washes, wrinkles, rubbing, contours from the back to the front, dots. Five
-    /// seconds where --frames does not say how long.
-    #[arg(long, conflicts_with_all = ["literal", "turn", "resume", "cycle", "animation"])]
+    /// seconds where --frames does not say how long; of the moment that --at says.
+    #[arg(long, conflicts_with_all = ["literal", "turn", "resume", "cycle"])]
     replay: bool,
 
     /// Print what was done as JSON.
@@ -231,11 +231,25 @@ impl Ink {
         if let Some((option, _)) = of_one.iter().find(|o| o.1) {
             bail!("{option} is for a sequence: there is nothing to go on with in one picture");
         }
-        self.moments.check(&self.outputs, self.resume, &[], &|output| match is_svg(output) {
+        // A replay is of one moment.
+        let moments = match self.replay {
+            true => &Moments { at: None, ..self.moments.clone() },
+            false => &self.moments,
+        };
+        if self.replay && self.moments.animation.is_some() && self.moments.at.is_none() {
+            bail!("--replay paints one moment: --at says at what time of the --animation");
+        }
+        moments.check(&self.outputs, self.resume, &[], &|output| match is_svg(output) {
             true => Ok(check_writable(output)?),
             false => Ok(image::can_write(output)?),
         })?;
         let style = self.style()?;
+        if self.literal && !style.steering.is_empty() {
+            bail!(
+                "{}: the slides' method knows nothing of single objects and strokes; leave out --literal or their tables",
+                self.preset
+            );
+        }
         let options = formats::Options {
             up: self.up.as_deref().map(|axis| if axis == "z" { Up::Z } else { Up::Y }),
             ..self.reading.options()
@@ -371,6 +385,12 @@ impl Frames for Session<'_> {
         !self.brush.literal
     }
 
+    fn end(&self) {
+        for id in self.painter.unmet() {
+            tracing::warn!("[stroke.{id:08x}] changes nothing: no contour was drawn that has this data-id");
+        }
+    }
+
     fn picture(&self) -> Result<Image> {
         let picture = self.last()?;
         picture.select(&["R", "G", "B"]).context("a painting has colours")
@@ -381,13 +401,15 @@ impl Frames for Session<'_> {
     }
 }
 
-/// Frames of a replay where nobody says: five seconds.
-const REPLAY: u32 = 120;
+/// Seconds of a replay where nobody says.
+const REPLAY: f64 = 5.0;
 
 impl Brush<'_> {
     /// Frames of a replay.
     fn parts(&self) -> u32 {
-        self.moments.frames.map_or(REPLAY, |[first, last]| last - first + 1)
+        let rate = self.moments.fps.unwrap_or(RATE);
+        let frames = || (REPLAY * rate).round().max(1.0) as u32;
+        self.moments.frames.map_or_else(frames, |[first, last]| last - first + 1)
     }
 
     fn look(&self, scene: &Scene) -> Result<Camera> {
@@ -397,8 +419,11 @@ impl Brush<'_> {
     /// Paints it.
     pub fn run(&self, mut scene: Scene) -> Result<()> {
         if self.moments.is_sequence(self.outputs) {
+            if self.replay {
+                self.moments.pose_at(&mut scene, self.scene)?;
+            }
             let sequence = Sequence {
-                still: self.replay.then_some(REPLAY),
+                still: self.replay.then(|| self.parts()),
                 scene: self.scene,
                 outputs: self.outputs,
                 moments: self.moments,
@@ -423,6 +448,7 @@ impl Brush<'_> {
         for output in self.outputs {
             session.save(output, None)?;
         }
+        session.end();
         let names = || self.outputs.iter().map(|o| o.display().to_string()).collect::<Vec<_>>();
         let (picture, painting) = (session.last()?, session.painting.as_ref());
         if self.json {

@@ -79,6 +79,9 @@ pub trait Frames {
         false
     }
 
+    /// All frames are done: what is to be said of them.
+    fn end(&self) {}
+
     /// The frame that was painted last, for a film.
     fn picture(&self) -> Result<Image>;
 
@@ -383,11 +386,15 @@ impl Sequence<'_> {
         }
         if let Some(frame) = interrupted {
             match film {
+                None if self.still.is_some() => {
+                    eprintln!("interrupted in frame {frame}; it begins anew next time")
+                }
                 None => eprintln!("interrupted in frame {frame}; --resume goes on with it"),
                 Some(_) => eprintln!("interrupted in frame {frame}; the film ends before it"),
             }
             std::process::exit(interrupt::STATUS);
         }
+        painter.end();
         Ok(())
     }
 }

@@ -25,7 +25,7 @@ use crate::visibility::{Cleaning, SampledLine, sample};
 use crate::wash;
 use crate::wrinkle::{self, MANNERS, Manner};
 use glam::{DVec3, Vec2};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use wgpu::{Device, Queue};
@@ -89,6 +89,8 @@ pub struct Painter {
     /// The controls of each draw, and what of single strokes is otherwise.
     of_draws: Arc<[Controls]>,
     edits: Arc<BTreeMap<u32, StrokeEdit>>,
+    /// Of those strokes, the ones that no frame has had yet.
+    unmet: BTreeSet<u32>,
     size: [u32; 2],
     space: ColourSpace,
     tracker: Tracker,
@@ -182,6 +184,7 @@ impl Painter {
             stamps: Default::default(),
             style,
             of_draws,
+            unmet: edits.keys().copied().collect(),
             edits,
             size,
             space: scene.working_space,
@@ -227,6 +230,11 @@ impl Painter {
                 Topology::new(of_vertices, of_mesh, first_vertex, &self.style.creases, use_normals);
             self.topologies.insert((draw.mesh, use_normals), Known { vertices, triangles: hash, topology });
         }
+    }
+
+    /// The strokes that something is otherwise of and that no frame has had so far.
+    pub fn unmet(&self) -> impl Iterator<Item = u32> {
+        self.unmet.iter().copied()
     }
 
     /// Lets go of the strokes of the frames before: the next one is painted as a picture by itself.
@@ -276,6 +284,9 @@ impl Painter {
         let pieces = hand.all_pieces(&lines);
         let is_free = |pixel: Vec2, depth: f32| map.at(pixel).0 > depth * (1.0 - COVERS);
         let mut strokes = self.tracker.strokes(pieces, hand, &is_free);
+        strokes.iter().for_each(|s| {
+            self.unmet.remove(&s.id);
+        });
         strokes.retain(|s| !self.edits.get(&s.id).is_some_and(|edit| edit.hide));
         // A painter lets near things overlap far ones.
         let depth = |s: &Stroke| s.points.iter().map(|p| p.depth).sum::<f32>() / s.points.len().max(1) as f32;

@@ -101,6 +101,9 @@ fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
 
 /// Reads the tables of objects or of strokes.
 fn steer(steering: &mut Steering, kind: &str, all: &DeTable) -> Result<(), InkError> {
+    // Later ones win over earlier ones of the file, and the parser sorts by name.
+    let mut all: Vec<_> = all.iter().collect();
+    all.sort_by_key(|(name, _)| name.span().start);
     for (name, value) in all {
         let name: &str = name.get_ref();
         let within = |e: InkError| InkError::Preset(format!("[{kind}.{name}]: {e}"));
@@ -180,6 +183,19 @@ mod tests {
             (blue.paper.name, blue.pigments[0].name, blue.pigments[3].name),
             ("aged", "indigo", "pine")
         );
+    }
+
+    #[test]
+    fn tables_of_objects_hold_in_the_order_of_the_file() {
+        let tables =
+            ["[object.pine]\nink = 0.2", "[object.\"p*\"]\nink = 0.9", "[object.\"*\"]\nwater = 0.1"];
+        for order in [[0, 1, 2], [1, 0, 2], [2, 1, 0]] {
+            let style = read(&order.map(|i| tables[i]).join("\n"), "own").unwrap().style;
+            let controls = style.steering.controls(&style.controls, &["pine"]).unwrap()[0];
+            let later = order.iter().rev().find(|i| **i < 2);
+            assert_eq!(controls.ink, if later == Some(&0) { 0.2 } else { 0.9 }, "{order:?}");
+            assert_eq!(controls.water, 0.1);
+        }
     }
 
     #[test]

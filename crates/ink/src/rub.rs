@@ -4,7 +4,7 @@ use crate::footprint::VARIANTS;
 use crate::scatter::Surfaces;
 use crate::stamp::Stamp;
 use glam::Vec2;
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::PI;
 use yugen_optics::random::{hash_combine, unit_f32};
 use yugen_optics::special::smoothstep;
 
@@ -53,7 +53,7 @@ pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
             dryness: DRYNESS,
             ink: LOAD * controls.rub * controls.ink * (0.7 + 0.6 * random(33)) * surfaces.paleness(&place),
             s: random(34) * 90.0,
-            lane: random(35) * TAU.recip(),
+            lane: random(35),
             variant: place.hash % VARIANTS as u32,
             shape: place.shape,
             weight: place.weight * there,

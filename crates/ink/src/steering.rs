@@ -68,6 +68,11 @@ pub struct Steering {
 }
 
 impl Steering {
+    /// Whether nothing is otherwise.
+    pub fn is_empty(&self) -> bool {
+        self.objects.is_empty() && self.strokes.is_empty()
+    }
+
     /// Controls of objects with these names.
     pub fn controls(&self, base: &Controls, names: &[&str]) -> Result<Vec<Controls>, InkError> {
         let mut all = vec![*base; names.len()];

@@ -74,7 +74,7 @@ pub struct Topology {
     pub folds: Vec<FoldChain>,
     /// Normals are those of the mesh, not means of its faces.
     pub has_normals: bool,
-    /// Every edge has two triangles, so that an outside is known.
+    /// Every edge has two triangles, and parts that hang together wind the same way as the others, so that an outside is known.
     pub closed: bool,
     /// It is closed and neighbours wind the same way, so that each face has an outside.
     pub solid: bool,
@@ -175,6 +175,7 @@ impl Topology {
         }
 
         let closed = !kept.is_empty() && between.values().all(|t| t.len() == 2);
+        let closed = closed && parts_wind_alike(&part_volumes(&kept, &between, &place));
         let folds = fold_chains(&kept, &corners, &faces, &points, &between, place, given, creases);
         let solid = closed && winds_alike(&kept, &points);
         // Six times the volume about the first corner, and whether normals go with the winding.
@@ -223,6 +224,49 @@ impl Topology {
         }
         sums.into_iter().map(DVec3::normalize_or_zero).collect()
     }
+}
+
+/// Six times the volume of each part of a closed mesh that hangs together by edges, below zero where its faces wind the other way
+/// than outside.
+fn part_volumes(
+    kept: &[(u32, [u32; 3])],
+    between: &HashMap<[u32; 2], Vec<u32>>,
+    place: &dyn Fn(u32) -> Vec3,
+) -> Vec<f64> {
+    // A forest whose roots stand for the parts.
+    let mut parent: Vec<u32> = (0..kept.len() as u32).collect();
+    let root = |parent: &mut [u32], mut i: u32| {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    };
+    for pair in between.values().flat_map(|t| t.windows(2)) {
+        let [a, b] = [pair[0], pair[1]].map(|t| root(&mut parent, t));
+        parent[a.max(b) as usize] = a.min(b);
+    }
+    // About a corner of the part itself, so that what is far away loses no digits.
+    let mut volumes = vec![0.0; kept.len()];
+    for (i, (_, t)) in (0u32..).zip(kept) {
+        let root = root(&mut parent, i) as usize;
+        let first = place(kept[root].1[0]).as_dvec3();
+        let [p, q, r] = t.map(|v| place(v).as_dvec3() - first);
+        volumes[root] += p.dot(q.cross(r));
+    }
+    volumes.retain(|v| *v != 0.0);
+    volumes
+}
+
+/// A part of less volume than this of the largest, which is a thousandth of its size, is flat or dust, and winds as it likes.
+const DUST: f64 = 1e-9;
+
+/// Whether all parts have a volume of the same sign.
+fn parts_wind_alike(volumes: &[f64]) -> bool {
+    let most = volumes.iter().fold(0.0f64, |most, v| most.max(v.abs()));
+    let mut signs = volumes.iter().filter(|v| v.abs() > DUST * most).map(|v| *v > 0.0);
+    let first = signs.next();
+    signs.all(|sign| Some(sign) == first)
 }
 
 /// Whether no two triangles go along an edge in the same direction.
@@ -512,6 +556,32 @@ mod tests {
         assert_eq!(t.folds.iter().map(|c| c.edges.len()).collect::<Vec<_>>().iter().sum::<usize>(), 24);
         assert_eq!(t.folds.len(), 4);
         assert!(!t.closed && t.folds.iter().all(|c| c.fold == Fold::Border && !c.closed));
+    }
+
+    /// Beside each other, touching nowhere.
+    fn two_blocks() -> Mesh {
+        let mut two = primitives::block(Vec3::ONE);
+        let count = two.positions.len() as u32;
+        let other = two.clone();
+        two.positions.extend(other.positions.iter().map(|p| *p + Vec3::X * 5.0));
+        two.normals.extend(other.normals);
+        two.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + count)));
+        two
+    }
+
+    #[test]
+    fn what_winds_this_way_and_that_has_no_outside() {
+        let mut two = two_blocks();
+        let t = topology(&two);
+        assert!(t.closed && t.solid && t.winding == 1.0);
+        let half = two.triangles.len() / 2;
+        two.triangles[half..].iter_mut().for_each(|t| t.swap(1, 2));
+        let t = topology(&two);
+        assert!(!t.closed && !t.solid);
+        // Both the other way agree again.
+        two.triangles[..half].iter_mut().for_each(|t| t.swap(1, 2));
+        let t = topology(&two);
+        assert!(t.closed && t.solid && t.winding == -1.0);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_ink::painter::{Painter, Style};
+use yugen_ink::steering::StrokeEdit;
 use yugen_realtime::Gpu;
 use yugen_scene::{
     Camera, Film, Filter, FovAxis, Geometry, Light, Material, Mesh, Projection, Scene, Shape, Value,
@@ -93,4 +94,50 @@ fn scenes_that_nobody_would_paint_are_painted_or_refused() {
     let mut flat = far;
     flat.to_world = Mat4::from_scale(Vec3::new(1.0, 0.0, 1.0));
     assert!(strokes(&gpu, &at(Mat4::IDENTITY), &flat).unwrap_err().contains("cannot be inverted"));
+}
+
+/// A mesh of two blocks, of which one winds the other way, is drawn as where both wind alike: neither loses its near side.
+#[test]
+fn parts_that_wind_the_other_way_are_seen_the_same() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let view = camera(Vec3::new(1.0, 1.5, 4.0));
+    let mut two = primitives::block(Vec3::splat(0.8));
+    let half = two.triangles.len();
+    let (count, other) = (two.positions.len() as u32, two.clone());
+    two.positions.iter_mut().for_each(|p| p.x -= 0.7);
+    two.positions.extend(other.positions.iter().map(|p| *p + Vec3::X * 0.7));
+    two.normals.extend(other.normals);
+    two.uvs.extend(other.uvs);
+    two.tangents.clear();
+    two.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + count)));
+    let length = |turned: std::ops::Range<usize>| {
+        let mut mesh = two.clone();
+        mesh.triangles[turned].iter_mut().for_each(|t| t.swap(1, 2));
+        let scene = scene(vec![shape(mesh, Mat4::IDENTITY)]);
+        let mut painter = Painter::new(&gpu.device, &gpu.queue, &scene, &view, Style::default(), 2).unwrap();
+        painter.follow(&view).unwrap().0.iter().map(|s| s.length()).sum::<f32>()
+    };
+    let plain = length(0..0);
+    assert!(plain > 100.0, "{plain}");
+    for turned in [0..half, half..2 * half, 0..2 * half] {
+        let found = length(turned.clone());
+        assert!((found / plain - 1.0).abs() < 0.01, "{turned:?}: {found} of {plain}");
+    }
+}
+
+/// Tables of strokes that no picture has had are known.
+#[test]
+fn strokes_that_are_steered_and_never_drawn_are_told() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let view = camera(Vec3::new(1.0, 1.5, 4.0));
+    let scene = scene(vec![shape(primitives::ball(32), Mat4::IDENTITY)]);
+    let painter = |style| Painter::new(&gpu.device, &gpu.queue, &scene, &view, style, 2).unwrap();
+    let id = painter(Style::default()).follow(&view).unwrap().0[0].id;
+    let mut style = Style::default();
+    let hidden = StrokeEdit { hide: true, ..StrokeEdit::default() };
+    style.steering.strokes = [(id, hidden.clone()), (id ^ 1, hidden)].into();
+    let mut painter = painter(style);
+    assert_eq!(painter.unmet().count(), 2);
+    assert!(painter.follow(&view).unwrap().0.iter().all(|s| s.id != id));
+    assert_eq!(painter.unmet().collect::<Vec<_>>(), [id ^ 1]);
 }

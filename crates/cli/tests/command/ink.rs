@@ -116,6 +116,17 @@ fn single_objects_and_strokes_are_steered() {
     assert!(!read("c.svg").contains(&ball[0]) && stroke("c.svg", &table[0]) != stroke("a.svg", &table[0]));
     paint(&own, "--turn 1 --frames 0-2 -o f_%d.svg");
     assert!((0..3).all(|i| !read(&format!("f_{i}.svg")).contains(&format!("data-id=\"{}\"", ball[0]))));
+    // What nobody has met is said at the end of a picture and of a film.
+    std::fs::write(folder.join("own.toml"), "[stroke.00000001]\nhide = true").unwrap();
+    for output in ["u.png", "u_%d.png --turn 180"] {
+        let line = format!("ink ball.toml --size 96x64 --preset own.toml -o {output}");
+        let told = yugen_in(&folder, &line);
+        assert!(told.success && told.err.contains("[stroke.00000001] changes nothing"), "{}", told.err);
+    }
+    refused(
+        yugen_in(&folder, "ink ball.toml --preset own.toml --literal -o d.png"),
+        &["single objects and strokes"],
+    );
     std::fs::write(folder.join("own.toml"), "[object.bal]\nink = 1").unwrap();
     let line = "ink ball.toml --preset own.toml -o d.png";
     refused(yugen_in(&folder, line), &["no object 'bal' in the scene", "did you mean 'ball'?"]);
@@ -138,9 +149,17 @@ fn a_painting_is_replayed() {
     for (line, words) in [
         ("ink ball.toml --replay -o a.png", "--replay is a film"),
         ("ink ball.toml --replay -o a_%d.svg", "vectors are of the whole painting"),
+        ("ink ball.toml --replay --animation walk -o a.mp4", "--at says at what time"),
     ] {
         refused(yugen_in(&folder, line), &[words]);
     }
+    // Five seconds, whatever the rate, of the moment that is asked for.
+    let done = report(yugen_in(&folder, "ink ball.toml --size 96x64 --replay --fps 1 -o s_%d.png --json"));
+    assert_eq!(done["frames"], serde_json::json!([0, 4]));
+    sequence::sliding(&folder);
+    good(yugen_in(&folder, "ink a.gltf --size 96x64 --at 0.5 --replay --frames 0-1 -o m_%d.png"));
+    good(yugen_in(&folder, "ink a.gltf --size 96x64 --at 0.5 -o moment.png"));
+    assert_eq!(read("m_1.png"), read("moment.png"));
 }
 
 /// What moves becomes numbered files and a film in one go; a still scene is gone round.

@@ -111,7 +111,9 @@ pub fn padi(
             (Some(a), Some(b)) => value(b) - value(a),
             _ => 0.0,
         };
-        0.5 * Vec2::new(along(1), along(width))
+        // The first and the last column have a neighbour in another line.
+        let edge = i.is_multiple_of(width) || (i + 1).is_multiple_of(width);
+        0.5 * Vec2::new(if edge { 0.0 } else { along(1) }, along(width))
     };
     let mut out = vec![Padi::default(); pixels.len()];
     for (i, seen) in pixels.iter().enumerate() {
@@ -185,5 +187,9 @@ mod tests {
         let pixels: Vec<Option<Seen>> = (0..30).map(|i| Some(seen(i % 10))).collect();
         let out = padi(Technique::Colouring, &pixels, 10, 1.0, 0);
         assert!((out[14].angle.abs() - std::f32::consts::PI).abs() < 1e-5, "{:?}", out[14]);
+        // The edge of the picture has no gradient across: that from the other edge would be the other way about.
+        let mirrored: Vec<Option<Seen>> = (0..30).map(|i| Some(seen(9 - i % 10))).collect();
+        let out = padi(Technique::Colouring, &mirrored, 10, 1.0, 0);
+        assert_eq!([10, 14, 19].map(|i| out[i].angle), [0.0; 3]);
     }
 }
