@@ -87,6 +87,7 @@ fn off(scene: &Scene, found: &Image, wants: &[Image; 2]) -> Off {
             picture.data[3 * i..3 * i + 3].copy_from_slice(&display.show(Vec3::from_slice(pixel)).to_array());
         }
     }
+    assert!(squares.iter().chain(&of).all(|v| v.is_finite()), "a pixel is no number");
     let [all, surfaces] = [0, 1].map(|part| (squares[part].max(0.0) / of[part]).sqrt());
     let flip = mean_flip(&shown[0], &shown[1]).expect("pictures of one size");
     Off { all, surfaces, ratio: sum / want, flip }

@@ -77,7 +77,11 @@ fn settings(from: &mut (impl BufRead + Seek)) -> Settings {
     Settings {
         seconds: ratio(Tag::ExposureTime),
         f_number: ratio(Tag::FNumber),
-        iso: exif.get_field(Tag::PhotographicSensitivity, In::PRIMARY).and_then(|f| f.value.get_uint(0)),
+        // Nought is what cameras write that do not tell.
+        iso: exif
+            .get_field(Tag::PhotographicSensitivity, In::PRIMARY)
+            .and_then(|f| f.value.get_uint(0))
+            .filter(|iso| *iso > 0),
         focal_35mm: whole(Tag::FocalLengthIn35mmFilm).map(|f| f as f32),
         taken: whole(Tag::PixelXDimension).zip(whole(Tag::PixelYDimension)).map(|(w, h)| [w, h]),
     }

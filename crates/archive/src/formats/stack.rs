@@ -352,11 +352,19 @@ fn same_exposure(pictures: &[Picture]) -> Result<(), Error> {
     let jpeg = |p: &&Picture| {
         p.path.extension().is_some_and(|e| e.eq_ignore_ascii_case("jpg") || e.eq_ignore_ascii_case("jpeg"))
     };
-    let mut first: Option<(&Picture, exif::Settings)> = None;
+    // What the first that tells it says, quantity by quantity.
+    let mut known = exif::Settings::default();
+    let mut first: Option<&Picture> = None;
     for picture in pictures.iter().filter(jpeg) {
         let settings = exif::read(&picture.path)?;
-        let (one, theirs) = first.get_or_insert((picture, settings));
-        let factor = settings.brighter_than(theirs);
+        let factor = settings.brighter_than(&known);
+        known.seconds = known.seconds.or(settings.seconds);
+        known.iso = known.iso.or(settings.iso);
+        known.f_number = known.f_number.or(settings.f_number);
+        if known == exif::Settings::default() {
+            continue;
+        }
+        let one = first.get_or_insert(picture);
         if factor.max(1.0 / factor) > EXPOSED {
             let problem = format!(
                 "by its Exif data this was exposed {factor:.2} times as much as '{}'; all photographs of a stack need one \

@@ -156,7 +156,7 @@ impl Normals {
         let surface = Surface::of(&sample, asked, &options, threads);
         let mut seconds = started.elapsed().as_secs_f64();
         let blur = self.blur.unwrap_or_else(|| blur(&sample));
-        let doubts = Doubts::of(&sample, &surface, threads);
+        let doubts = Doubts::of(&sample, &surface, &options, threads);
         doubts.warn_of_list(folder);
         doubts.warn_of_brightness(folder);
         drop(sample);

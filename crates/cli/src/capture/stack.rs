@@ -85,8 +85,8 @@ pub struct Doubts {
 
 impl Doubts {
     /// Of rows of one stack, whose texels are such a surface.
-    pub fn of(sample: &[Stack], surface: &Surface, threads: usize) -> Self {
-        let brightness = normals::brightness(sample, surface, &normals::Options::default(), threads);
+    pub fn of(sample: &[Stack], surface: &Surface, options: &normals::Options, threads: usize) -> Self {
+        let brightness = normals::brightness(sample, surface, options, threads);
         let told = brightness.into_iter().enumerate().filter_map(|(i, b)| Some((i, b?)));
         let mut odd: Vec<(usize, f32)> = told.filter(|(_, b)| b.max(1.0 / b) > ODD).collect();
         let most = |b: f32| b.max(1.0 / b);

@@ -55,15 +55,16 @@ impl Checkpoint {
             file.seek(SeekFrom::End(0)).with_context(context)?;
             return Ok(Self { path, file, head, width, rows });
         }
-        let mut file = File::options()
+        let file = File::options()
             .read(true)
             .write(true)
             .create(true)
             .truncate(true)
             .open(&path)
             .with_context(context)?;
-        file.write_all(head.as_bytes()).with_context(context)?;
-        Ok(Self { path, file, head: head.len() as u64, width, rows: 0 })
+        let mut new = Self { path, file, head: head.len() as u64, width, rows: 0 };
+        new.file.write_all(head.as_bytes()).map_err(|e| Error::io(&new.path, e))?;
+        Ok(new)
     }
 
     /// Rows that are done.
@@ -79,10 +80,11 @@ impl Checkpoint {
             bytes.extend(row.iter().flat_map(record).flat_map(f32::to_le_bytes));
             self.file.write_all(&bytes).map_err(|e| {
                 let rows = self.rows;
-                anyhow!(
-                    "{}; {rows} rows are kept there, from which --resume goes on",
-                    Error::io(&self.path, e)
-                )
+                let kept = match rows {
+                    0 => String::new(),
+                    _ => format!("; {rows} rows are kept there, from which --resume goes on"),
+                };
+                anyhow!("{}{kept}", Error::io(&self.path, e))
             })?;
             self.rows += 1;
         }
@@ -112,7 +114,7 @@ impl Checkpoint {
     }
 }
 
-/// From one without rows nobody goes on.
+/// A checkpoint without rows is of no use.
 impl Drop for Checkpoint {
     fn drop(&mut self) {
         if self.rows == 0 {

@@ -175,7 +175,7 @@ impl Work<'_> {
         let mut learned = Learned { blur: blur(sample), ..self.learn(sample) };
         // From several sides photographs under near lights differ.
         if let [folder] = folders {
-            let doubts = Doubts::of(sample, &learned.surface, self.threads);
+            let doubts = Doubts::of(sample, &learned.surface, &normals::Options::default(), self.threads);
             doubts.warn_of_brightness(folder);
             learned.doubts = Some(doubts);
         }
