@@ -148,17 +148,8 @@ fn patch() -> impl Iterator<Item = [u32; 2]> {
 }
 
 fn stage(gpu: &Gpu, rows: &Rows, lighting: Lighting) -> Stage {
-    let options = Options {
-        size: [SIDE * ACROSS, SIDE * 3],
-        filter: Filter::Box,
-        aovs: Vec::new(),
-        trace_camera: true,
-        threads: 2,
-        bounces: Some(1),
-        hide_emitters: false,
-        lighting,
-        seed: 0,
-    };
+    let options =
+        Options { trace_camera: true, lighting, ..Options::new([SIDE * ACROSS, SIDE * 3], Some(1)) };
     Stage::new(&gpu.device, &gpu.queue, rows, &options).expect("a stage")
 }
 

@@ -318,17 +318,7 @@ fn aovs_are_those_of_the_reference() {
     let mut rows = Rows::default();
     rows.add_shapes(&scene, &|_| false, &|_| None).expect("the scene is sound");
     let film = &scene.cameras[0].film;
-    let options = Options {
-        size: [60, 40],
-        filter: film.filter,
-        aovs,
-        trace_camera: false,
-        threads: 2,
-        bounces: None,
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    };
+    let options = Options { filter: film.filter, aovs, ..Options::new([60, 40], None) };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");
     for _ in 0..256 {
         stage.frame(&scene.cameras[0]).expect("it is seen");

@@ -41,17 +41,7 @@ fn reference(scene: &Scene, bounces: u32, seed: u32) -> Image {
 }
 
 fn realtime(gpu: &Gpu, rows: &Rows, camera: &Camera, bounces: u32) -> Image {
-    let options = Options {
-        size: SIZE,
-        filter: Filter::Box,
-        aovs: Vec::new(),
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(bounces),
-        hide_emitters: false,
-        lighting: Lighting::Full,
-        seed: 0,
-    };
+    let options = Options { lighting: Lighting::Full, ..Options::new(SIZE, Some(bounces)) };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, rows, &options).expect("a stage");
     for _ in 0..FRAMES {
         stage.frame(camera).expect("a frame");

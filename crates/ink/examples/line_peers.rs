@@ -4,8 +4,6 @@
 //! line for each: the case and the programs that are to draw it. `line_peers FOLDER score [CASE…]` reads what those have left
 //! there, draws the same by ours, and prints the tables; of these cases alone where some are named. `benches/ink.py` does both.
 
-// The tests ask more of these.
-#[allow(dead_code)]
 #[path = "../tests/analytic/surfaces.rs"]
 mod surfaces;
 #[path = "../tests/analytic/truth.rs"]

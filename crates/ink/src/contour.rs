@@ -51,7 +51,7 @@ pub struct Anchor {
 
 /// Where on its mesh a place between two points of a line lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Foothold {
+pub struct MeshPoint {
     /// Those of the points.
     pub ends: [Anchor; 2],
     /// Part of the way from the first to the second.
@@ -66,7 +66,7 @@ impl Anchor {
     }
 }
 
-impl Foothold {
+impl MeshPoint {
     /// Where it is when vertices are where `place` says.
     pub fn position(&self, place: impl Fn(u32) -> Option<DVec3>) -> Option<DVec3> {
         let [a, b] = self.ends.map(|end| end.position(&place));

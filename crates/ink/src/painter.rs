@@ -2,7 +2,7 @@
 
 use crate::InkError;
 use crate::canvas::{Canvas, LAYERS, Layer, Materials};
-use crate::contour::Foothold;
+use crate::contour::MeshPoint;
 use crate::contour::{Surface, to_world};
 use crate::control::Controls;
 use crate::depth::DepthMap;
@@ -140,16 +140,12 @@ impl Painter {
         let size = Projection::new(camera)?.size();
         let rows = Rows::new(scene)?;
         let options = Options {
-            size,
             // One sample in the middle of each pixel: lines are compared with what is there.
             filter: Filter::Box,
             aovs: vec![Aov::Depth, Aov::Id, Aov::ShadingNormal],
-            trace_camera: false,
-            threads,
-            bounces: None,
-            hide_emitters: false,
-            lighting: Default::default(),
             seed: style.seed,
+            threads,
+            ..Options::new(size, None)
         };
         let stage = Stage::new(device, queue, &rows, &options)?;
         let Film { width, height, crop, .. } = small_camera(camera).film;
@@ -414,8 +410,8 @@ impl Painter {
         });
         let known = {
             let mut tracker = std::mem::take(&mut self.tracker);
-            let project = |draw: u32, foothold: &Foothold| {
-                let at = projection.project(foothold.position(|v| self.place(draw, v))?)?;
+            let project = |draw: u32, mesh_point: &MeshPoint| {
+                let at = projection.project(mesh_point.position(|v| self.place(draw, v))?)?;
                 Some((at.pixel.as_vec2(), at.depth as f32))
             };
             tracker.recall(&mut lines, &project, unit);

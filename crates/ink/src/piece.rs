@@ -286,26 +286,13 @@ fn at_corners(run: Vec<Sample>, closed: bool, unit: f32) -> Vec<(Vec<Sample>, bo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contour::{Anchor, Foothold};
 
     /// From one place to another in steps of two pixels.
     fn piece(from: [f32; 2], to: [f32; 2]) -> Piece {
         let (from, to) = (Vec2::from(from), Vec2::from(to));
         let n = (from.distance(to) / 2.0) as usize;
         let samples = (0..=n)
-            .map(|i| Sample {
-                pixel: from.lerp(to, i as f32 / n as f32),
-                depth: 1.0,
-                outward: Vec2::Y,
-                visible: true,
-                gap: 0.0,
-                silhouette: false,
-                cover: 0.0,
-                foothold: Foothold { ends: [Anchor { vertices: [0; 2], part: 0.0 }; 2], part: 0.0 },
-                line: Vec2::ZERO,
-                strength: 1.0,
-                trace: None,
-            })
+            .map(|i| Sample { silhouette: false, ..Sample::at(from.lerp(to, i as f32 / n as f32)) })
             .collect();
         Piece { kind: LineKind::Crease, draw: 0, shape: 1, samples, closed: false }
     }

@@ -125,23 +125,10 @@ impl Drawn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contour::{Anchor, Foothold};
 
     fn line(y: f32, tilt: f32, length: f32, gap: f32) -> SampledLine {
         let samples = (0..(length / 2.0) as usize)
-            .map(|i| Sample {
-                pixel: Vec2::new(2.0 * i as f32, y + tilt * 2.0 * i as f32),
-                depth: 1.0,
-                outward: Vec2::Y,
-                visible: true,
-                gap,
-                silhouette: true,
-                cover: 0.0,
-                foothold: Foothold { ends: [Anchor { vertices: [0; 2], part: 0.0 }; 2], part: 0.0 },
-                line: Vec2::ZERO,
-                strength: 1.0,
-                trace: None,
-            })
+            .map(|i| Sample { gap, ..Sample::at(Vec2::new(2.0 * i as f32, y + tilt * 2.0 * i as f32)) })
             .collect();
         SampledLine { kind: LineKind::Crease, draw: 0, shape: 1, samples, closed: false, facet: 2.0 }
     }

@@ -172,7 +172,7 @@ impl Hand {
 
     /// What a piece is called by where it begins on its mesh.
     pub fn own(&self, piece: &Piece) -> u32 {
-        let [v, w] = piece.samples.first().map_or([0; 2], |s| s.foothold.ends[0].vertices);
+        let [v, w] = piece.samples.first().map_or([0; 2], |s| s.mesh_point.ends[0].vertices);
         let place = hash_combine(hash_combine(v, w), piece.kind as u32);
         hash_combine(self.seed, hash_combine(piece.draw, place))
     }

@@ -1,7 +1,7 @@
 //! Strokes that stay what they are from frame to frame, when the camera or the scene moves.
 //!
 //! Contours slide over the surface, so that nothing of a mesh is a name for one. But a place of the surface that was on a line
-//! is near that line in the next frame: every sample of a stroke keeps its foothold on the mesh, is put where that foothold is
+//! is near that line in the next frame: every sample of a stroke keeps its mesh_point on the mesh, is put where that mesh_point is
 //! now, and what is drawn there inherits from it (Kalnins et al. 2003, "Coherent Stylized Silhouettes"). By a vote of its
 //! samples a stroke keeps its identity and its seed, sample by sample its phase (where along the brush's own marks it is) and
 //! what the brush did there. What has nothing to inherit from fades in; what nobody has inherited from fades out where it was.
@@ -13,7 +13,7 @@
 mod fading;
 mod phase;
 
-use crate::contour::{Foothold, LineKind};
+use crate::contour::{LineKind, MeshPoint};
 use crate::piece::Piece;
 use crate::stroke::{Brush, Hand, Path, Stroke};
 use crate::visibility::{STEP, SampledLine};
@@ -101,7 +101,7 @@ pub struct Change {
 /// A point of a stroke in memory.
 #[derive(Clone, Copy, Debug)]
 struct Point {
-    foothold: Foothold,
+    mesh_point: MeshPoint,
     /// From the line to where it was drawn.
     offset: Vec2,
     outward: Vec2,
@@ -135,8 +135,8 @@ impl Remembered {
     }
 }
 
-/// A run of a line that was seen: footholds in their order, and for how many frames in a row each was before.
-type SeenLine = (LineKind, u32, Vec<(Foothold, u8)>);
+/// A run of a line that was seen: mesh_points in their order, and for how many frames in a row each was before.
+type SeenLine = (LineKind, u32, Vec<(MeshPoint, u8)>);
 
 #[derive(Clone, Debug, Default)]
 struct Memory {
@@ -154,8 +154,8 @@ pub struct Tracker {
     change: Change,
 }
 
-/// Where a foothold of a draw is in this frame, pixels and depth.
-pub type Project<'a> = dyn Fn(u32, &Foothold) -> Option<(Vec2, f32)> + 'a;
+/// Where a mesh_point of a draw is in this frame, pixels and depth.
+pub type Project<'a> = dyn Fn(u32, &MeshPoint) -> Option<(Vec2, f32)> + 'a;
 
 /// Something on a line, to be found by its place in the picture.
 #[derive(Clone, Copy)]
@@ -257,7 +257,7 @@ impl Tracker {
         let side = REACH * unit.max(0.5);
         let (mut places, mut seen) = (Places::new(side), Places::new(side));
         for (i, stroke) in (0u32..).zip(&mut memory.strokes) {
-            stroke.points.iter_mut().for_each(|p| p.now = project(stroke.draw, &p.foothold));
+            stroke.points.iter_mut().for_each(|p| p.now = project(stroke.draw, &p.mesh_point));
             let now: Vec<Option<Vec2>> = stroke.points.iter().map(|p| p.now.map(|n| n.0)).collect();
             for (j, (point, way)) in (0u32..).zip(stroke.points.iter().zip(ways(&now))) {
                 let Some((pixel, depth)) = point.now else { continue };
@@ -267,10 +267,10 @@ impl Tracker {
                 places.add(Entry { pixel, way, depth, kind, draw, source, handicap, age: 0 });
             }
         }
-        for (kind, draw, footholds) in &memory.seen {
-            let now: Vec<_> = footholds.iter().map(|(f, _)| project(*draw, f)).collect();
+        for (kind, draw, mesh_points) in &memory.seen {
+            let now: Vec<_> = mesh_points.iter().map(|(f, _)| project(*draw, f)).collect();
             let pixels: Vec<Option<Vec2>> = now.iter().map(|n| n.map(|n| n.0)).collect();
-            for ((now, (_, age)), way) in now.iter().zip(footholds).zip(ways(&pixels)) {
+            for ((now, (_, age)), way) in now.iter().zip(mesh_points).zip(ways(&pixels)) {
                 let Some((pixel, depth)) = *now else { continue };
                 let (kind, draw, age) = (*kind, *draw, age.saturating_add(1));
                 seen.add(Entry { pixel, way, depth, kind, draw, source: None, handicap: 0.0, age });
@@ -392,7 +392,7 @@ impl Tracker {
             let points = (0..s.len()).map(|i| {
                 let sample = &piece.samples[i];
                 Point {
-                    foothold: sample.foothold,
+                    mesh_point: sample.mesh_point,
                     offset: stroke.points[i].pixel - sample.line,
                     outward: sample.outward,
                     phase: phase[i],
@@ -438,7 +438,7 @@ impl Tracker {
 fn seen_runs(line: &SampledLine) -> Vec<SeenLine> {
     let runs = line.samples.chunk_by(|a, b| a.visible == b.visible).filter(|run| run[0].visible);
     runs.map(|run| {
-        (line.kind, line.draw, run.iter().map(|s| (s.foothold, s.trace.map_or(0, |t| t.age))).collect())
+        (line.kind, line.draw, run.iter().map(|s| (s.mesh_point, s.trace.map_or(0, |t| t.age))).collect())
     })
     .collect()
 }

@@ -5,7 +5,7 @@
 //! of the scene. Depth is read beside the contour instead, [`OUTWARD`] pixels away from the surface, where nothing but what
 //! truly covers the line can be nearer. Then single errors are voted down along the line, gaps bridged and what is short dropped.
 
-use crate::contour::{Foothold, Line, LineKind, LinePoint};
+use crate::contour::{Line, LineKind, LinePoint, MeshPoint};
 use crate::depth::DepthMap;
 use crate::projection::Projection;
 use crate::tracking::Trace;
@@ -41,7 +41,7 @@ pub struct Sample {
     /// How far in front of the line something lies that covers it, relative to its depth; 0 where nothing does.
     pub cover: f32,
     /// Where it lies on its mesh.
-    pub foothold: Foothold,
+    pub mesh_point: MeshPoint,
     /// Where the line itself is, which smoothing leaves.
     pub line: Vec2,
     /// How much of it is drawn, 0 to 1.
@@ -129,7 +129,7 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
             // Pixels go evenly, points of the world by the reciprocal of depth.
             let t = u * p.depth / (q.depth + u * (p.depth - q.depth));
             let along = near[0] + (near[1] - near[0]) * t;
-            let foothold = Foothold { ends: [a.anchor, b.anchor], part: along as f32 };
+            let mesh_point = MeshPoint { ends: [a.anchor, b.anchor], part: along as f32 };
             let depth = (p.depth + (q.depth - p.depth) * t) as f32;
             let outward = outward[0].lerp(outward[1], along).normalize_or_zero().as_vec2();
             let pixel = p.pixel.lerp(q.pixel, u).as_vec2();
@@ -149,7 +149,7 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
                     gap,
                     silhouette: a.silhouette,
                     cover,
-                    foothold,
+                    mesh_point,
                     line: pixel,
                     strength: a.strength + (b.strength - a.strength) * along as f32,
                     trace: None,
@@ -390,27 +390,35 @@ fn flip_short_runs(
 }
 
 #[cfg(test)]
+impl Sample {
+    /// Seen, on a silhouette, one unit away, with nothing behind or before it.
+    pub fn at(pixel: Vec2) -> Self {
+        let anchor = crate::contour::Anchor { vertices: [0; 2], part: 0.0 };
+        Self {
+            pixel,
+            depth: 1.0,
+            outward: Vec2::Y,
+            visible: true,
+            gap: 0.0,
+            silhouette: true,
+            cover: 0.0,
+            mesh_point: MeshPoint { ends: [anchor; 2], part: 0.0 },
+            line: Vec2::ZERO,
+            strength: 1.0,
+            trace: None,
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contour::Anchor;
 
     fn line(seen: &str, closed: bool) -> SampledLine {
         let samples = seen
             .chars()
             .enumerate()
-            .map(|(i, c)| Sample {
-                pixel: Vec2::new(2.0 * i as f32, 0.0),
-                depth: 1.0,
-                outward: Vec2::Y,
-                visible: c == '#',
-                gap: 0.0,
-                silhouette: true,
-                cover: 0.0,
-                foothold: Foothold { ends: [Anchor { vertices: [0; 2], part: 0.0 }; 2], part: 0.0 },
-                line: Vec2::ZERO,
-                strength: 1.0,
-                trace: None,
-            })
+            .map(|(i, c)| Sample { visible: c == '#', ..Sample::at(Vec2::new(2.0 * i as f32, 0.0)) })
             .collect();
         SampledLine { kind: LineKind::Contour, draw: 0, shape: 1, samples, closed, facet: 2.0 }
     }

@@ -121,17 +121,7 @@ impl Cost {
 /// `frames` frames after two that warm up.
 fn cost(gpu: &Gpu, rows: &Rows, camera: &Camera, change: &dyn Fn(&mut Options), frames: u32) -> Result<Cost> {
     let [_, _, width, height] = camera.film.crop.unwrap_or([0, 0, camera.film.width, camera.film.height]);
-    let mut options = Options {
-        size: [width, height],
-        filter: camera.film.filter,
-        aovs: Vec::new(),
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(1),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    };
+    let mut options = Options { filter: camera.film.filter, ..Options::new([width, height], Some(1)) };
     change(&mut options);
     let start = Instant::now();
     let mut stage = Stage::new(&gpu.device, &gpu.queue, rows, &options)?;
@@ -430,17 +420,7 @@ fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
         None => scene.framing_camera(Film::default()),
     };
     camera.resize(192, 144);
-    let options = Options {
-        size: [192, 144],
-        filter: camera.film.filter,
-        aovs: Vec::new(),
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(8),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    };
+    let options = Options { filter: camera.film.filter, ..Options::new([192, 144], Some(8)) };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options)?;
     let write = |name: &str, image: &Image| {
         image::write(&folder.join(name), image, &image::WriteOptions::from(ColourSpace::default()))

@@ -54,6 +54,24 @@ pub struct Options {
     pub seed: u32,
 }
 
+impl Options {
+    /// For so many pixels and so many surfaces that reflect light (see [`Options::bounces`]): with a box filter, nothing beside the
+    /// picture, raster, one thread, lights seen, all light, seed 0.
+    pub fn new(size: [u32; 2], bounces: Option<u32>) -> Self {
+        Self {
+            size,
+            filter: Filter::Box,
+            aovs: Vec::new(),
+            trace_camera: false,
+            threads: 1,
+            bounces,
+            hide_emitters: false,
+            lighting: Lighting::default(),
+            seed: 0,
+        }
+    }
+}
+
 /// What a pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Picked {

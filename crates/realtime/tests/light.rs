@@ -32,17 +32,7 @@ fn camera(size: u32) -> Camera {
 
 fn picture(gpu: &Gpu, scene: &Scene, size: u32, bounces: u32, frames: u32) -> Image {
     let rows = Rows::new(scene).expect("rows");
-    let options = Options {
-        size: [size; 2],
-        filter: Filter::Box,
-        aovs: Vec::new(),
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(bounces),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    };
+    let options = Options::new([size; 2], Some(bounces));
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
     for _ in 0..frames {
         stage.frame(&camera(size)).expect("a frame");
@@ -247,17 +237,7 @@ fn ball_above_a_floor(radius: f32, others: usize) -> Rows {
 
 /// What a camera beside it sees of the floor within `reach` of the middle, over what `want` says: the worst, and the mean.
 fn floor_by(gpu: &Gpu, rows: &Rows, frames: u32, reach: f32, want: &dyn Fn(Vec3) -> f64) -> (f64, f64) {
-    let options = Options {
-        size: [33; 2],
-        filter: Filter::Box,
-        aovs: vec![yugen_scene::Aov::Position],
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(1),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    };
+    let options = Options { aovs: vec![yugen_scene::Aov::Position], ..Options::new([33; 2], Some(1)) };
     let mut beside = camera(33);
     beside.to_world = Mat4::from_translation(Vec3::new(2.0, 0.0, 0.5))
         * Mat4::from_rotation_y(-std::f32::consts::FRAC_PI_2 - 0.25);
@@ -440,15 +420,8 @@ fn a_scene_without_light_is_lit_from_the_eye() {
     };
     let rows = Rows::new(&scene).expect("rows");
     let options = Options {
-        size: [33; 2],
-        filter: Filter::Box,
         aovs: vec![yugen_scene::Aov::ShadingNormal, yugen_scene::Aov::Position],
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(3),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
+        ..Options::new([33; 2], Some(3))
     };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
     assert!(stage.has_head_light());
@@ -549,17 +522,7 @@ fn samples_that_are_no_numbers_are_counted() {
             shapes: vec![ball(emission)],
             ..Scene::default()
         };
-        let options = Options {
-            size: [9; 2],
-            filter: Filter::Box,
-            aovs: Vec::new(),
-            trace_camera: false,
-            threads: 2,
-            bounces: Some(0),
-            hide_emitters: false,
-            lighting: Default::default(),
-            seed: 0,
-        };
+        let options = Options::new([9; 2], Some(0));
         let rows = Rows::new(&scene).expect("rows");
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
         stage.frame(&camera(9)).expect("a frame");
@@ -596,17 +559,7 @@ fn a_fire_burns_on_in_the_same_stage() {
     };
     let fire = yugen_motion::fire::Fire { foot: Vec3::new(0.0, -0.5, 1.0), ..Default::default() };
     scene.add_fire("fire", &fire, Some(0.05), 0.0).expect("it burns");
-    let options = Options {
-        size: [24; 2],
-        filter: Filter::Box,
-        aovs: Vec::new(),
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(1),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    };
+    let options = Options::new([24; 2], Some(1));
     let stage = |rows: &Rows| Stage::new(&gpu.device, &gpu.queue, rows, &options).expect("a stage");
     let mut rows = Rows::new(&scene).expect("rows");
     let mut first = stage(&rows);

@@ -48,17 +48,7 @@ fn scene(wall: Material) -> Scene {
 
 fn picture(gpu: &Gpu, scene: &Scene, lighting: Lighting) -> Image {
     let rows = Rows::new(scene).expect("rows");
-    let options = Options {
-        size: [SIZE; 2],
-        filter: Filter::Box,
-        aovs: Vec::new(),
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(1),
-        hide_emitters: false,
-        lighting,
-        seed: 0,
-    };
+    let options = Options { lighting, ..Options::new([SIZE; 2], Some(1)) };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
     stage.frame(&camera()).expect("a frame");
     stage.image().expect("a picture")

@@ -44,17 +44,7 @@ fn scene() -> Scene {
 }
 
 fn stage(gpu: &Gpu, scene: &Scene) -> Stage {
-    let options = Options {
-        size: [40, 30],
-        filter: Filter::Box,
-        aovs: Vec::new(),
-        trace_camera: false,
-        threads: 1,
-        bounces: Some(2),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 3,
-    };
+    let options = Options { seed: 3, ..Options::new([40, 30], Some(2)) };
     let rows = Rows::new(scene).expect("the scene is sound");
     Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits")
 }

@@ -93,7 +93,7 @@ impl Cells {
     }
 
     /// Distance to the nearest; infinite where there is none within `most`.
-    pub fn nearest_within(&self, p: DVec2, most: f64) -> f64 {
+    pub fn nearest(&self, p: DVec2, most: f64) -> f64 {
         let cell = (p / Self::SIDE).floor();
         let mut best = f64::INFINITY;
         for ring in 0..=(most / Self::SIDE).ceil() as i64 {
@@ -113,11 +113,7 @@ impl Cells {
         if best <= most { best } else { f64::INFINITY }
     }
 
-    pub fn nearest(&self, p: DVec2) -> f64 {
-        self.nearest_within(p, 64.0 * Self::SIDE)
-    }
-
     pub fn is_near(&self, p: DVec2, most: f64) -> bool {
-        self.nearest_within(p, most) <= most
+        self.nearest(p, most) <= most
     }
 }

@@ -12,7 +12,7 @@ use yugen_optics::Image;
 use yugen_optics::colour::linear_to_srgb;
 use yugen_realtime::{Gpu, Options, Stage};
 use yugen_scene::prepared::Rows;
-use yugen_scene::{Aov, Camera, Filter, Scene};
+use yugen_scene::{Aov, Camera, Scene};
 
 /// Pixels across and down.
 const SIZE: [u32; 2] = [640, 360];
@@ -282,17 +282,7 @@ fn films_flicker_less_than_pictures_one_by_one() {
     let view = scene.look_through(None, Some(PAINTED), None).unwrap();
     let cameras: Vec<Camera> = (0..frames).map(|i| turned(&view, Vec3::Y, 0.5 * i as f32)).collect();
     let rows = Rows::new(&scene).unwrap();
-    let options = Options {
-        size: PAINTED,
-        filter: Filter::Box,
-        aovs: vec![Aov::Depth, Aov::Id],
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(1),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    };
+    let options = Options { aovs: vec![Aov::Depth, Aov::Id], ..Options::new(PAINTED, Some(1)) };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).unwrap();
     let (mut maps, mut plain) = (Vec::new(), Vec::new());
     for camera in &cameras {

@@ -13,6 +13,9 @@ use yugen_ink::visibility::{Cleaning, SampledLine, sample};
 use yugen_scene::Scene;
 use yugen_scene::prepared::{DrawRow, Rows};
 
+/// Pixels beyond which nothing is looked for.
+const FAR: f64 = 512.0;
+
 struct Placed {
     rows: Rows,
     topology: Topology,
@@ -41,7 +44,7 @@ fn errors(across: u32, distance: f64) -> [f64; 2] {
     let rms = |points: Vec<DVec3>| {
         assert!(points.len() > 100);
         let squares =
-            points.iter().filter_map(|p| projection.project(*p)).map(|p| cells.nearest(p.pixel).powi(2));
+            points.iter().filter_map(|p| projection.project(*p)).map(|p| cells.nearest(p.pixel, FAR).powi(2));
         (squares.sum::<f64>() / points.len() as f64).sqrt()
     };
     placed.with(|surface| {
@@ -243,9 +246,9 @@ fn suggestive_contours_are_zeros_of_the_radial_curvature() {
                 .map(|p| p.position)
                 .collect();
             let found: Vec<DVec2> = points.iter().filter_map(|p| projection.project(*p)).map(|p| p.pixel).collect();
-            let squares = found.iter().map(|p| grows.0.nearest(*p).powi(2));
+            let squares = found.iter().map(|p| grows.0.nearest(*p, FAR).powi(2));
             let rms = (squares.sum::<f64>() / found.len() as f64).sqrt();
-            let wrong = found.iter().map(|p| shrinks.0.nearest(*p)).fold(f64::INFINITY, f64::min);
+            let wrong = found.iter().map(|p| shrinks.0.nearest(*p, FAR)).fold(f64::INFINITY, f64::min);
             let there = Cells::new(found.iter().copied());
             // A point in each triangle: as far from one another as the mesh is fine.
             let apart = 960.0 / f64::from(across);
@@ -264,7 +267,7 @@ fn suggestive_contours_are_zeros_of_the_radial_curvature() {
             let contours = surface.contours(&|p| projection.to_eye(p), 0);
             let beside =
                 contours.iter().flat_map(|l| &l.points).filter_map(|p| projection.project(p.position));
-            let far = beside.filter(|p| grows.0.nearest(p.pixel) > 4.0).count();
+            let far = beside.filter(|p| grows.0.nearest(p.pixel, FAR) > 4.0).count();
             assert!(far > 20, "{far}");
         });
     }

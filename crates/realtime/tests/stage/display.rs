@@ -115,17 +115,7 @@ fn targets_of_every_kind_hold_the_same_picture() {
         film: Film { width: 40, height: 30, crop: None, filter: Filter::Box },
         samples_per_pixel: 1,
     };
-    let options = Options {
-        size: [40, 30],
-        filter: Filter::Box,
-        aovs: vec![Aov::Position],
-        trace_camera: false,
-        threads: 1,
-        bounces: None,
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    };
+    let options = Options { aovs: vec![Aov::Position], ..Options::new([40, 30], None) };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");
     for format in [
         wgpu::TextureFormat::Rgba8Unorm,

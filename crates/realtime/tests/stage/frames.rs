@@ -68,17 +68,7 @@ const AOVS: [Aov; 6] = [Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Positi
 
 fn options(camera: &Camera) -> Options {
     let [_, _, w, h] = camera.film.crop.unwrap_or([0, 0, camera.film.width, camera.film.height]);
-    Options {
-        size: [w, h],
-        filter: camera.film.filter,
-        aovs: AOVS.to_vec(),
-        trace_camera: false,
-        threads: 2,
-        bounces: None,
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    }
+    Options { filter: camera.film.filter, aovs: AOVS.to_vec(), ..Options::new([w, h], None) }
 }
 
 fn pixel(image: &Image, x: usize, y: usize, name: &str) -> f32 {

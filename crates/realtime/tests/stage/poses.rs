@@ -58,17 +58,8 @@ fn camera() -> Camera {
 
 fn options() -> Options {
     let camera = camera();
-    Options {
-        size: [camera.film.width, camera.film.height],
-        filter: camera.film.filter,
-        aovs: Vec::new(),
-        trace_camera: false,
-        threads: 1,
-        bounces: Some(3),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    }
+    let Film { width, height, filter, .. } = camera.film;
+    Options { filter, ..Options::new([width, height], Some(3)) }
 }
 
 fn picture(stage: &mut Stage) -> Image {

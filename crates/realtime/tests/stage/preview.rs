@@ -52,17 +52,7 @@ fn stage() -> Option<Stage> {
 fn stage_of(scene: &Scene, filter: Filter) -> Option<Stage> {
     let gpu = gpu()?;
     let rows = Rows::new(scene).expect("rows");
-    let options = Options {
-        size: [64, 48],
-        filter,
-        aovs: Vec::new(),
-        trace_camera: false,
-        threads: 2,
-        bounces: Some(2),
-        hide_emitters: false,
-        lighting: Default::default(),
-        seed: 0,
-    };
+    let options = Options { filter, ..Options::new([64, 48], Some(2)) };
     Some(Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits"))
 }
 
