@@ -242,7 +242,7 @@ fn labels(stage: &Stage, verb: &str) -> Labels {
         pair("stage", &format!("{} ({})", preset.en, preset.ja)),
         pair("notes", preset.notes),
         pair("made by", &format!("yugen noh {verb} {}", env!("CARGO_PKG_VERSION"))),
-        pair("light", "photometric: a candela is 1 W/sr; [film] says how it is shown"),
+        pair("light", &format!("photometric: a candela is 1 W/sr; by firelight it wants {EXPOSURE} stops")),
     ];
     Labels { materials, shapes, about }
 }

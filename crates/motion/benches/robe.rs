@@ -3,7 +3,8 @@
 //! `cargo bench -p yugen-motion --bench robe -- [EDGE] [SECONDS] [THREADS] [SUBSTEPS] [GARMENT]`: triangles of EDGE metres. Wall and processor
 //! milliseconds a frame; and over all frames after dressing, of every tenth: edges that pass through triangles at the most; the
 //! least distance of a vertex from the body; how much longer than they are threads become, 99.9 of 100 by less, without those
-//! under the belt; then, with the dance over for two seconds, the root mean square of speeds.
+//! under the belt; then, with the dance over for two seconds, the root mean square of speeds, and below it those that half and nine of
+//! ten vertices do not reach.
 
 use glam::Vec3;
 use std::time::Instant;
@@ -95,4 +96,8 @@ fn main() {
             );
         }
     }
+    let mut speeds: Vec<f32> = costume.solver().velocities().map(Vec3::length).collect();
+    speeds.sort_unstable_by(f32::total_cmp);
+    let [half, most] = [5, 9].map(|tenths| speeds[(speeds.len() - 1) * tenths / 10] * 1e3);
+    println!("\nspeeds in the end: half below {half:.2} mm/s, nine of ten below {most:.2} mm/s");
 }

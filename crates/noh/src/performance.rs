@@ -73,6 +73,7 @@ pub struct Performance {
     pub dance: SkeletalMotion,
     /// What the player wears.
     pub costume: Option<Costume>,
+    /// Coordinates of the dance to those of the stage.
     place: Mat4,
 }
 
@@ -92,11 +93,6 @@ impl Performance {
         let z = BEGINS * stage.layout().get("depth");
         let place = Mat4::from_translation(Vec3::new(0.0, stage.layout().floor(z), z) - start);
         Ok(Self { stage, dance, costume, place })
-    }
-
-    /// Coordinates of the dance to those of the stage.
-    pub fn place(&self) -> Mat4 {
-        self.place
     }
 
     /// As a scene, with the player in the first pose. Shapes of the stage and the player come as in [`Stage::scene`], then

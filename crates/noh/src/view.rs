@@ -131,8 +131,10 @@ impl Stage {
         }
         self.sky(&mut scene, hour);
         scene.cameras = self.cameras();
-        // Photometric numbers by firelight are far above a display's white.
-        scene.display = Display { exposure: EXPOSURE, curve: Curve::AgX };
+        // Photometric numbers by firelight and by the last of the day are far above a display's white; by the moon they are not.
+        if fire_light != FireLight::Out || hour == Hour::Dusk {
+            scene.display = Display { exposure: EXPOSURE, curve: Curve::AgX };
+        }
         Ok(scene)
     }
 

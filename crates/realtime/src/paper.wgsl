@@ -76,10 +76,10 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                     var total = 0.0;
                     for (var k = 0u; k < SLABS; k += 1u) {
                         let e = emitter_at(next + k);
-                        let own = vec3_at(e + 4u);
+                        let own = slab_intensity(e);
                         fire += own;
                         total += own.x + own.y + own.z;
-                        to += vec3_at(e + 18u) * (own.x + own.y + own.z);
+                        to += slab_mean(e) * (own.x + own.y + own.z);
                     }
                     next += SLABS;
                     to = to / max(total, 1e-30) - s.position;

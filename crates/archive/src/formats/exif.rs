@@ -36,9 +36,7 @@ impl Settings {
             .is_some_and(|[x, y]| (proportion(x as f32, y as f32) / proportion(w, h) - 1.0).abs() > 0.01);
         self.focal_35mm.filter(|_| !cropped && w > 0.0 && h > 0.0).map(|f| f / DIAGONAL * w.hypot(h) / w)
     }
-}
 
-impl Settings {
     /// By what factor a photograph of these settings is brighter than one of `other`, by time, aperture and sensitivity, of
     /// those that both tell.
     pub fn brighter_than(&self, other: &Self) -> f32 {

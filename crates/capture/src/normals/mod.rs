@@ -175,6 +175,10 @@ pub fn brightness(
     threads: usize,
 ) -> Vec<Option<f32>> {
     let _span = tracing::info_span!("tell_brightness").entered();
+    let lights = bands.first().map_or(0, |b| if b.texels() == 0 { 0 } else { b.values(0).len() });
+    if surface.slack > COAT_SLACK {
+        return vec![None; lights];
+    }
     let chosen = spread(bands);
     let finders: Vec<_> = bands.iter().map(|b| Finder::new(b, surface, options)).collect();
     let group = |i: usize, scratch: &mut Scratch| {
@@ -187,11 +191,7 @@ pub fn brightness(
         let count = told.iter().filter(|t| **t).count();
         (count, finders[band].parts(&texels, scratch, &block, &told))
     };
-    let lights = bands.first().map_or(0, |b| if b.texels() == 0 { 0 } else { b.values(0).len() });
     let mut parts: Vec<Vec<f32>> = vec![Vec::new(); lights];
-    if surface.slack > COAT_SLACK {
-        return vec![None; lights];
-    }
     let all = parallel_in(threads, chosen.len(), group, &|_| {});
     let telling: usize = all.iter().map(|(told, _)| told).sum();
     if 2 * telling < chosen.len() * LANES {

@@ -2,8 +2,8 @@
 //!
 //! As in Chen, Hsu, Wang, Gascón, Macklin and Yuksel 2025, "Offset Geometric Contact": once in a while all pairs within a radius are
 //! found, and until the next time no vertex moves farther than a part of the distance to the nearest of its pairs, so that no
-//! collision has to be looked for between two places. It always may at a speed of [`LEAST`]: cloth that limbs squeeze flat can therefore
-//! pass. A tree of boxes over the triangles is
+//! collision has to be looked for between two places. A vertex may always move at a speed of [`LEAST`], so cloth that limbs squeeze flat
+//! can pass. A tree of boxes over the triangles is
 //! made once and only fitted anew; where neighbours in the cloth face the same way nothing is looked for.
 //!
 //! Three lists, each made from the one before when it is due. Leaves of the tree that are near, with a margin that lasts for about a

@@ -1,7 +1,8 @@
 //! A flame as a few lights: Gaussian blobs of the light that leaves it.
 
 use super::Grid;
-use super::escape::{Directivity, Escape, around, directions};
+use super::directivity::{Directivity, directions};
+use super::escape::{Escape, around};
 use glam::{DMat3, DVec3, UVec3};
 use std::f64::consts::TAU;
 

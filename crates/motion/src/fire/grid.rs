@@ -1,7 +1,7 @@
 //! A flame as a renderer reads it: cells that emit and absorb, and what light leaves them.
 
 use super::FireError;
-use super::escape::directions;
+use super::directivity::directions;
 use glam::{DVec3, UVec3, Vec3, Vec4};
 use std::f64::consts::TAU;
 use yugen_optics::ColourSpace;

@@ -192,6 +192,7 @@ mod tests {
         assert_eq!(grid.data, open.data);
         let leaving = |grid: &Grid| grid.blobs(1, DVec3::Y)[0].power;
         let (all, left) = (leaving(&open), leaving(&grid));
+        println!("{:.2} of the light leaves past the logs", left.y / all.y);
         assert!((0.5..0.9).contains(&(left.y / all.y)), "{left} {all}");
         let slabs = grid.slabs(4, 64, DVec3::Y);
         let sum: DVec3 = slabs.iter().map(|s| s.blob.power).sum();

@@ -4,11 +4,12 @@
 //! axis, a profile around it and improved noise that rises with the gas; with sizes and frequencies of fires that were
 //! measured, and the light of soot by Planck's law. [`Fire`] says what burns; [`Fire::light`] checks it and measures how
 //! much soot gives the light that it should; [`Burning::at`] is an instant; [`Flame::grid`] makes cells of it, and these
-//! are what is rendered, what lights the scene ([`Grid::power`], [`Grid::blobs`]) and what flickers.
+//! are what is rendered, what lights the scene ([`Grid::slabs`]) and what flickers.
 //!
 //! Metres, seconds, kelvin; luminance in cd/m², flux in lm.
 
 mod blobs;
+mod directivity;
 mod escape;
 mod flame;
 mod grid;
@@ -18,7 +19,7 @@ mod soot;
 mod sparks;
 
 pub use blobs::{Blob, Slab};
-pub use escape::Directivity;
+pub use directivity::{DIRECTIVITY_WGSL, Directivity};
 pub use flame::{FIRE_WGSL, Flame, Medium};
 use glam::Vec3;
 pub use grid::{Along, Grid};
@@ -302,17 +303,18 @@ impl Fire {
                 Ok((grid, smoke))
             })
             .collect::<Result<_, FireError>>()?;
+        let emitted = samples.iter().map(|(grid, _)| weights.dot(grid.emitted())).sum::<f64>();
+        let of = emitted / (4.0 * std::f64::consts::PI);
         // What soot keeps of its own light grows with it, and logs keep a part.
         let mut soot = 0.0f64;
         for _ in 0..ROUNDS {
-            let [mut out, mut of] = [0.0; 2];
+            let mut out = 0.0;
             for (thin, smoke) in &samples {
                 let mut grid = thin.clone();
                 for (cell, smoke) in grid.data.iter_mut().zip(smoke) {
                     cell[3] = (cell[3] - smoke).max(0.0) * soot as f32 + smoke;
                 }
                 out += weights.dot(grid.intensity_around(self.up.as_dvec3()));
-                of += weights.dot(grid.emitted()) / (4.0 * std::f64::consts::PI);
             }
             let kept: f64 = if of > 0.0 { (out / of).max(1e-6) } else { 1.0 };
             let last = std::mem::replace(&mut soot, target / (burning.emission * kept));

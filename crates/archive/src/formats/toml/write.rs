@@ -16,8 +16,8 @@ use yugen_motion::fire::Fire;
 use yugen_optics::Image;
 use yugen_reflectance::{Choice, Kind, ParamType};
 use yugen_scene::{
-    Attachment, CachedMesh, Camera, Display, Figure, Geometry, Light, Material, MaterialId, Part, Projection,
-    Scene, Shape, Texture, TextureFilter, TextureId, Value, Wrap,
+    Attachment, CachedMesh, Camera, Display, Figure, Film, Geometry, Light, Material, MaterialId, Part,
+    Projection, Scene, Shape, Texture, TextureFilter, TextureId, Value, Wrap,
 };
 
 /// The folder beside `path` that [`write`] puts meshes and pictures into.
@@ -98,12 +98,18 @@ impl Writer<'_> {
         }
         let space = self.scene.working_space.name();
         let _ = writeln!(out, "[scene]\nworking_space = {0}\ncolours = {0}", quoted(space));
-        if let Some(first) = self.scene.cameras.first() {
-            let _ = writeln!(out, "\n[film]\nsize = [{}, {}]", first.film.width, first.film.height);
-            let Display { exposure, curve } = self.scene.display;
-            if self.scene.display != Display::default() {
-                let _ = writeln!(out, "exposure = {exposure}\ncurve = {}", quoted(curve.name()));
-            }
+        let (first, Display { exposure, curve }) = (self.scene.cameras.first(), self.scene.display);
+        let shown = self.scene.display != Display::default();
+        if first.is_some() || shown {
+            let _ = writeln!(out, "\n[film]");
+        }
+        if let Some(Film { width, height, .. }) = first.map(|c| &c.film) {
+            let _ = writeln!(out, "size = [{width}, {height}]");
+        }
+        if shown {
+            let _ = writeln!(out, "exposure = {exposure}\ncurve = {}", quoted(curve.name()));
+        }
+        if let Some(first) = first {
             let _ = writeln!(out, "\n[render]\nsamples = {}", first.samples_per_pixel);
         }
         for camera in &self.scene.cameras {

@@ -105,7 +105,7 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         origin = vec3_at(e + 13u);
     }
     if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
-        origin = vec3_at(e + 18u);
+        origin = slab_mean(e);
     }
     let to = origin - position;
     var d2 = dot(to, to);
@@ -155,22 +155,14 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
     return LightSample(wi, distance, intensity / d2, 1.0, true);
 }
 
-// Nodes along a side of the net of directions of Directivity.
-const NET: u32 = 9u;
+// Where the middle of a slab is whose words begin at `e`.
+fn slab_mean(e: u32) -> vec3<f32> {
+    return vec3_at(e + 18u);
+}
 
-// Intensity of a slab by direction over its mean: as Directivity::towards, of the values that begin at `at` in `numbers`.
-fn directivity(at: u32, direction: vec3<f32>) -> f32 {
-    let s = direction / (abs(direction.x) + abs(direction.y) + abs(direction.z));
-    var p = s.xz;
-    if (s.y < 0.0) {
-        p = (1.0 - abs(s.zx)) * select(vec2<f32>(-1.0), vec2<f32>(1.0), s.xz >= vec2<f32>(0.0));
-    }
-    let q = clamp((0.5 + 0.5 * p) * f32(NET - 1u), vec2<f32>(0.0), vec2<f32>(f32(NET - 1u)));
-    let first = min(vec2<u32>(q), vec2<u32>(NET - 2u));
-    let t = q - vec2<f32>(first);
-    let o = at + first.y * NET + first.x;
-    let low = mix(numbers[o], numbers[o + 1u], t.x);
-    return mix(low, mix(numbers[o + NET], numbers[o + NET + 1u], t.x), t.y);
+// How much it shines in the mean over directions.
+fn slab_intensity(e: u32) -> vec3<f32> {
+    return vec3_at(e + 4u);
 }
 
 fn is_slab(emitter: u32) -> bool {

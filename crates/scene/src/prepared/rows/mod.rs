@@ -304,6 +304,7 @@ pub fn wgsl(rows: &Rows) -> String {
     });
     out.push_str(include_str!("material.wgsl"));
     out.push_str(include_str!("environment.wgsl"));
+    out.push_str(yugen_motion::fire::DIRECTIVITY_WGSL);
     out.push_str(include_str!("light.wgsl"));
     out
 }
