@@ -46,7 +46,7 @@ pub mod support;
 pub mod toml;
 pub mod wif;
 
-use crate::{Error, Place, read_bounded};
+use crate::{Error, Place, read_bounded, read_filled};
 use std::path::{Path, PathBuf};
 use support::Feature;
 use yugen_scene::Scene;
@@ -143,10 +143,7 @@ pub fn load_scene(path: &Path, options: &Options) -> Result<Scene, Error> {
         return Err(Error::invalid(Place::file(path), problem));
     }
     let _span = tracing::info_span!("read_scene", file = %path.display()).entered();
-    let bytes = read_file(path)?;
-    if bytes.is_empty() {
-        return Err(Error::invalid(Place::file(path), "the file is empty; copy or export it again"));
-    }
+    let bytes = read_filled_file(path)?;
     let scene = (format.read)(&bytes, path, options)?;
     if scene.is_empty() {
         let problem =
@@ -203,6 +200,12 @@ const MAX_FILE: u64 = 8 << 30;
 pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
     check_regular(path)?;
     read_bounded(path, MAX_FILE)
+}
+
+/// The same of one that cannot be empty.
+pub(crate) fn read_filled_file(path: &Path) -> Result<Vec<u8>, Error> {
+    check_regular(path)?;
+    read_filled(path, MAX_FILE)
 }
 
 /// Refuses what is no regular file.

@@ -5,7 +5,7 @@ use super::relight::Layout;
 use super::relightable::{Basis, Colouring};
 use super::relit_contents::Contents;
 use super::{ptm, relight, rti};
-use crate::{Error, Place, atomic_write_with, check_writable, make_folder, open, read_bounded};
+use crate::{Error, Place, atomic_write_with, check_writable, make_folder, open, read_filled};
 use std::path::{Path, PathBuf};
 
 struct Format {
@@ -69,10 +69,7 @@ pub fn read(path: &Path, max_texels: u64) -> Result<Contents, Error> {
         return relight::read(path, max_texels);
     }
     // 48 bytes a texel in HSH of order 4, and 192 where they are floats; headers are small.
-    let bytes = read_bounded(path, max_texels.saturating_mul(192).saturating_add(1 << 16))?;
-    if bytes.is_empty() {
-        return Err(Error::invalid(Place::file(path), "the file is empty; copy or export it again"));
-    }
+    let bytes = read_filled(path, max_texels.saturating_mul(192).saturating_add(1 << 16))?;
     let format = FORMATS.iter().find(|f| !f.magic.is_empty() && bytes.starts_with(f.magic));
     let Some(format) = format else {
         let names = FORMATS.iter().map(|f| f.name).collect::<Vec<_>>().join(", ");

@@ -15,7 +15,7 @@ pub mod table;
 pub mod trc;
 pub mod vicon;
 
-use super::{lp::Axes, read_file};
+use super::{lp::Axes, read_filled_file};
 use crate::{Error, Place};
 use glam::{Mat3, Vec3};
 use std::borrow::Cow;
@@ -258,11 +258,7 @@ pub fn recognises(bytes: &[u8], path: &Path) -> bool {
 /// What is wrong in the file, with its place, and what it does not say and `options` do not either.
 pub fn load(path: &Path, options: &Options) -> Result<Loaded, Error> {
     let _span = tracing::info_span!("read_motion", file = %path.display()).entered();
-    let bytes = read_file(path)?;
-    if bytes.is_empty() {
-        return Err(Error::invalid(Place::file(path), "the file is empty; copy or export it again"));
-    }
-    read(&bytes, path, options)
+    read(&read_filled_file(path)?, path, options)
 }
 
 /// As [`load`], from the bytes of a file.
