@@ -31,6 +31,13 @@ struct Off {
     flip: f64,
 }
 
+impl Off {
+    /// Worst seen: .049, .173, .946 and .067.
+    fn is_near(&self) -> bool {
+        self.all < 0.1 && self.surfaces < 0.3 && (self.ratio - 1.0).abs() < 0.1 && self.flip < 0.12
+    }
+}
+
 fn reference(scene: &Scene, bounces: u32, seed: u32) -> Image {
     let mut scene = scene.clone();
     scene.integrator.max_depth = Some(bounces + 1);
@@ -99,14 +106,17 @@ fn whole_frames_are_those_of_the_reference() {
         scene.cameras = vec![camera.clone()];
         for bounces in BOUNCES {
             let wants = [0, 1].map(|seed| reference(&scene, bounces, seed));
-            let off = off(&scene, &realtime(&gpu, &rows, &camera, bounces), &wants);
+            let mut found = realtime(&gpu, &rows, &camera, bounces);
+            let off = |found: &Image| off(&scene, found, &wants);
+            let (is, stripes) = (off(&found), found.width / 8);
             println!(
                 "{seat:<12} {bounces} bounces: error {:.3}, of surfaces {:.3}, ratio {:.3}, FLIP {:.3}",
-                off.all, off.surfaces, off.ratio, off.flip
+                is.all, is.surfaces, is.ratio, is.flip
             );
-            // Worst seen .049, .173, .946 and .067.
-            assert!(off.all < 0.15 && off.surfaces < 0.35, "{off:?}");
-            assert!((off.ratio - 1.0).abs() < 0.15 && off.flip < 0.15, "{off:?}");
+            assert!(is.is_near(), "{is:?}");
+            // A picture that is an eighth of its width beside where it should be.
+            found.data.rotate_right(3 * stripes);
+            assert!(!off(&found).is_near(), "{:?}", off(&found));
         }
     }
 }
