@@ -4,7 +4,7 @@ use glam::Vec3;
 use yugen_noh::{FireLight, Hour};
 use yugen_optics::Image;
 use yugen_optics::flip::mean_flip;
-use yugen_optics::tonemap::Display;
+use yugen_optics::tonemap::ToneMap;
 use yugen_realtime::{Gpu, Lighting, Options, Stage};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Camera, Filter, Scene};
@@ -57,7 +57,7 @@ fn realtime(gpu: &Gpu, rows: &Rows, camera: &Camera, bounces: u32) -> Image {
 }
 
 fn off(scene: &Scene, found: &Image, wants: &[Image; 2]) -> Off {
-    let display = Display::new(scene.working_space, scene.display.exposure, scene.display.curve);
+    let display = ToneMap::new(scene.working_space, scene.display.exposure, scene.display.curve);
     let white = (-scene.display.exposure).exp2();
     let luminance = |p: &[f32]| scene.working_space.luminance(Vec3::from_slice(p));
     let [mut squares, mut of] = [[0.0f64; 2]; 2];

@@ -38,7 +38,7 @@ fn define(text: &str) -> Result<(String, String), String> {
 
 /// How a picture for a display comes from light.
 #[derive(Args)]
-pub struct Display {
+pub struct DisplayOptions {
     /// From scene light to display light, for .png, .jpg and films [default: what the scene says, else clip].
     #[arg(long, value_parser = Curve::ALL.map(Curve::name), value_name = "CURVE")]
     curve: Option<String>,
@@ -48,7 +48,7 @@ pub struct Display {
     exposure: Option<f32>,
 }
 
-impl Display {
+impl DisplayOptions {
     /// Whether either was asked for.
     pub fn is_asked(&self) -> bool {
         self.curve.is_some() || self.exposure.is_some()

@@ -30,7 +30,7 @@ pub struct Film {
     fps: Option<f64>,
 
     #[command(flatten)]
-    display: argument::Display,
+    display: argument::DisplayOptions,
 }
 
 impl Film {

@@ -102,14 +102,14 @@ pub fn into_gamut(rgb: Vec3, space: ColourSpace) -> Vec3 {
     (grey + (rgb - grey) * (y / (y - least))).max(Vec3::ZERO)
 }
 
-/// The way of a picture to an sRGB display.
+/// From scene light to an sRGB display: exposure, gamut and curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Display {
+pub struct ToneMap {
     to_srgb: Mat3,
     curve: Curve,
 }
 
-impl Display {
+impl ToneMap {
     /// For colours of `space`, brightened by `exposure` stops and mapped by `curve`.
     pub fn new(space: ColourSpace, exposure: f32, curve: Curve) -> Self {
         Self { to_srgb: space.matrix_to(ColourSpace::LinearSrgb) * exposure.exp2(), curve }
@@ -185,12 +185,12 @@ mod tests {
 
     #[test]
     fn display_values_are_sane_for_anything() {
-        let d = Display::new(ColourSpace::LinearRec2020, 1.0, Curve::Clip);
+        let d = ToneMap::new(ColourSpace::LinearRec2020, 1.0, Curve::Clip);
         // One stop brighter, grey stays grey: 0.25 becomes 0.5, sRGB 0.735357 (IEC 61966-2-1).
         assert!((d.show(Vec3::splat(0.25)) - Vec3::splat(0.735357)).abs().max_element() < 1e-5);
         for x in [f32::NAN, f32::INFINITY, -f32::INFINITY, f32::MAX, -f32::MAX, 0.0, 1e-40] {
             for curve in Curve::ALL {
-                let v = Display::new(ColourSpace::AcesCg, 3.0, curve).show(Vec3::new(x, 0.5, -x));
+                let v = ToneMap::new(ColourSpace::AcesCg, 3.0, curve).show(Vec3::new(x, 0.5, -x));
                 assert!(
                     v.is_finite() && v.min_element() >= 0.0 && v.max_element() <= 1.0,
                     "{curve:?} {x} {v}"

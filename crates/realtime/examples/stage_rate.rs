@@ -19,7 +19,7 @@ use yugen_motion::fire::Fire;
 use yugen_noh::{FireLight, Hour};
 use yugen_optics::flip::mean_flip;
 use yugen_optics::random::Pcg32;
-use yugen_optics::tonemap::{Curve, Display};
+use yugen_optics::tonemap::{Curve, ToneMap};
 use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::hierarchy::HIERARCHY_WGSL;
 use yugen_realtime::scene::{SceneBuffers, scene_wgsl};
@@ -467,7 +467,7 @@ fn previews(gpu: &Gpu, path: &Path, folder: &Path) -> Result<()> {
     let reference = stage.image()?;
     write("reference.exr", &reference)?;
     println!("frame           error %    FLIP");
-    let display = Display::new(scene.working_space, 0.0, Curve::Clip);
+    let display = ToneMap::new(scene.working_space, 0.0, Curve::Clip);
     let displayed = |image: &Image| {
         let mut out = Image::rgb(image.width, image.height);
         for (to, from) in out.data.chunks_exact_mut(3).zip(image.data.chunks_exact(4)) {

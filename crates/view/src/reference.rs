@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use yugen_optics::Image;
 use yugen_optics::flip::mean_flip;
-use yugen_optics::tonemap::Display;
+use yugen_optics::tonemap::ToneMap;
 use yugen_scene::{Camera, Integrator, IntegratorKind, Scene};
 use yugen_transport::render::{Action, Budget, Job, Options};
 
@@ -134,7 +134,7 @@ pub struct Difference {
 }
 
 /// The difference of two pictures with channels R, G and B in one space; `None` where they differ in size.
-pub fn difference(image: &Image, reference: &Image, display: &Display) -> Option<Difference> {
+pub fn difference(image: &Image, reference: &Image, display: &ToneMap) -> Option<Difference> {
     let [a, b] = [image.select(&["R", "G", "B"])?, reference.select(&["R", "G", "B"])?];
     if (a.width, a.height) != (b.width, b.height) {
         return None;
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn differences_are_what_they_say() {
-        let display = Display::new(ColourSpace::LinearSrgb, 0.0, Curve::Clip);
+        let display = ToneMap::new(ColourSpace::LinearSrgb, 0.0, Curve::Clip);
         let mut a = Image::rgb(8, 8);
         a.data.fill(0.5);
         let mut b = a.clone();

@@ -21,7 +21,7 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, WindowId};
 use yugen_optics::Image;
-use yugen_optics::tonemap::Display;
+use yugen_optics::tonemap::ToneMap;
 use yugen_realtime::{Lighting, Options as StageOptions};
 use yugen_scene::{Camera, Scene};
 
@@ -476,7 +476,7 @@ impl App {
             None => return,
         };
         self.compared_number = finding.number;
-        let display = Display::new(self.changed_scene.working_space, self.state.exposure, self.state.curve);
+        let display = ToneMap::new(self.changed_scene.working_space, self.state.exposure, self.state.curve);
         let (sender, receiver) = mpsc::channel();
         let wake = self.proxy.clone();
         std::thread::spawn(move || {

@@ -4,7 +4,7 @@ use crate::figure::{Anchor, Colour, Figure};
 use anyhow::Result;
 use yugen_archive::formats::wif::{Draft, Shedding};
 use yugen_capture::weave::Weave;
-use yugen_optics::tonemap::{Curve, Display};
+use yugen_optics::tonemap::{Curve, ToneMap};
 use yugen_optics::{ColourSpace, Vec2, Vec3};
 
 const FILLED: Colour = [40, 44, 52];
@@ -56,7 +56,7 @@ impl Grid {
 }
 
 fn shown(colour: Vec3, space: ColourSpace) -> Colour {
-    let display = Display::new(space, 0.0, Curve::Clip).show(colour);
+    let display = ToneMap::new(space, 0.0, Curve::Clip).show(colour);
     display.to_array().map(|v| (255.0 * v).round() as u8)
 }
 

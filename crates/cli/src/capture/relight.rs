@@ -97,7 +97,7 @@ pub struct Relight {
     memory: u64,
 
     #[command(flatten)]
-    display: argument::Display,
+    display: argument::DisplayOptions,
 
     /// Threads instead of one per core, for the fit of a cloth.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]

@@ -149,7 +149,7 @@ pub struct Render {
     moments: Moments,
 
     #[command(flatten)]
-    display: argument::Display,
+    display: argument::DisplayOptions,
 
     /// Print what was done as JSON, and no progress.
     #[arg(long)]

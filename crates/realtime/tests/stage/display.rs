@@ -4,7 +4,7 @@ use crate::device::gpu;
 use glam::{Mat4, Vec3};
 use yugen_optics::ColourSpace;
 use yugen_optics::random::Pcg32;
-use yugen_optics::tonemap::{Curve, Display};
+use yugen_optics::tonemap::{Curve, ToneMap};
 use yugen_realtime::display::{DISPLAY_WGSL, DisplayPass, DisplayRow, DisplaySettings};
 use yugen_realtime::{Options, Stage, Target};
 use yugen_scene::prepared::Rows;
@@ -63,7 +63,7 @@ fn compare(wgsl: &str, curve: Curve) -> Option<f32> {
     let mut worst = 0.0f32;
     for (i, (c, got)) in colours.iter().zip(got.chunks_exact(4)).enumerate() {
         let s = &settings[i % settings.len()];
-        let want = Display::new(s.space, s.exposure, s.curve).show(Vec3::new(c[0], c[1], c[2]));
+        let want = ToneMap::new(s.space, s.exposure, s.curve).show(Vec3::new(c[0], c[1], c[2]));
         let got = Vec3::new(got[0], got[1], got[2]);
         // What is out of gamut by more than digits can tell need only be shown somehow.
         let huge = c[..3].iter().any(|v| v.abs() > 1e6);
@@ -175,7 +175,7 @@ fn targets_of_every_kind_hold_the_same_picture() {
             .expect("the device lives");
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(&copy.get_mapped_range(..).expect("it is mapped"));
         let bits = if format == wgpu::TextureFormat::Rgb10a2Unorm { 10 } else { 8 };
-        let display = Display::new(settings.space, settings.exposure, settings.curve);
+        let display = ToneMap::new(settings.space, settings.exposure, settings.curve);
         let mut worst = 0.0f32;
         for (i, word) in words.iter().enumerate() {
             let (x, y) = (i as u32 % width, i as u32 / width);

@@ -4,7 +4,7 @@ use super::{Decoded, ReadOptions, WriteOptions, damaged, shown_channels};
 use crate::{Error, Place};
 use ::image::{ColorType, ImageDecoder, Limits};
 use yugen_optics::colour::srgb_to_linear;
-use yugen_optics::tonemap::Display;
+use yugen_optics::tonemap::ToneMap;
 use yugen_optics::{Image, Vec3};
 
 /// Everything a decoder of the `image` crate can give, as linear floats.
@@ -91,7 +91,7 @@ pub fn show(image: &Image, options: &WriteOptions, with_alpha: bool) -> Result<S
     let (colour, alpha) = shown_channels(image);
     let alpha = alpha.filter(|_| with_alpha);
     let grey = colour[0] == colour[1];
-    let display = Display::new(options.space, options.exposure, options.curve);
+    let display = ToneMap::new(options.space, options.exposure, options.curve);
     let mut data = Vec::with_capacity(image.width * image.height * 4);
     for pixel in image.data.chunks_exact(image.channels.len()) {
         let mut rgb = Vec3::from_array(colour.map(|c| pixel[c]));

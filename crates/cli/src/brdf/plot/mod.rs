@@ -18,7 +18,7 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use term::Term;
 use yugen_archive::{atomic_write, check_outputs, check_writable};
-use yugen_optics::tonemap::{Curve, Display};
+use yugen_optics::tonemap::{Curve, ToneMap};
 use yugen_optics::{ColourSpace, Vec3};
 
 /// Pictures of one model or several, as SVG or PNG: curves, lobes, lit spheres, Rusinkiewicz slices, albedo against
@@ -173,7 +173,7 @@ impl Scene {
 
     /// Linear colour of the model's space as a display shows it, cut off at one.
     fn display(&self, rgb: Vec3) -> Colour {
-        bytes(Display::new(self.space, 0.0, Curve::Clip).show(rgb))
+        bytes(ToneMap::new(self.space, 0.0, Curve::Clip).show(rgb))
     }
 
     /// Whether the channels differ.

@@ -6,7 +6,7 @@ use anyhow::Result;
 use std::f32::consts::TAU;
 use yugen_optics::frame::Frame;
 use yugen_optics::random::hash_combine;
-use yugen_optics::tonemap::{Curve, Display};
+use yugen_optics::tonemap::{Curve, ToneMap};
 use yugen_optics::{ColourSpace, Vec2, Vec3};
 use yugen_reflectance::{Bsdf, Sample};
 
@@ -155,7 +155,7 @@ const SIDE: f32 = 220.0;
 pub fn pixels(bsdf: &Sum, space: ColourSpace, size: u32) -> Vec<Colour> {
     let n = size as usize;
     let draws = (DRAWS.0 * DRAWS.1.pow(2) / size.pow(2)).clamp(DRAWS.0, 4 * DRAWS.0);
-    let display = Display::new(space, 0.3, Curve::Aces);
+    let display = ToneMap::new(space, 0.3, Curve::Aces);
     let rows = super::parallel(n, "sphere", |y| {
         (0..n)
             .map(|x| {
