@@ -39,6 +39,8 @@ pub enum Command {
     Light(String, LightChange),
     /// A parameter of a material (by number or by the name of a shape that wears it).
     Material(String, String, Vec<String>),
+    /// The model of a material (by number or by the name of a shape that wears it), by its name.
+    Model(String, String),
     /// Shows the sliders of a material; of none where absent.
     Select(Option<String>),
     /// Selects the material of what lies at this place of the picture, 0 to 1 across and down.
@@ -475,6 +477,21 @@ pub const ACTIONS: &[Action] = &[
                 values.iter().map(|v| v.to_string()).collect(),
             )),
             _ => None,
+        },
+    },
+    Action {
+        name: "model",
+        usage: "SHAPE|N MODEL",
+        group: Group::Scene,
+        keys: &[],
+        held: false,
+        does: [
+            "the reflectance model of a material; what both models have is kept",
+            "材質の反射モデルを変える：共通のパラメータは保つ",
+        ],
+        parse: |w| {
+            let (model, which) = w.split_last().filter(|(_, which)| !which.is_empty())?;
+            Some(Command::Model(which.join(" "), model.to_string()))
         },
     },
     Action {

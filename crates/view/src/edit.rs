@@ -43,19 +43,48 @@ pub struct MaterialItem {
 pub struct Edits {
     /// All lights as they now are.
     pub lights: Vec<LightItem>,
-    /// Values of parameters: of a material, the parameter of this index.
+    /// Materials that are of another model than the scene says.
+    pub models: BTreeMap<MaterialId, Swapped>,
+    /// Values of parameters: of a material, the parameter of this index in the model that it now is.
     pub parameters: BTreeMap<(MaterialId, usize), Value>,
+}
+
+/// Another model in the place of a material's own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Swapped {
+    /// What the scene says.
+    pub own: Kind,
+    /// What it is now.
+    pub kind: Kind,
+    params: Vec<Value>,
+    table: Arc<[f32]>,
+}
+
+/// Parameters of different names that mean the same in different models, so that a colour outlives a change of model.
+const ALIKE: &[&[&str]] = &[
+    &["reflectance", "diffuse_reflectance", "diffuse", "rho_d", "base_color", "body_colour"],
+    &["specular", "specular_reflectance", "rho_s", "f0", "interface_colour"],
+    &["alpha_x", "sigma_x", "alpha", "m"],
+    &["alpha_y", "sigma_y"],
+    &["roughness"],
+];
+
+/// The models that a material may become: those that need no measured file.
+pub fn models() -> impl Iterator<Item = Kind> {
+    Kind::ALL.iter().copied().filter(|kind| !matches!(kind.data(), Data::Required(_)))
 }
 
 impl Edits {
     /// None, of `scene`.
     pub fn none(scene: &Scene) -> Self {
-        Self { lights: lights(scene), parameters: BTreeMap::new() }
+        Self { lights: lights(scene), ..Self::default() }
     }
 
     /// Whether the scene is as it was read.
     pub fn is_empty(&self) -> bool {
-        self.parameters.is_empty() && self.lights.iter().all(|l| l.on && l.stops == 0.0)
+        self.models.is_empty()
+            && self.parameters.is_empty()
+            && self.lights.iter().all(|l| l.on && l.stops == 0.0)
     }
 
     /// The light called so, or of this number, counted from one.
@@ -113,13 +142,60 @@ impl Edits {
         Ok(())
     }
 
+    /// Makes a material one of another model. What both have (a parameter of the same name, or of the same meaning) is kept,
+    /// the rest has its defaults; back in the scene's own model, it is as the scene says.
+    pub fn change_model(&mut self, scene: &Scene, item: &MaterialItem, kind: Kind) -> Result<(), String> {
+        let Some(Material::Model { kind: own, .. }) = scene.materials.get(item.id) else { return Ok(()) };
+        let mut builder = ModelBuilder::new(kind);
+        for (to, param) in kind.params().iter().enumerate() {
+            let same = |name: &str| name == param.name;
+            let alike = |name: &str| ALIKE.iter().any(|all| all.contains(&name) && all.contains(&param.name));
+            let of = item.kind.params();
+            let from = of.iter().position(|p| same(p.name)).or_else(|| of.iter().position(|p| alike(p.name)));
+            let Some((value, old)) = from.and_then(|i| Some((self.value(scene, item.id, i)?, of[i]))) else {
+                continue;
+            };
+            // What the other model does not take stays at its default.
+            let _ = match (param.kind, old.kind, value) {
+                (ParamType::Choice(_), ParamType::Choice(names), Value::Number(n)) => {
+                    builder.choose(param.name, names.get(n as usize).unwrap_or(&"")).map(drop)
+                }
+                (ParamType::Choice(_), ..) | (_, ParamType::Choice(_), _) => continue,
+                (_, _, Value::Rgb(c)) if kind.params()[to].width() == 1 => {
+                    builder.set(param.name, Value::Number(c.element_sum() / 3.0)).map(drop)
+                }
+                (_, _, value) => builder.set(param.name, value).map(drop),
+            };
+        }
+        let built = builder.build().map_err(|e| e.to_string())?;
+        let Material::Model { params, table, .. } = built else { return Ok(()) };
+        self.parameters.retain(|(id, _), _| *id != item.id);
+        if kind == *own {
+            self.models.remove(&item.id);
+        } else {
+            self.models.insert(item.id, Swapped { own: *own, kind, params, table });
+        }
+        Ok(())
+    }
+
     /// The value of a parameter of a material as it now is.
     pub fn value(&self, scene: &Scene, id: MaterialId, index: usize) -> Option<Value> {
-        let read = || match scene.materials.get(id) {
-            Some(Material::Model { params, .. }) => params.get(index).cloned(),
+        let read = || match (self.models.get(&id), scene.materials.get(id)) {
+            (Some(Swapped { params, .. }), _) | (_, Some(Material::Model { params, .. })) => {
+                params.get(index).cloned()
+            }
             _ => None,
         };
         self.parameters.get(&(id, index)).cloned().or_else(read)
+    }
+
+    /// The materials of a scene that have parameters, those that are worn first, as the models that they now are.
+    pub fn materials(&self, scene: &Scene) -> Vec<MaterialItem> {
+        let mut all = materials(scene);
+        for item in &mut all {
+            item.kind = self.models.get(&item.id).map_or(item.kind, |m| m.kind);
+        }
+        all
     }
 
     /// `scene` with all changes. A light that is off has no power, and one that has none stays in the tables, so that both
@@ -143,6 +219,12 @@ impl Edits {
 
     /// The changes of materials; a table that is computed from parameters is computed anew.
     pub fn change_materials(&self, scene: &mut Scene) -> Result<(), String> {
+        for (id, model) in &self.models {
+            if let Some(material) = scene.materials.get_mut(*id) {
+                let Swapped { kind, params, table, .. } = model.clone();
+                *material = Material::Model { kind, params, table };
+            }
+        }
         let mut changed: Vec<MaterialId> = self.parameters.keys().map(|(id, _)| *id).collect();
         changed.dedup();
         for id in changed {
@@ -407,6 +489,35 @@ mod tests {
         assert!(a.is_empty() || a[..] != b[..], "the table is still that of before");
         let index = kind.params().iter().position(|p| p.name == rough.name).expect("it has it");
         assert_eq!(edits.value(&scene, 1, index), Some(Value::Number(0.3)));
+    }
+
+    #[test]
+    fn a_material_becomes_another_model_and_its_own_again() {
+        let scene = scene();
+        let mut edits = Edits::none(&scene);
+        let item =
+            |edits: &Edits| edits.materials(&scene).into_iter().find(|m| m.id == 1).expect("it has one");
+        let words = |w: &str| -> Vec<String> { w.split_whitespace().map(String::from).collect() };
+        edits.set(&item(&edits), "diffuse_reflectance", &words("0.1 0.2 0.3")).expect("a colour");
+        edits.set(&item(&edits), "alpha", &words("0.25")).expect("in its range");
+        edits.change_model(&scene, &item(&edits), Kind::Ward).expect("it can be");
+        let ward = item(&edits);
+        assert_eq!(ward.kind, Kind::Ward);
+        let index = |name: &str| ward.kind.params().iter().position(|p| p.name == name).expect("it has it");
+        assert_eq!(edits.value(&scene, 1, index("diffuse")), Some(Value::Rgb(Vec3::new(0.1, 0.2, 0.3))));
+        assert_eq!(edits.value(&scene, 1, index("alpha_x")), Some(Value::Number(0.25)));
+        edits.set(&ward, "alpha_y", &words("0.5")).expect("in its range");
+        let changed = edits.apply(&scene).expect("it can be");
+        let Material::Model { kind, params, .. } = &changed.materials[1] else { panic!("a model") };
+        assert_eq!((*kind, &params[index("alpha_y")]), (Kind::Ward, &Value::Number(0.5)));
+        for kind in models() {
+            edits.change_model(&scene, &item(&edits), kind).expect("it can be");
+            let changed = edits.apply(&scene).expect("it can be");
+            let Material::Model { kind: now, params, .. } = &changed.materials[1] else { panic!("a model") };
+            assert_eq!((*now, params.len()), (kind, kind.params().len()));
+        }
+        edits.change_model(&scene, &item(&edits), Kind::RoughPlastic).expect("its own");
+        assert!(edits.is_empty() && item(&edits).kind == Kind::RoughPlastic);
     }
 
     #[test]

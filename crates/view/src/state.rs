@@ -1,13 +1,14 @@
 //! What the window shows and how, without a window.
 
 use crate::action::{Bounces, Command, Compare, Resolution};
-use crate::edit::{Edits, MaterialItem, materials, models_of};
+use crate::edit::{Edits, MaterialItem, materials, models, models_of};
 use crate::eye::{Eye, first_camera};
 use crate::language::{Language, Words};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_optics::tonemap::Curve;
 use yugen_realtime::Lighting;
+use yugen_reflectance::Kind;
 use yugen_scene::{Camera, MaterialId, Scene, suggest};
 
 /// What is asked of the window or of files.
@@ -170,12 +171,16 @@ impl State {
                     (light.on, light.stops) = (old.on, old.stops);
                 }
             }
+            let own = |o: &MaterialItem| self.edits.models.get(&o.id).map_or(o.kind, |swapped| swapped.own);
             let same = |m: &MaterialItem| {
-                self.materials.iter().any(|o| o.id == m.id && o.kind == m.kind && o.worn_by == m.worn_by)
+                self.materials.iter().any(|o| o.id == m.id && own(o) == m.kind && o.worn_by == m.worn_by)
             };
-            edits.parameters = std::mem::take(&mut self.edits.parameters);
-            edits.parameters.retain(|(id, _), _| materials.iter().any(|m| m.id == *id && same(m)));
+            let kept: Vec<MaterialId> = materials.iter().filter(|m| same(m)).map(|m| m.id).collect();
             self.selected = self.selected.filter(|s| materials.get(*s).is_some_and(same));
+            edits.models = std::mem::take(&mut self.edits.models);
+            edits.models.retain(|id, _| kept.contains(id));
+            edits.parameters = std::mem::take(&mut self.edits.parameters);
+            edits.parameters.retain(|(id, _), _| kept.contains(id));
             self.through = self.through.filter(|c| *c < scene.cameras.len());
         } else {
             self.eye = Eye::new(first_camera(&scene), scene.bounds());
@@ -183,8 +188,8 @@ impl State {
             (self.through, self.follows) = (Some(0), true);
             self.selected = None;
         }
+        self.materials = edits.materials(&scene);
         self.edits = edits;
-        self.materials = materials;
         let clips = std::mem::replace(&mut self.clips, scene.clips());
         // The same animation, wherever it now stands.
         self.time = self.time.filter(|_| again).and_then(|t| {
@@ -282,6 +287,16 @@ impl State {
                 self.edits.set(item, parameter, values)?;
                 self.changes += 1;
             }
+            Command::Model(which, model) => {
+                let item = &self.materials[self.material(which)?];
+                let kind = models().find(|k| k.name() == model).ok_or_else(|| {
+                    let hint = suggest(model, models().map(Kind::name));
+                    format!("there is no model '{model}' that needs no measured file{hint}")
+                })?;
+                self.edits.change_model(&self.scene, item, kind)?;
+                self.materials = self.edits.materials(&self.scene);
+                self.changes += 1;
+            }
             Command::Select(which) => {
                 // What closes a list closes the one on top.
                 if which.is_none() && self.help {
@@ -293,6 +308,7 @@ impl State {
             Command::Pick(place) => return Ok(Effect::Pick(*place)),
             Command::Restore => {
                 self.edits = Edits::none(&self.scene);
+                self.materials = self.edits.materials(&self.scene);
                 self.changes += 1;
             }
             Command::Play(on) => {

@@ -79,7 +79,14 @@ fn lights_and_materials_are_changed_by_hand() {
         panic!("{:?}", h.state().done)
     };
     assert!(name == "alpha" && values[0].parse::<f32>().is_ok_and(|v| v > alpha.default[0]), "{values:?}");
-    assert!(h.query_by_label_contains("model: rough_plastic").is_some());
+    h.get_by_role_and_label(egui::Role::ComboBox, "model").click();
+    h.run();
+    h.get_by_label("ward").click();
+    h.run();
+    assert!(matches!(h.state().done.last(), Some(Command::Model(_, model)) if model == "ward"));
+    assert_eq!(h.state().state.materials[h.state().state.selected.expect("the ball's")].kind, Kind::Ward);
+    let sliders = |name: &str| h.query_all_by_role_and_label(egui::Role::Slider, name).count();
+    assert_eq!(["alpha_y", "alpha"].map(sliders), [1, 0]);
     h.get_by_label("As the file has them").click();
     h.run();
     assert!(h.state().state.edits.is_empty(), "{:?}", h.state().done);

@@ -148,6 +148,7 @@ fn a_script_turns_changes_compares_and_saves() {
         wait 16; save still.exr; save still.png
         pick 0.5 0.5; report
         material ball diffuse_reflectance 0.05 0.05 0.7; wait 16; save blue.exr
+        model ball lambert; wait 16; save matte.exr
         light lamp off; wait 16; save dark.exr
         light lamp on; restore; orbit 40 15; wait 16; save turned.exr
         reference; wait 32 64; report; save both.exr; save both.png
@@ -157,7 +158,8 @@ fn a_script_turns_changes_compares_and_saves() {
     let done = run(&mut display.view(&folder, &["ball.toml", "--script", "all.txt", "--size", "320x240"]));
     assert!(done.success, "{}", done.err);
     let picture = |name: &str| read(&folder.join(name));
-    let [still, blue, dark, turned] = ["still.exr", "blue.exr", "dark.exr", "turned.exr"].map(picture);
+    let [still, blue, matte, dark, turned] =
+        ["still.exr", "blue.exr", "matte.exr", "dark.exr", "turned.exr"].map(picture);
     // Under the panel there is but the line at the foot.
     assert_eq!(still.width, 320);
     assert!((200..240).contains(&still.height), "{}", still.height);
@@ -180,6 +182,11 @@ fn a_script_turns_changes_compares_and_saves() {
     let middle = |i: &Image| mean(i, [0.45, 0.55], [0.45, 0.55]);
     let ([r, _, b], [r2, _, b2]) = (middle(&still), middle(&blue));
     assert!(r > 3.0 * b && b2 > 3.0 * r2, "{r} {b} {r2} {b2}");
+    // Without its coat the ball is as blue, and shows no lamp.
+    let ([r3, _, b3], highlight) =
+        (middle(&matte), |i: &Image| i.data.iter().fold(0.0, |a: f32, v| a.max(*v)));
+    assert!(b3 > 3.0 * r3 && apart(&blue, &matte) > 0.01, "{r3} {b3} {}", apart(&blue, &matte));
+    assert!(highlight(&matte) <= highlight(&blue), "{} {}", highlight(&matte), highlight(&blue));
     let desk = |i: &Image| mean(i, [0.4, 0.6], [0.85, 1.0])[1];
     assert!(desk(&dark) < 0.8 * desk(&blue), "{} {}", desk(&dark), desk(&blue));
     assert!(apart(&still, &turned) > 0.05, "{}", apart(&still, &turned));

@@ -2,13 +2,13 @@
 
 use super::{Asked, Seen, look};
 use crate::action::{Bounces, Command, Compare, LightChange, Resolution};
-use crate::edit::{MaterialItem, shown};
+use crate::edit::{MaterialItem, models, shown};
 use crate::language::{Language, Words};
 use crate::state::State;
 use egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping, Ui};
 use yugen_optics::tonemap::Curve;
 use yugen_realtime::Lighting;
-use yugen_reflectance::{Param, ParamType};
+use yugen_reflectance::{Kind, Param, ParamType};
 use yugen_scene::Value;
 
 const PICTURE: Words = ["Picture", "画像"];
@@ -220,8 +220,20 @@ fn materials(ui: &mut Ui, state: &State, asked: &mut Asked) {
         });
     named(list.response, l.of(MATERIALS));
     if let Some((index, item)) = chosen {
-        ui.label(RichText::new(format!("{}: {}", l.of(MODEL), item.kind.name())).color(look::ACCENT))
-            .on_hover_text(format!("{}\n{}", item.kind.source(), item.kind.doc()));
+        let about = |kind: Kind| format!("{}\n{}", kind.source(), kind.doc());
+        row(ui, l.of(MODEL), |ui| {
+            let now = RichText::new(item.kind.name()).color(look::ACCENT);
+            let list = ComboBox::from_id_salt("model").selected_text(now).show_ui(ui, |ui| {
+                for kind in models() {
+                    let entry =
+                        ui.selectable_label(kind == item.kind, kind.name()).on_hover_text(about(kind));
+                    if entry.clicked() {
+                        asked.commands.push(Command::Model((index + 1).to_string(), kind.name().into()));
+                    }
+                }
+            });
+            named(list.response, l.of(MODEL)).on_hover_text(about(item.kind));
+        });
         if !item.worn_by.is_empty() {
             ui.add(
                 egui::Label::new(
