@@ -34,10 +34,10 @@ def llvm_library():
     return str(found[-1]) if found else None
 
 
-def enter():
+def enter(name="bench", packages=PACKAGES):
     """Goes on in that interpreter."""
-    interpreter = python()
-    if pathlib.Path(sys.prefix) != VENV:
+    interpreter = python(name, packages)
+    if pathlib.Path(sys.prefix) != VENV.with_name(name):
         library = llvm_library()
         if library:
             os.environ["DRJIT_LIBLLVM_PATH"] = library

@@ -4,9 +4,9 @@
     cargo xtask bench realtime                        a table: error, FLIP, frames, milliseconds a megapixel and frame
     cargo xtask bench realtime --scene cbox --integrator direct --frames 256
 
-Scenes are Mitsuba's (from the folder named by YUGEN_DATA), those of examples/scenes, and a glTF figure. Each is rendered
-by the reference renderer to twice the samples and by the real-time renderer, once with direct light alone and once with
-all. error: root mean square of the difference over that of the reference. ratio: of the means. FLIP: mean, of display
+Scenes are Mitsuba's (from the folder named by YUGEN_DATA), those of examples/scenes, and every mesh (by itself, under the
+default sun and sky, or with the lights of its file). Each is rendered by the reference renderer to twice the samples and
+by the real-time renderer, once with direct light alone and once with all. error: root mean square of the difference over that of the reference. ratio: of the means. FLIP: mean, of display
 values (Andersson et al. 2020), with the white of the reference's brightest hundredth.
 """
 
@@ -49,7 +49,8 @@ def scenes():
     if data:
         data = pathlib.Path(data)
         found |= {pathlib.Path(file).stem: data / "mitsuba" / file for file in MITSUBA}
-        found["Mage"] = data / "mesh" / "Mage.glb"
+        for pattern in ("*.obj", "*.glb"):
+            found |= {file.stem: file for file in sorted((data / "mesh").rglob(pattern))}
     else:
         print("YUGEN_DATA is not set: only the scenes of examples/scenes", file=sys.stderr)
     return found

@@ -14,6 +14,7 @@ cargo xtask <what>
             bench denoise             error of denoised pictures, beside Open Image Denoise
             bench realtime            error of real-time pictures, beside the reference's
             bench stage [PART]        milliseconds of the real-time passes, by pixels, triangles, lights and samples
+            bench stage --peer        error and time of a frame, beside Filament
             bench bsdf [--peer]       nanoseconds to evaluate and sample each reflectance model
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
@@ -259,6 +260,9 @@ const BENCHES: &[(&str, &str)] = &[
 /// No script: an example that needs nothing beside itself, so that it can be copied to where the GPU is.
 const STAGE: &str = "stage_rate";
 
+/// The same beside another program, from PyPI.
+const STAGE_PEER: &str = "stage_peer.py";
+
 /// It measures errors, not time, and draws for long.
 const CALIBRATE: &str = "calibrate.py";
 
@@ -283,7 +287,11 @@ fn bench(rest: &[String]) -> Outcome {
     for (name, script) in chosen {
         // Those that always stand beside others have no such option.
         let rest = if all && !matches!(*name, "render" | "bsdf") { &[] } else { rest };
-        if matches!(*name, "render" | "denoise" | "realtime") {
+        let beside = *script == STAGE && rest.iter().any(|word| word == "--peer");
+        let script = &if beside { STAGE_PEER } else { script };
+        let rest: Vec<&str> =
+            rest.iter().map(String::as_str).filter(|word| !beside || *word != "--peer").collect();
+        if beside || matches!(*name, "render" | "denoise" | "realtime") {
             cargo(&["build", "--profile", "dist", "--package", "yugen-cli"])?;
         }
         if *script == STAGE {
