@@ -317,7 +317,11 @@ fn page() -> String {
          the scene file is shown at an exposure of {EXPOSURE} stops, and pictures of the `.glb` want `--exposure {EXPOSURE} --curve agx`. \
          Cameras: the seats `shomen` (front), `waki-shomen` (side), `naka-shomen` (between), and near views; `yugen info stage.toml` lists them.\n\n\
          Every part is a closed surface. What the table marks as assumed was found in no dimensioned source; a part is measured \
-         where all the dimensions that shape it are.\n\n## Presets\n\n\
+         where all the dimensions that shape it are.\n\n\
+         ![Four instants of the stage at night](images/stage_flicker.jpg)\n\n\
+         `yugen render stage.toml --camera whole --frames 0-3 --fps 3 --size 480x270 --spp 48 --denoise -o stage_%02d.png`: the flames \
+         flicker, and their light with them, and it falls off with the distance from each (Wakita et al., Fig. 12).\n\n\
+         ## Presets\n\n\
          | preset | stage | roof | width and depth are measured | what is known besides |\n|---|---|---|---|---|\n"
     );
     for p in PRESETS {

@@ -160,13 +160,13 @@ fn spread(bands: &[impl Readings]) -> Vec<(usize, usize)> {
     (0..wanted).map(|i| groups[i * groups.len() / wanted]).collect()
 }
 
-/// Of a texel that tells how bright a light is, this part of the readings agrees with its ground.
+/// Of a texel that is reliable enough to compare lights by, this part of the readings agrees with its ground.
 const AGREEING: f32 = 0.6;
-/// So many texels must tell.
-const TELLING: usize = 64;
+/// So many reliable texels a light needs.
+const LEAST_RELIABLE: usize = 64;
 
-/// How bright each light is beside what the others say it is: the median part of what grounds found under all of them make of
-/// a reading that was read. `None` where that is not known: of silk, metal and whatever else is no plain ground in half of its
+/// How bright each light is beside what the others say it is: the median ratio of a reading to what the ground found under all
+/// of them predicts. `None` where that is not known: of silk, metal and whatever else is no plain ground in half of its
 /// texels, and meets its law with more slack than a coat may need. All of `bands` have the same lights in the same order.
 pub fn brightness(
     bands: &[impl Readings],
@@ -186,19 +186,19 @@ pub fn brightness(
         let end = ((group + 1) * LANES).min(bands[band].texels());
         let texels: Vec<usize> = (group * LANES..end).collect();
         let block = finders[band].block(&texels, scratch);
-        let told = |f: &Found| f32::from(f.agreeing) > AGREEING * f32::from(f.readings) && f.readings > 4;
-        let told: Vec<bool> = block.found.iter().map(told).collect();
-        let count = told.iter().filter(|t| **t).count();
-        (count, finders[band].parts(&texels, scratch, &block, &told))
+        let reliable = |f: &Found| f32::from(f.agreeing) > AGREEING * f32::from(f.readings) && f.readings > 4;
+        let reliable: Vec<bool> = block.found.iter().map(reliable).collect();
+        let count = reliable.iter().filter(|r| **r).count();
+        (count, finders[band].ratios(&texels, scratch, &block, &reliable))
     };
-    let mut parts: Vec<Vec<f32>> = vec![Vec::new(); lights];
+    let mut ratios: Vec<Vec<f32>> = vec![Vec::new(); lights];
     let all = parallel_in(threads, chosen.len(), group, &|_| {});
-    let telling: usize = all.iter().map(|(told, _)| told).sum();
-    if 2 * telling < chosen.len() * LANES {
+    let reliable: usize = all.iter().map(|(count, _)| count).sum();
+    if 2 * reliable < chosen.len() * LANES {
         return vec![None; lights];
     }
-    all.into_iter().flat_map(|(_, parts)| parts).for_each(|(light, part)| parts[light].push(part));
-    parts.iter_mut().map(|p| quantile(p, 0.5).filter(|_| p.len() >= TELLING)).collect()
+    all.into_iter().flat_map(|(_, of_group)| of_group).for_each(|(light, ratio)| ratios[light].push(ratio));
+    ratios.iter_mut().map(|r| quantile(r, 0.5).filter(|_| r.len() >= LEAST_RELIABLE)).collect()
 }
 
 impl Surface {
@@ -218,10 +218,10 @@ impl Surface {
                 (block.cost, finders[band].misfit(&texels, scratch, &block))
             };
             let all = parallel_in(threads, chosen.len(), group, &|_| {});
-            let told = |(cost, misfit): ([f32; LANES], [Option<f32>; LANES])| {
+            let known = |(cost, misfit): ([f32; LANES], [Option<f32>; LANES])| {
                 cost.into_iter().zip(misfit).filter_map(|(c, m)| Some((f64::from(c), m?)))
             };
-            let (costs, mut misfits): (Vec<f64>, Vec<f32>) = all.into_iter().flat_map(told).unzip();
+            let (costs, mut misfits): (Vec<f64>, Vec<f32>) = all.into_iter().flat_map(known).unzip();
             let median = quantile(&mut misfits, 0.5).unwrap_or(0.0);
             (costs.iter().sum(), Self { slack: (OF_MEDIAN * median).clamp(SLACK[0], SLACK[1]), ..surface })
         };
@@ -348,21 +348,21 @@ impl<'a, R: Readings> Finder<'a, R> {
         Block { found, cost: solved.cost.0, solved }
     }
 
-    /// Of texels that are `told`, which light and what part of what the ground makes of it was read.
-    fn parts(
+    /// Of `reliable` texels, each light and the ratio of its reading to what the ground predicts.
+    fn ratios(
         &self,
         texels: &[usize],
         scratch: &mut Scratch,
         block: &Block,
-        told: &[bool],
+        reliable: &[bool],
     ) -> Vec<(usize, f32)> {
         let mut own = Vec::new();
         let lights = self.gather(texels, scratch, &mut own);
         let mut all = Vec::new();
-        stereo::parts(lights, scratch, &block.solved, &self.task, |lane, light, part| {
-            if told[lane] && part.is_finite() {
+        stereo::ratios(lights, scratch, &block.solved, &self.task, |lane, light, ratio| {
+            if reliable[lane] && ratio.is_finite() {
                 let light = self.layout.common.as_ref().map_or(light, |(used, _)| used[light]);
-                all.push((light, part));
+                all.push((light, ratio));
             }
         });
         all

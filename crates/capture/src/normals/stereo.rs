@@ -679,8 +679,8 @@ fn bearable(value: &[F], usable: &[F], seen: &[F], most: f32) -> (F, F) {
     (slack, part)
 }
 
-/// Calls `each` with a reading's number and what part of what the ground makes of it was read, where it is well lit.
-pub(crate) fn parts(
+/// Calls `each` with lane, light and the ratio of the reading to what the ground predicts, where it is well lit.
+pub(crate) fn ratios(
     lights: &[Light],
     scratch: &Scratch,
     solved: &Solved,
@@ -693,10 +693,10 @@ pub(crate) fn parts(
     for (i, light) in lights.iter().enumerate() {
         let at = beside(light, scratch.value[i], &solved.g, size, task.slack, task.law, &task.options);
         let cos = at.lit * size.inverse * light.dim;
-        let part = scratch.value[i] / (at.lit * at.through).max(F::splat(1e-12));
-        for (lane, part) in part.0.into_iter().enumerate() {
+        let ratio = scratch.value[i] / (at.lit * at.through).max(F::splat(1e-12));
+        for (lane, ratio) in ratio.0.into_iter().enumerate() {
             if scratch.usable[i].0[lane] > 0.0 && cos.0[lane] > WELL {
-                each(lane, i, part);
+                each(lane, i, ratio);
             }
         }
     }

@@ -114,7 +114,7 @@ fn off(stack: &Stack, surface: &Surface) -> Off {
     off
 }
 
-fn told(stack: &Stack) -> Surface {
+fn surface_of(stack: &Stack) -> Surface {
     Surface::of(std::slice::from_ref(stack), None, &Options::default(), 2)
 }
 
@@ -126,7 +126,7 @@ fn dome(lights: usize) -> Lights {
 fn exact_readings_give_exact_normals() {
     for lights in [4, 8, 24] {
         let stack = photograph(&dome(lights), Spoilt::default());
-        let surface = told(&stack);
+        let surface = surface_of(&stack);
         assert_eq!((surface.ground, surface.slack), (Ground::Matte, SLACK[0]), "{lights}");
         let off = off(&stack, &surface);
         // Four lights leave a steep texel two.
@@ -141,7 +141,7 @@ fn exact_readings_give_exact_normals() {
 fn shadows_and_highlights_are_left_out() {
     let spoilt = Spoilt { shadows: Some(5), shine: 0.6, noise: 0.04, ..Spoilt::default() };
     let stack = photograph(&dome(24), spoilt);
-    let surface = told(&stack);
+    let surface = surface_of(&stack);
     assert_eq!(surface.ground, Ground::Matte);
     let robust = off(&stack, &surface);
     assert!(robust.mean < 1.0 && robust.sure_worst < 6.0 && robust.sure > 1000, "{}", robust.mean);
@@ -158,7 +158,7 @@ fn shadows_and_highlights_are_left_out() {
 #[test]
 fn a_glazed_thing_is_known_as_such() {
     let stack = photograph(&dome(24), Spoilt { coated: true, shine: 0.6, noise: 0.02, ..Spoilt::default() });
-    let surface = told(&stack);
+    let surface = surface_of(&stack);
     assert_eq!(surface.ground, Ground::Coated);
     let right = off(&stack, &surface).mean;
     let wrong = off(&stack, &Surface { ground: Ground::Matte, ..surface }).mean;
@@ -172,7 +172,7 @@ fn a_rough_thing_is_known_as_such() {
     for (lights, sigma) in [(50, 0.25), (50, 0.5), (12, 0.35)] {
         let spoilt = Spoilt { sigma, shadows: Some(8), noise: 0.02, ..Spoilt::default() };
         let stack = photograph(&dome(lights), spoilt);
-        let surface = told(&stack);
+        let surface = surface_of(&stack);
         let right = off(&stack, &surface).mean;
         let wrong = off(&stack, &Surface { ground: Ground::Matte, roughness: 0.0, ..surface }).mean;
         println!("{lights} {sigma}: {} {} {right:.2} {wrong:.2}", surface.ground.name(), surface.roughness);
@@ -186,7 +186,7 @@ fn a_rough_thing_is_known_as_such() {
 fn near_lamps_are_followed() {
     let near = fibonacci_dome(16, 60f32.to_radians()).into_iter().map(|l| l * 1.5).collect();
     let stack = photograph(&Lights::Near(near), Spoilt::default());
-    let surface = told(&stack);
+    let surface = surface_of(&stack);
     let right = off(&stack, &surface);
     assert!(right.mean < 0.05 && right.albedo < 0.02, "{}", right.mean);
     // Taken for far ones they turn the normals toward the border.
@@ -198,7 +198,7 @@ fn near_lamps_are_followed() {
 #[test]
 fn the_bits_are_the_same_however_it_is_cut() {
     let stack = photograph(&dome(15), Spoilt { shadows: Some(6), noise: 0.05, ..Spoilt::default() });
-    let surface = told(&stack);
+    let surface = surface_of(&stack);
     let options = Options::default();
     let whole = find(&stack, &surface, &options, 3, &|_| {});
     let row = SIZE * stack.lights.len();
