@@ -1,6 +1,6 @@
 //! How much slabs of a fire shine to each side: WGSL against Rust.
 
-use glam::{DVec3, UVec3};
+use glam::{DMat3, DVec3, UVec3};
 use yugen_motion::fire::{DIRECTIVITY_WGSL, Fire};
 use yugen_optics::ColourSpace;
 use yugen_optics::frame::spherical;
@@ -24,7 +24,7 @@ fn worst(gpu: &Gpu, library: &str) -> f32 {
     let burning = fire.light(ColourSpace::default()).expect("it burns");
     let mut grid = burning.at(2.0).grid(UVec3::new(24, 48, 24)).expect("a grid");
     burning.logs().fill(&mut grid);
-    let slab = grid.slabs(6, 1, DVec3::Y).swap_remove(1);
+    let slab = grid.slabs(6, 1, DVec3::Y, DMat3::IDENTITY).swap_remove(1);
     let mut rng = Pcg32::new(7, 3);
     // All around, and along the axes and the edges between octants.
     let drawn = (0..232).map(|_| {

@@ -1,8 +1,8 @@
 //! What a fire's light is like: measured from the cells that are rendered.
 
-use glam::{DVec3, UVec3, Vec3};
+use glam::{DMat3, DVec3, UVec3, Vec3};
 use std::f64::consts::{PI, TAU};
-use yugen_motion::fire::{Burning, Fire, FireError, Flicker, Grid, Slab};
+use yugen_motion::fire::{Blob, Burning, Fire, FireError, Flicker, Grid, Slab};
 use yugen_optics::ColourSpace;
 
 const SPACE: ColourSpace = ColourSpace::LinearRec2020;
@@ -11,9 +11,14 @@ fn luminance(rgb: DVec3) -> f64 {
     SPACE.luminance_weights().as_dvec3().dot(rgb)
 }
 
-/// Mean intensity, cd, of what leaves `grid`: that of one blob.
+/// What leaves `grid`, as so many Gaussian lights.
+fn blobs(grid: &Grid, count: usize) -> Vec<Blob> {
+    grid.slabs(count, 0, DVec3::Y, DMat3::IDENTITY).into_iter().map(|slab| slab.blob).collect()
+}
+
+/// Mean intensity, cd, of what leaves `grid`.
 fn candela(grid: &Grid) -> f64 {
-    luminance(grid.blobs(1, DVec3::Y)[0].power) / (2.0 * TAU)
+    luminance(blobs(grid, 1)[0].power) / (2.0 * TAU)
 }
 
 fn burn(fire: Fire) -> Burning {
@@ -224,7 +229,7 @@ fn blobs_have_the_light_of_the_grid_and_follow_it_without_jumps() {
             let grid = flame.grid(flame.cells(0.02)).unwrap();
             let power = grid.power();
             for count in [1, 4, 8] {
-                let blobs = grid.blobs(count, DVec3::Y);
+                let blobs = blobs(&grid, count);
                 assert_eq!(blobs.len(), count);
                 let sum: DVec3 = blobs.iter().map(|b| b.power).sum();
                 worst = worst.max((sum / power - DVec3::ONE).abs().max_element());
@@ -242,9 +247,9 @@ fn blobs_have_the_light_of_the_grid_and_follow_it_without_jumps() {
         println!("{} kW: power of blobs off by {worst:.4} of the rays'", fire.power);
         assert!(worst < 0.01, "{worst}");
     }
-    // By the moments of the whole: mixtures do not lose what they share out.
+    // By the moments of the whole: slabs do not lose what they share out.
     let grid = burn(Fire::default()).at(2.0).grid(cells).unwrap();
-    let (one, many) = (grid.blobs(1, DVec3::Y)[0], grid.blobs(6, DVec3::Y));
+    let (one, many) = (blobs(&grid, 1)[0], blobs(&grid, 6));
     let mean = many.iter().map(|b| b.mean * luminance(b.power)).sum::<DVec3>() / luminance(one.power);
     assert!((mean - one.mean).length() < 1e-9, "{mean} {}", one.mean);
     let burning = burn(Fire::default());
@@ -252,7 +257,7 @@ fn blobs_have_the_light_of_the_grid_and_follow_it_without_jumps() {
     let mut last: Option<Vec<DVec3>> = None;
     for i in 0..60 {
         let grid = burning.at(f64::from(i) / 240.0).grid(UVec3::new(24, 48, 24)).unwrap();
-        let means: Vec<DVec3> = grid.blobs(6, DVec3::Y).iter().map(|b| b.mean).collect();
+        let means: Vec<DVec3> = blobs(&grid, 6).iter().map(|b| b.mean).collect();
         if let Some(last) = &last {
             far = last.iter().zip(&means).map(|(a, b)| (*a - *b).length()).fold(far, f64::max);
         }
@@ -263,26 +268,64 @@ fn blobs_have_the_light_of_the_grid_and_follow_it_without_jumps() {
     assert!(far < 0.15, "{far}");
 }
 
+/// Of the 81 nodes of the net of directions, in the mean over the sphere; those that look the same way share.
+fn weights_of_the_net() -> Vec<f64> {
+    let at = |k: usize| 0.25 * k as f64 - 1.0;
+    let looks = |node: usize| {
+        let (u, v) = (at(node % 9), at(node / 9));
+        let y = 1.0 - u.abs() - v.abs();
+        let side = |a: f64, b: f64| if y < 0.0 { (1.0 - b.abs()) * a.signum() } else { a };
+        DVec3::new(side(u, v), y, side(v, u)).normalize()
+    };
+    let all: Vec<DVec3> = (0..81).map(looks).collect();
+    let weigh = |d: &DVec3| {
+        let triangles = if d.abs().max_element() > 1.0 - 1e-9 { 4.0 } else { 6.0 };
+        let alike = all.iter().filter(|other| other.distance(*d) < 1e-9).count();
+        d.abs().element_sum().powi(3) * triangles / alike as f64
+    };
+    let sum: f64 = all.iter().map(weigh).sum();
+    all.iter().map(|d| weigh(d) / sum).collect()
+}
+
 #[test]
 fn slabs_share_the_light_of_the_grid_among_their_points() {
     let flame = burn(Fire::default());
     let grid = flame.at(2.0).grid(UVec3::new(24, 48, 24)).unwrap();
-    let one = grid.blobs(1, DVec3::Y)[0];
-    let slabs = grid.slabs(8, 512, DVec3::Y);
-    assert!(slabs.len() == 8 && slabs.iter().all(|s| s.points.len() == 512));
+    let one = blobs(&grid, 1)[0];
+    let slabs = grid.slabs(8, 512, DVec3::Y, DMat3::IDENTITY);
+    assert!(slabs.len() == 8 && slabs.iter().all(|s| s.points.len() == 81 * 512));
     let power: DVec3 = slabs.iter().map(|s| s.blob.power).sum();
     assert!((power / one.power - DVec3::ONE).abs().max_element() < 1e-9, "{power} {}", one.power);
     for slab in &slabs {
         assert!((luminance(slab.blob.power) / luminance(one.power) * 8.0 - 1.0).abs() < 1e-9);
     }
-    // Points as a whole lie as the light does.
-    let points = || slabs.iter().flat_map(|s| &s.points);
-    let mean = points().sum::<DVec3>() / 4096.0;
-    let spread = points().map(|p| (*p - mean) * (*p - mean)).sum::<DVec3>() / 4096.0;
+    // Of the lowest, what shines up lies deeper between logs than what shines to a side.
+    let logs = burn(Fire::default()).logs();
+    let mut among = grid.clone();
+    logs.fill(&mut among);
+    let lowest = among.slabs(8, 512, DVec3::Y, DMat3::IDENTITY).swap_remove(0);
+    // Nodes in the middle of the net and of its side.
+    let height = |node: usize| lowest.points[512 * node..][..512].iter().map(|p| p.y).sum::<f64>() / 512.0;
+    println!("the lowest eighth shines up from {:.3} m, to a side from {:.3} m", height(40), height(44));
+    assert!(height(44) > height(40) + 0.005);
+    // Points as a whole, each direction by how much goes there, lie as the light does.
+    let weights = weights_of_the_net();
+    let points = || {
+        slabs.iter().flat_map(|s| {
+            let shine = s.directivity.values().iter().zip(&weights).map(|(v, w)| f64::from(*v) * w / 4096.0);
+            s.points
+                .chunks(512)
+                .zip(shine)
+                .flat_map(|(of_node, share)| of_node.iter().map(move |p| (*p, share)))
+        })
+    };
+    let all: f64 = points().map(|(_, share)| share).sum();
+    let mean = points().map(|(p, share)| p * share).sum::<DVec3>() / all;
+    let spread = points().map(|(p, share)| (p - mean) * (p - mean) * share).sum::<DVec3>() / all;
     let c = one.covariance;
     let own = DVec3::new(c.x_axis.x, c.y_axis.y, c.z_axis.z);
-    println!("mean off by {:.2e} m, spread {}", (mean - one.mean).length(), spread / own);
-    assert!((mean - one.mean).length() < 2e-3, "{mean} {}", one.mean);
+    println!("all {all}, mean off by {:.2e} m, spread {}", (mean - one.mean).length(), spread / own);
+    assert!((all - 1.0).abs() < 1e-6 && (mean - one.mean).length() < 5e-3, "{mean} {}", one.mean);
     assert!((spread / own - DVec3::ONE).abs().max_element() < 0.05, "{spread} {own}");
     // It shines to the sides that rays find.
     let mean = luminance(grid.power()) / (4.0 * std::f64::consts::PI);
@@ -298,7 +341,8 @@ fn slabs_share_the_light_of_the_grid_among_their_points() {
     assert!(off < 0.04, "{off}");
     // Where nothing shines there is nothing to draw.
     let dark = Grid { data: vec![[0.0, 0.0, 0.0, 1.0]; grid.data.len()], ..grid };
-    assert!(dark.slabs(2, 4, DVec3::Y).iter().all(|s| s.points.is_empty() && s.blob.power == DVec3::ZERO));
+    let dark = dark.slabs(2, 4, DVec3::Y, DMat3::IDENTITY);
+    assert!(dark.iter().all(|s| s.points.is_empty() && s.blob.power == DVec3::ZERO));
 }
 
 #[test]
@@ -343,7 +387,7 @@ fn flames_are_as_high_as_heskestad_says_and_lean_with_the_wind() {
     let cells = UVec3::new(32, 32, 16);
     let middle = |wind: f32| {
         let burning = burn(Fire { wind: Vec3::X * wind, ..Fire::default() });
-        burning.at(3.0).grid(cells).unwrap().blobs(1, DVec3::Y)[0].mean
+        blobs(&burning.at(3.0).grid(cells).unwrap(), 1)[0].mean
     };
     let [calm, breeze, gale] = [0.0, 1.5, 4.0].map(middle);
     println!("{calm} {breeze} {gale}");

@@ -120,11 +120,8 @@ fn edges(indices: vec3<u32>, r: LocalRay) -> Edges {
     return Edges(inside, weights, r.shear.z * vec3<f32>(a.z, b.z, c.z));
 }
 
-// Whether rays for any hit pass what burns.
-var<private> past_fuel: bool;
-
-// With `any_hit` the result's t is the share of light that passes, else the nearest hit.
-fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: bool) -> Hit {
+// With `any_hit` the result's t is the share of light that passes, else the nearest hit; `past_fuel`: what burns is not there.
+fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: bool, past_fuel: bool) -> Hit {
     var best = Hit(t_max, 0.0, 0.0, NONE, NONE);
     var through = 1.0;
     let world = local_ray(origin, dir);
@@ -189,7 +186,7 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
             let head = hierarchy[row + 3u];
             draw = head.y;
             flags = head.z;
-            if (any_hit && past_fuel && (flags & FUEL) != 0u) {
+            if (past_fuel && (flags & FUEL) != 0u) {
                 draw = NONE;
                 at = UP;
                 continue;
@@ -237,12 +234,12 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
 
 // The nearest surface at t_min < t <= t_max; `dir` need not be of unit length.
 fn trace_closest(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32) -> Hit {
-    return traverse(origin, dir, t_min, t_max, false);
+    return traverse(origin, dir, t_min, t_max, false, false);
 }
 
 // The share of light that passes between t_min and t_max, by `passes` where surfaces are see-through.
 fn trace_any(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32) -> f32 {
-    return traverse(origin, dir, t_min, t_max, true).t;
+    return traverse(origin, dir, t_min, t_max, true, false).t;
 }
 
 // Where a ray meets the plane of a triangle that it is known to meet, give or take rounding.

@@ -261,8 +261,9 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 dir = wi;
             }
 
-            past_fuel = HAS_SLABS && !HEAD_LIGHT && of_light && is_slab(drawn_emitter);
-            let h = traverse(offset_origin(here.position, here.error, here.geometric_normal, wi), wi, 0.0, reach, of_light);
+            let past_fuel = HAS_SLABS && !HEAD_LIGHT && of_light && is_slab(drawn_emitter);
+            let origin = offset_origin(here.position, here.error, here.geometric_normal, wi);
+            let h = traverse(origin, wi, 0.0, reach, of_light, past_fuel);
             if (HAS_FLAMES && !of_light && drawn_delta && !(HIDE_EMITTERS && alpha == 0.0)) {
                 let reach = select(h.t, 1e30, h.draw == NONE);
                 let u = sample2(pixel, first_set + 3u, view.index).y;

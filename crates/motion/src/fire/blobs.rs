@@ -22,8 +22,12 @@ pub struct Blob {
 pub struct Slab {
     /// All of it together.
     pub blob: Blob,
-    /// Middles of cells, m. One that is bright is there several times.
+    /// Places that its light towards each node of the net of [`Directivity`] comes from, m: as many for each, node after node.
+    /// One that is bright is there several times. What lies deep between logs shines up and hardly to a side: from below and from
+    /// beside it is seen elsewhere.
     pub points: Vec<DVec3>,
+    /// Edges of the box about each point that it stands for, m.
+    pub edges: DVec3,
     /// To which sides it shines.
     pub directivity: Directivity,
 }
@@ -81,69 +85,49 @@ impl Grid {
         2.0 * TAU * self.cell().as_dvec3().element_product()
     }
 
-    /// `count` blobs (at least one) that give the light of the grid together, lowest first: slabs of equal light across
-    /// `axis` (up, or where the wind bends a flame to), each with the mean and covariance of its light. Light between the
-    /// middles of two slabs is shared by both, so that blobs change as smoothly as the flame; a mixture fitted by expectation
-    /// and maximisation jumps. Power, mean and second moments of the whole are kept.
-    pub fn blobs(&self, count: usize, axis: DVec3) -> Vec<Blob> {
+    /// `count` slabs of equal light (at least one) across `axis`, lowest first, with `points` points for each direction of the
+    /// net: for renderers that draw a point for a sample of light. `turn` makes of directions those of the grid. Where nothing
+    /// shines slabs have no points.
+    pub fn slabs(&self, count: usize, points: usize, axis: DVec3, turn: DMat3) -> Vec<Slab> {
         let count = count.max(1);
-        let parts = in_order(self.parts(), axis);
-        let all: f64 = parts.iter().map(|p| p.weight).sum();
-        let mut below = 0.0;
-        let mut sums = vec![Moments::NONE; count];
-        for part in &parts {
-            let at = (below + 0.5 * part.weight) / all * count as f64;
-            below += part.weight;
-            let at = (at - 0.5).clamp(0.0, (count - 1) as f64);
-            let (slab, t) = (at.floor() as usize, at.fract());
-            sums[slab].add(part, 1.0 - t);
-            if t > 0.0 {
-                sums[slab + 1].add(part, t);
-            }
-        }
-        let cell = self.cell().as_dvec3();
-        sums.iter().map(|s| s.blob_of_cells(cell)).collect()
-    }
-
-    /// `count` slabs of equal light (at least one) across `axis`, lowest first, with `points` points each: for renderers that
-    /// draw a point for a sample of light. Where nothing shines slabs have no points.
-    pub fn slabs(&self, count: usize, points: usize, axis: DVec3) -> Vec<Slab> {
-        let count = count.max(1);
-        let escape = Escape::new(self, directions());
+        let escape = Escape::new(self, directions().map(|(d, weight)| (turn * d, weight)));
         let mut of_block = vec![0; escape.mean.len()];
         escape.lit.iter().enumerate().for_each(|(i, &block)| of_block[block] = i);
         let mut cells: Vec<(usize, Moments)> = self.shining(&escape).collect();
         let along = |(_, cell): &(usize, Moments)| axis.dot(cell.first) / cell.weight;
         cells.sort_by(|a, b| along(a).total_cmp(&along(b)));
         let all: f64 = cells.iter().map(|(_, cell)| cell.weight).sum();
-        // Of each slab: its moments, its points, and how much of the light of each block that shines is in it.
-        let mut slabs = vec![(Moments::NONE, Vec::new(), vec![0.0; escape.lit.len()]); count];
+        // Of each slab: its moments, and of each block that shines how much of its light is in the slab, before any is kept,
+        // and where, as a first moment.
+        let none = || (Moments::NONE, vec![(0.0, DVec3::ZERO); escape.lit.len()]);
+        let mut slabs: Vec<_> = (0..count).map(|_| none()).collect();
         let mut below = 0.0;
         for (block, cell) in &cells {
             let [from, to] = [below, below + cell.weight].map(|w| w / all * count as f64);
             below += cell.weight;
-            for (k, (sum, all_points, light)) in
+            for (k, (sum, light)) in
                 slabs.iter_mut().enumerate().skip(from as usize).take(to as usize - from as usize + 1)
             {
                 let inside = |w: f64| (w - k as f64).clamp(0.0, 1.0);
-                let [from, to] = [inside(from), inside(to)];
-                let share = (to - from) / count as f64 * all / cell.weight;
+                let share = (inside(to) - inside(from)) / count as f64 * all / cell.weight;
                 sum.add(cell, share);
-                light[of_block[*block]] += share * cell.weight / f64::from(escape.mean[*block]);
-                // Systematic: point m stands in the middle of the m-th share.
-                let before = |w: f64| (w * points as f64 + 0.5).floor() as usize;
-                let times = before(to) - before(from);
-                all_points.extend(std::iter::repeat_n(cell.first / cell.weight, times));
+                let own = &mut light[of_block[*block]];
+                let kept = share / f64::from(escape.mean[*block]);
+                *own = (own.0 + kept * cell.weight, own.1 + kept * cell.first);
             }
         }
         let cell = self.cell().as_dvec3();
-        let slab = |(sum, mut all_points, light): (Moments, Vec<DVec3>, Vec<f64>)| {
-            // What rounding has taken.
-            if let Some(last) = all_points.last().copied() {
-                all_points.resize(points, last);
+        let slab = |(sum, light): (Moments, Vec<(f64, DVec3)>)| {
+            let lit = || (0..).zip(&light).filter(|(_, (own, _))| *own > 0.0);
+            let towards = |part: &Vec<f32>| {
+                evenly(lit().map(|(i, (own, at))| (own * f64::from(part[i]), at / own)), points)
+            };
+            Slab {
+                blob: sum.blob_of_cells(cell),
+                points: escape.of_nodes().flat_map(towards).collect(),
+                edges: cell * f64::from(escape.block),
+                directivity: escape.directivity(light.iter().map(|(own, _)| *own)),
             }
-            let directivity = escape.directivity(&light);
-            Slab { blob: sum.blob_of_cells(cell), points: all_points, directivity }
         };
         slabs.into_iter().map(slab).collect()
     }
@@ -169,24 +153,25 @@ impl Grid {
             (weight > 0.0).then_some((block, moments))
         })
     }
-
-    /// The same of cubes of two cells along each edge.
-    fn parts(&self) -> Vec<Moments> {
-        let size = self.size.map(|v| v.div_ceil(2));
-        let mut parts = vec![Moments::NONE; size.element_product() as usize];
-        for (_, cell) in self.shining(&Escape::new(self, directions())) {
-            let at = ((cell.first / cell.weight).as_vec3() - self.lower) / self.cell();
-            let at = (at.as_uvec3() / 2).min(size - 1);
-            parts[((at.z * size.y + at.y) * size.x + at.x) as usize].add(&cell, 1.0);
-        }
-        parts.retain(|part| part.weight > 0.0);
-        parts
-    }
 }
 
-/// By the middles of their light along an axis.
-fn in_order(mut parts: Vec<Moments>, axis: DVec3) -> Vec<Moments> {
-    let along = |part: &Moments| axis.dot(part.first) / part.weight;
-    parts.sort_by(|a, b| along(a).total_cmp(&along(b)));
-    parts
+/// `count` of these places, each as often as it weighs: systematically, the m-th stands in the middle of the m-th share.
+fn evenly(places: impl Iterator<Item = (f64, DVec3)> + Clone, count: usize) -> Vec<DVec3> {
+    let all: f64 = places.clone().map(|(weight, _)| weight).sum();
+    let mut points = Vec::new();
+    if all <= 0.0 {
+        // None weighs anything, and any will do.
+        return places.take(1).flat_map(|(_, at)| vec![at; count]).collect();
+    }
+    let mut below = 0.0;
+    for (weight, at) in places {
+        below += weight;
+        let until = ((below / all * count as f64 + 0.5).floor() as usize).min(count);
+        points.resize(until.max(points.len()), at);
+    }
+    // What rounding has taken.
+    if let Some(last) = points.last().copied() {
+        points.resize(count, last);
+    }
+    points
 }

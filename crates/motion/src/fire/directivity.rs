@@ -44,11 +44,6 @@ impl Directivity {
         row(j) + t * (row(j + 1) - row(j))
     }
 
-    /// The same asked for in another frame: `turn` makes directions of this one of those.
-    pub fn turned(&self, turn: impl Fn(DVec3) -> DVec3) -> Self {
-        Self(std::array::from_fn(|node| self.towards(turn(looks(node))) as f32))
-    }
-
     /// Values at the nodes, along u first: so a shader reads them.
     pub fn values(&self) -> &[f32] {
         &self.0
@@ -117,11 +112,5 @@ mod tests {
             assert!((looks(node) - looks(first_alike(node))).length() < 1e-12 && first_alike(node) <= node);
         }
         assert_eq!(directions().count(), 66);
-        // Turned there and back it is the same but for what lies between nodes.
-        let turn = |d: DVec3| DVec3::new(d.z, d.y, -d.x);
-        let back = own.turned(turn).turned(|d| DVec3::new(-d.z, d.y, d.x));
-        for (a, b) in own.0.iter().zip(&back.0) {
-            assert!((a - b).abs() < 1e-6);
-        }
     }
 }

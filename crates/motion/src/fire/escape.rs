@@ -57,21 +57,30 @@ impl Escape {
         ((at.z * self.size.y + at.y) * self.size.x + at.x) as usize
     }
 
+    /// For each node of the net, what part of the light of each block that shines leaves towards it; of what was made with all
+    /// directions of the net.
+    pub(super) fn of_nodes(&self) -> impl Iterator<Item = &Vec<f32>> {
+        let mut of_node = [0; NODES];
+        let mut next = 0;
+        for node in 0..NODES {
+            let first = first_alike(node);
+            of_node[node] = if first < node { of_node[first] } else { next };
+            next += usize::from(first == node);
+        }
+        of_node.into_iter().filter_map(|i| self.parts.get(i))
+    }
+
     /// To which sides light shines of which the blocks that do have so much each, before any is kept; of what was made with
     /// all directions of the net.
-    pub(super) fn directivity(&self, light: &[f64]) -> Directivity {
-        let all: f64 = light.iter().zip(&self.lit).map(|(l, &o)| l * f64::from(self.mean[o])).sum();
+    pub(super) fn directivity(&self, light: impl Iterator<Item = f64> + Clone) -> Directivity {
+        let all: f64 = light.clone().zip(&self.lit).map(|(l, &o)| l * f64::from(self.mean[o])).sum();
         if all <= 0.0 {
             return Directivity::default();
         }
-        let towards = |part: &Vec<f32>| light.iter().zip(part).map(|(l, p)| l * f64::from(*p)).sum::<f64>();
-        let mut parts = self.parts.iter().map(towards);
+        let towards = |part: &Vec<f32>| light.clone().zip(part).map(|(l, p)| l * f64::from(*p)).sum::<f64>();
         let mut values = [0.0; NODES];
-        for node in 0..NODES {
-            values[node] = match first_alike(node) {
-                first if first < node => values[first],
-                _ => parts.next().map_or(0.0, |part| (part / all) as f32),
-            };
+        for (value, part) in values.iter_mut().zip(self.of_nodes()) {
+            *value = (towards(part) / all) as f32;
         }
         Directivity::new(values)
     }

@@ -26,7 +26,7 @@ pub struct Grid {
     /// (that at 560 nm).
     pub data: Vec<[f32; 4]>,
     /// What part of each cell is filled by things that let no light through; empty: none is. Only the light that leaves the
-    /// grid knows of them ([`Grid::blobs`], [`Grid::slabs`]): whoever marches through it meets the things themselves.
+    /// grid knows of them ([`Grid::slabs`]): whoever marches through it meets the things themselves.
     pub solid: Vec<f32>,
 }
 

@@ -170,7 +170,7 @@ impl Burning {
 mod tests {
     use super::*;
     use crate::fire::Fire;
-    use glam::DVec3;
+    use glam::{DMat3, DVec3};
     use yugen_optics::ColourSpace;
 
     #[test]
@@ -190,11 +190,11 @@ mod tests {
         assert!((0.75..1.02).contains(&(filled / volume)), "{filled} {volume}");
         // The cells and what they emit are the same; less of it leaves, and slabs are what leaves.
         assert_eq!(grid.data, open.data);
-        let leaving = |grid: &Grid| grid.blobs(1, DVec3::Y)[0].power;
+        let leaving = |grid: &Grid| grid.slabs(1, 0, DVec3::Y, DMat3::IDENTITY)[0].blob.power;
         let (all, left) = (leaving(&open), leaving(&grid));
         println!("{:.2} of the light leaves past the logs", left.y / all.y);
         assert!((0.5..0.9).contains(&(left.y / all.y)), "{left} {all}");
-        let slabs = grid.slabs(4, 64, DVec3::Y);
+        let slabs = grid.slabs(4, 64, DVec3::Y, DMat3::IDENTITY);
         let sum: DVec3 = slabs.iter().map(|s| s.blob.power).sum();
         assert!((sum / left - DVec3::ONE).abs().max_element() < 1e-5, "{sum} {left}");
     }

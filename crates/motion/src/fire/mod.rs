@@ -200,6 +200,21 @@ pub enum FireError {
         /// What was asked for, cd/kW.
         candela: f32,
     },
+    /// So dense that its soot was not found in a few rounds.
+    #[error(
+        "how much soot gives a fire of {diameter} m and {power} kW its {candela} cd/kW was not found in {} rounds, the last of          which changed it by {change:.1} %: its flame is so dense that more soot hardly makes it brighter; lower candela",
+        ROUNDS
+    )]
+    Unsettled {
+        /// Its width, m.
+        diameter: f32,
+        /// Its power, kW.
+        power: f32,
+        /// What was asked for, cd/kW.
+        candela: f32,
+        /// Of the last round, percent.
+        change: f64,
+    },
     /// Cells without number, or too many.
     #[error(
         "a grid of {x} x {y} x {z} cells cannot be made; it has at least {} along each axis and at most {} in all",
@@ -266,6 +281,8 @@ const STILL: f64 = 5.0;
 const INSTANTS: u32 = 32;
 /// Rounds in which its soot settles, each to a quarter of the step before, where flames are dense to half of it.
 const ROUNDS: u32 = 12;
+/// By how much it may still change in the last of them.
+const UNSETTLED: f64 = 0.01;
 
 impl Fire {
     /// Checks the fire and measures its light over 32 instants: soot is scaled so that the mean intensity around the fire,
@@ -306,7 +323,7 @@ impl Fire {
         let emitted = samples.iter().map(|(grid, _)| weights.dot(grid.emitted())).sum::<f64>();
         let of = emitted / (4.0 * std::f64::consts::PI);
         // What soot keeps of its own light grows with it, and logs keep a part.
-        let mut soot = 0.0f64;
+        let [mut soot, mut change] = [0.0f64, f64::INFINITY];
         for _ in 0..ROUNDS {
             let mut out = 0.0;
             for (thin, smoke) in &samples {
@@ -318,7 +335,8 @@ impl Fire {
             }
             let kept: f64 = if of > 0.0 { (out / of).max(1e-6) } else { 1.0 };
             let last = std::mem::replace(&mut soot, target / (burning.emission * kept));
-            if (soot / last - 1.0).abs() < 2e-3 {
+            change = (soot / last - 1.0).abs();
+            if change < 2e-3 {
                 break;
             }
         }
@@ -326,6 +344,10 @@ impl Fire {
         if !(soot > 0.0 && soot < 300.0) {
             let Self { diameter, power, candela, .. } = *self;
             return Err(FireError::TooBright { diameter, power, candela });
+        }
+        if change > UNSETTLED {
+            let Self { diameter, power, candela, .. } = *self;
+            return Err(FireError::Unsettled { diameter, power, candela, change: 100.0 * change });
         }
         burning.soot = soot as f32;
         Ok(burning)

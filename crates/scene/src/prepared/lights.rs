@@ -2,7 +2,7 @@
 
 use super::Textures;
 use crate::{Geometry, Light, Scene, Texture, TextureId, Value};
-use glam::{DMat3, DVec3, Mat3, Mat4, Vec2, Vec3};
+use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_motion::fire::{Directivity, Grid};
 use yugen_optics::{Image, distribution};
@@ -101,9 +101,10 @@ pub enum LightSource<'a> {
     Slab {
         /// Index of the volume among the lights.
         light: usize,
-        /// Places of the world from which equal shares of its light come.
+        /// Places of the world from which equal shares of its light come: as many for each node of the net of
+        /// `directivity`, node after node.
         points: Vec<Vec3>,
-        /// Edges of the cell about each that it fills.
+        /// Edges of the box about each that it stands for.
         block: Mat3,
         /// In the mean over all directions.
         intensity: Vec3,
@@ -208,8 +209,8 @@ impl<'a> LightSources<'a> {
         Ok(all)
     }
 
-    /// With `count` slabs of `points` points in place of each volume, which together send the light that leaves it. They come
-    /// last.
+    /// With `count` slabs of `points` points for each direction in place of each volume, which together send the light that leaves
+    /// it. They come last.
     pub fn with_slabs(mut self, count: usize, points: usize) -> Self {
         let is_volume = |source: &LightSource| matches!(source, LightSource::Volume { .. });
         let (volumes, others): (Vec<_>, Vec<_>) =
@@ -217,27 +218,24 @@ impl<'a> LightSources<'a> {
         self.sources = others;
         for source in volumes {
             let LightSource::Volume { light, grid, scale, to_world } = source else { continue };
-            let block = Mat3::from_mat4(to_world) * Mat3::from_diagonal(grid.cell());
-            for slab in grid.slabs(count, points, DVec3::Y) {
-                let place = |p: &DVec3| to_world.transform_point3(p.as_vec3());
+            let turn = Mat3::from_mat4(crate::rigid(to_world)).transpose().as_dmat3();
+            for slab in grid.slabs(count, points, DVec3::Y, turn) {
                 // Where nothing shines it does not matter where, but there are always as many.
+                let nowhere = to_world.transform_point3(grid.lower);
+                let place = |p: &DVec3| to_world.transform_point3(p.as_vec3());
                 let mut places: Vec<Vec3> = slab.points.iter().map(place).collect();
-                places.resize(points, to_world.transform_point3(grid.lower));
+                places.resize(points * slab.directivity.values().len(), nowhere);
                 let mean = to_world.transform_point3(slab.blob.mean.as_vec3());
                 let frame = Mat3::from_mat4(to_world);
                 let covariance = frame * slab.blob.covariance.as_mat3() * frame.transpose();
                 let variance = covariance.x_axis.x + covariance.y_axis.y + covariance.z_axis.z;
                 let intensity = slab.blob.power * (f64::from(scale) / (4.0 * std::f64::consts::PI));
-                let turn = Mat3::from_mat4(crate::rigid(to_world)).transpose().as_dmat3();
                 self.sources.push(LightSource::Slab {
                     light,
                     points: places,
-                    block,
+                    block: Mat3::from_mat4(to_world) * Mat3::from_diagonal(slab.edges.as_vec3()),
                     intensity: intensity.as_vec3(),
-                    directivity: Box::new(match turn == DMat3::IDENTITY {
-                        true => slab.directivity,
-                        false => slab.directivity.turned(|d| turn * d),
-                    }),
+                    directivity: Box::new(slab.directivity),
                     gaussian: (mean, covariance),
                     // A quarter of what a disc as wide has on its axis, which darkens what is a metre away by some .2 %.
                     near: 0.25 * variance,

@@ -27,8 +27,8 @@ pub(super) enum Op {
 
 /// Parts of a volume as lights.
 pub const SLABS: usize = 6;
-/// Points of each.
-pub(super) const POINTS: usize = 512;
+/// Points of each in each direction of its net.
+pub(super) const POINTS: usize = 32;
 
 impl Op {
     pub(super) fn of(source: &LightSource) -> Self {
@@ -146,7 +146,11 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 near,
                 ..
             } => {
-                words.extend([rows.numbers.len() as u32, points.len() as u32, 0]);
+                words.extend([
+                    rows.numbers.len() as u32,
+                    (points.len() / directivity.values().len()) as u32,
+                    0,
+                ]);
                 floats(&mut words, &intensity.to_array());
                 floats(&mut words, &block.to_cols_array());
                 floats(&mut words, &[*near]);

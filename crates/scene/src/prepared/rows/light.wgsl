@@ -173,10 +173,22 @@ fn is_slab(emitter: u32) -> bool {
 // the light is known.
 fn to_slab_point(slab: u32, position: vec3<f32>, u: vec2<f32>) -> vec4<f32> {
     let e = emitter_at(slab);
-    // One of its points, and a place in the block about that: coarse and fine bits of the same numbers.
-    let which = u.x * f32(word_at(e + 2u));
-    let at = word_at(e + 1u) + 3u * min(u32(which), word_at(e + 2u) - 1u);
-    let place = vec3<f32>(fract(which), u.y, fract(4096.0 * u.y)) - 0.5;
+    // A direction of its net, near the one asked for and by how much it shines there.
+    let near = net_place(position - slab_mean(e));
+    let parts = directivity_parts(word_at(e + 17u), near);
+    var v = u.y * dot(parts, vec4<f32>(1.0));
+    var k = 0u;
+    while (k < 3u && v >= parts[k]) {
+        v -= parts[k];
+        k += 1u;
+    }
+    v = clamp(v / max(parts[k], 1e-30), 0.0, 0.9999999);
+    let node = near.node + (k & 1u) + NET * (k >> 1u);
+    // One of its points, and a place in the box about that: coarse and fine bits of the same numbers.
+    let count = word_at(e + 2u);
+    let which = u.x * f32(count);
+    let at = word_at(e + 1u) + 3u * (node * count + min(u32(which), count - 1u));
+    let place = vec3<f32>(fract(which), v, fract(4096.0 * v)) - 0.5;
     let block = mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u));
     let to = vec3<f32>(numbers[at], numbers[at + 1u], numbers[at + 2u]) + block * place - position;
     let distance = length(to);
