@@ -68,7 +68,7 @@ pub fn film(out: &Path, seconds: f64, samples: Option<u32>) -> Result<()> {
             (f64::from(TRIED) * each / clock.elapsed().as_secs_f64()).clamp(4.0, 64.0) as u32
         }
     };
-    let Display { exposure, curve } = scene.display;
+    let Display { exposure, curve, .. } = scene.display;
     let write = WriteOptions { curve, exposure, ..WriteOptions::from(scene.working_space) };
     film::write(&out.join(NAME), Timing { frames: FRAMES, rate: RATE }, &write, |film| {
         for k in 0..FRAMES {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use yugen_archive::formats;
 use yugen_archive::formats::film;
 use yugen_archive::formats::image::{WriteOptions, is_for_display};
+use yugen_optics::adaptation::Adaptation;
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Vec3};
 
@@ -69,6 +70,38 @@ impl DisplayOptions {
         let curve = self.curve.as_deref().and_then(Curve::from_name).unwrap_or(own.curve);
         let exposure = self.exposure.unwrap_or(own.exposure);
         Ok(WriteOptions { curve, exposure, ..WriteOptions::from(space) })
+    }
+}
+
+/// The same of what may be a film.
+#[derive(Args)]
+pub struct FilmDisplayOptions {
+    #[command(flatten)]
+    each: DisplayOptions,
+
+    /// What the exposure of a film follows: none, or the eye, which gets used to brighter and darker frames within some
+    /// tenths of a second [default: what the scene says, else none].
+    #[arg(long, value_parser = Adaptation::ALL.map(Adaptation::name), value_name = "NAME")]
+    adaptation: Option<String>,
+}
+
+impl FilmDisplayOptions {
+    /// Whether any was asked for.
+    pub fn is_asked(&self) -> bool {
+        self.each.is_asked() || self.adaptation.is_some()
+    }
+
+    /// As [`DisplayOptions::of`]; an error also where `output` is no film and something was to be followed.
+    pub fn of(&self, output: &Path, space: ColourSpace, own: yugen_scene::Display) -> Outcome<WriteOptions> {
+        if self.adaptation.is_some() && !film::is_film(output) {
+            bail!(
+                "--adaptation is for films (.mp4, .apng), where frames follow one another; {} is none, so leave it out",
+                output.display()
+            );
+        }
+        let asked = self.adaptation.as_deref().and_then(Adaptation::from_name);
+        let adaptation = asked.unwrap_or(own.adaptation);
+        Ok(WriteOptions { adaptation, ..self.each.of(output, space, own)? })
     }
 }
 

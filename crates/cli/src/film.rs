@@ -15,7 +15,7 @@ use yugen_optics::ColourSpace;
 /// Joins numbered pictures to a film: .mp4 (H.264) or .apng (animated PNG).
 ///
 /// `yugen film frame_%04d.png -o film.mp4` takes all that are there, in the order of their numbers. Pictures that hold
-/// light (.exr, .hdr) are shown by --curve and --exposure as `yugen render` shows them.
+/// light (.exr, .hdr) are shown by --curve, --exposure and --adaptation as `yugen render` shows them.
 #[derive(Args)]
 pub struct Film {
     /// The pictures' name with %d, or %04d for four digits, where the number is.
@@ -30,7 +30,7 @@ pub struct Film {
     fps: Option<f64>,
 
     #[command(flatten)]
-    display: argument::DisplayOptions,
+    display: argument::FilmDisplayOptions,
 }
 
 impl Film {
@@ -59,7 +59,7 @@ impl Film {
         let shown = pictures.values().all(|p| image::is_for_display(p));
         if shown && self.display.is_asked() {
             bail!(
-                "--curve and --exposure are for pictures of light (.exr, .hdr); these are as a display shows them"
+                "--curve, --exposure and --adaptation are for pictures of light (.exr, .hdr); these are as a display shows them"
             );
         }
         let space = ColourSpace::LinearSrgb;

@@ -133,7 +133,7 @@ impl Stage {
         scene.cameras = self.cameras();
         // Photometric numbers by firelight and by the last of the day are far above a display's white; by the moon they are not.
         if fire_light != FireLight::Out || hour == Hour::Dusk {
-            scene.display = Display { exposure: EXPOSURE, curve: Curve::AgX };
+            scene.display = Display { exposure: EXPOSURE, curve: Curve::AgX, ..Display::default() };
         }
         Ok(scene)
     }

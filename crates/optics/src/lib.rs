@@ -3,6 +3,7 @@
 //! Nothing here knows a reflectance model, a scene or a file. Vectors are `glam`'s; colours are linear
 //! RGB triples in a named [`colour::ColourSpace`].
 
+pub mod adaptation;
 pub mod colour;
 pub mod compare;
 pub mod distribution;

@@ -44,6 +44,7 @@ pub use texture::{Texture, TextureFilter, Value, Wrap};
 
 use std::sync::Arc;
 use yugen_optics::ColourSpace;
+use yugen_optics::adaptation::Adaptation;
 use yugen_optics::tonemap::Curve;
 
 /// Index into [`Scene::textures`].
@@ -91,4 +92,6 @@ pub struct Display {
     pub exposure: f32,
     /// From scene light to display light.
     pub curve: Curve,
+    /// What the exposure of a film follows.
+    pub adaptation: Adaptation,
 }

@@ -149,7 +149,7 @@ pub struct Render {
     moments: Moments,
 
     #[command(flatten)]
-    display: argument::DisplayOptions,
+    display: argument::FilmDisplayOptions,
 
     /// Print what was done as JSON, and no progress.
     #[arg(long)]
@@ -309,7 +309,7 @@ impl Render {
             ("--clamp", self.clamp.is_some()),
             ("--aov", !self.aov.is_empty()),
             ("--denoise", self.denoise),
-            ("--curve and --exposure", self.display.is_asked()),
+            ("--curve, --exposure and --adaptation", self.display.is_asked()),
             ("--resume of one picture", self.resume && !self.is_sequence()),
             ("--restart", self.restart),
             ("--keep", self.keep),

@@ -9,6 +9,7 @@ use crate::{Error, Place, atomic_write_with, check_writable};
 use std::io::Write;
 use std::path::Path;
 use yugen_optics::Image;
+use yugen_optics::adaptation::{Adaptation, Eye};
 
 /// Begins a film; what is wrong with it, as a sentence, where it cannot be.
 type Begin = for<'a> fn(Timing, [u32; 2], &'a mut dyn Write) -> Result<Box<dyn Encode + 'a>, String>;
@@ -91,13 +92,17 @@ pub struct Film<'a> {
     out: Option<&'a mut dyn Write>,
     encoder: Option<Box<dyn Encode + 'a>>,
     size: [u32; 2],
+    /// Who watches it, where the exposure follows that.
+    eye: Option<Eye>,
 }
 
 impl Film<'_> {
     /// Adds a frame; all of them must have the size of the first.
     pub fn add(&mut self, picture: &Image) -> Result<(), Error> {
         let wrong = |problem: String| Error::invalid(Place::file(self.path), problem);
-        let mut shown = show(picture, self.options, false).map_err(wrong)?;
+        let stops = self.eye.as_mut().map_or(0.0, |eye| eye.stops(picture));
+        let options = WriteOptions { exposure: self.options.exposure + stops, ..self.options.clone() };
+        let mut shown = show(picture, &options, false).map_err(wrong)?;
         let size = [shown.width, shown.height];
         if shown.channels == 1 {
             shown.data = shown.data.iter().flat_map(|&v| [v; 3]).collect();
@@ -119,7 +124,7 @@ impl Film<'_> {
 }
 
 /// Writes a film, whole or not at all: `fill` adds its frames. Where it adds fewer than it said, an animated PNG is
-/// refused and any other film is that much shorter. Of `options`, the space, the curve and the exposure count.
+/// refused and any other film is that much shorter. Of `options`, the space, the curve, the exposure and what it follows count.
 pub fn write<E: From<Error>>(
     path: &Path,
     timing: Timing,
@@ -129,7 +134,9 @@ pub fn write<E: From<Error>>(
     let format = known(path)?;
     let mut filled = Ok(());
     let written = atomic_write_with(path, |out| {
-        let mut film = Film { path, timing, options, format, out: Some(out), encoder: None, size: [0; 2] };
+        let eye = (options.adaptation == Adaptation::Eye).then(|| Eye::new(options.space, timing.rate));
+        let mut film =
+            Film { path, timing, options, format, out: Some(out), encoder: None, size: [0; 2], eye };
         filled = fill(&mut film);
         // The file is not kept then; the caller learns of the reason that it gave itself.
         let abandoned = || Error::invalid(Place::file(path), "the film was given up");
@@ -186,6 +193,33 @@ mod tests {
             let want = show(&frame(i, [37, 21]), &options, false).unwrap().bytes();
             assert_eq!(buffer, want, "frame {i}");
         }
+    }
+
+    #[test]
+    fn an_eye_gets_used_to_what_it_is_shown() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("dusk.apng");
+        // As bright as one another but for the first; the last of them is shown darker than the second.
+        let light = |i: usize| {
+            let mut image = Image::rgb(4, 4);
+            image.data.fill(if i == 0 { 0.1 } else { 0.4 });
+            image
+        };
+        let shown = |adaptation| {
+            let options = WriteOptions { adaptation, ..WriteOptions::from(ColourSpace::LinearSrgb) };
+            let timing = Timing { frames: 4, rate: 25.0 };
+            write(&path, timing, &options, |film| (0..4).try_for_each(|i| film.add(&light(i)))).unwrap();
+            let bytes = crate::read_bounded(&path, 1 << 24).unwrap();
+            let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().unwrap();
+            let mut buffer = vec![0; reader.output_buffer_size().unwrap()];
+            [(); 4].map(|()| {
+                reader.next_frame(&mut buffer).unwrap();
+                buffer[0]
+            })
+        };
+        let (as_it_is, adapted) = (shown(Adaptation::None), shown(Adaptation::Eye));
+        assert!(as_it_is[0] == adapted[0] && as_it_is[1] == as_it_is[3], "{as_it_is:?} {adapted:?}");
+        assert!(adapted[1] > adapted[2] && adapted[2] > adapted[3] && adapted[3] > adapted[0], "{adapted:?}");
     }
 
     #[test]

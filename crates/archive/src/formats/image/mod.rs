@@ -35,6 +35,7 @@ pub use about::{About, Channel, about, about_bytes};
 pub use foreign::{check_kind, is_raw};
 pub(super) use integer::show;
 use std::path::Path;
+use yugen_optics::adaptation::Adaptation;
 use yugen_optics::colour::rgb_to_rgb;
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image, Vec3};
@@ -190,6 +191,8 @@ pub struct WriteOptions {
     pub exposure: f32,
     /// PNG and JPEG: from scene light to display light.
     pub curve: Curve,
+    /// Films: what the exposure follows.
+    pub adaptation: Adaptation,
     /// EXR: text attributes, name and value.
     pub metadata: Vec<(String, String)>,
     /// What to do with values that are not finite; [`NonFinite::Keep`] only for EXR.
@@ -208,6 +211,7 @@ impl Default for WriteOptions {
             quality: 92,
             exposure: 0.0,
             curve: Curve::default(),
+            adaptation: Adaptation::default(),
             metadata: Vec::new(),
             non_finite: NonFinite::default(),
             raw: false,

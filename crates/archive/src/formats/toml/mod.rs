@@ -20,6 +20,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_motion::fire::{Fire, Flicker, PARAMETERS, Parameter};
+use yugen_optics::adaptation::Adaptation;
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image};
 use yugen_scene::Scene;
@@ -215,6 +216,9 @@ impl<'a> Reader<'a> {
         self.scene.display.exposure = keys.or("exposure", own.exposure, |i| i.number_in(-60.0, 60.0))?;
         self.scene.display.curve =
             keys.or("curve", own.curve, |i| i.one_of("curve", &Curve::ALL.map(|c| (c.name(), c))))?;
+        let adaptations = Adaptation::ALL.map(|a| (a.name(), a));
+        self.scene.display.adaptation =
+            keys.or("adaptation", own.adaptation, |i| i.one_of("adaptation", &adaptations))?;
         if let Some(filter) = keys.get("filter") {
             let filters = [
                 ("box", Filter::Box),

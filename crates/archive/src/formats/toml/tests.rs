@@ -412,7 +412,7 @@ fn shapes_follow_joints_and_caches_and_are_written_so() {
         assert!(said.contains(says), "{shape}: {said}");
     }
     // So is how it is shown.
-    scene.display = yugen_scene::Display { exposure: -5.5, curve: Curve::AgX };
+    scene.display = yugen_scene::Display { exposure: -5.5, curve: Curve::AgX, adaptation: Adaptation::Eye };
     super::write(&at("shown.toml"), &scene, &labels).unwrap();
     let bytes = std::fs::read(at("shown.toml")).unwrap();
     assert_eq!(super::read(&bytes, &at("shown.toml"), &Options::default()).unwrap().display, scene.display);

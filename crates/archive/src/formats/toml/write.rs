@@ -14,6 +14,7 @@ use std::sync::Arc;
 use yugen_motion::SkeletalMotion;
 use yugen_motion::fire::Fire;
 use yugen_optics::Image;
+use yugen_optics::adaptation::Adaptation;
 use yugen_reflectance::{Choice, Kind, ParamType};
 use yugen_scene::{
     Attachment, CachedMesh, Camera, Display, Figure, Film, Geometry, Light, Material, MaterialId, Part,
@@ -98,7 +99,8 @@ impl Writer<'_> {
         }
         let space = self.scene.working_space.name();
         let _ = writeln!(out, "[scene]\nworking_space = {0}\ncolours = {0}", quoted(space));
-        let (first, Display { exposure, curve }) = (self.scene.cameras.first(), self.scene.display);
+        let (first, Display { exposure, curve, adaptation }) =
+            (self.scene.cameras.first(), self.scene.display);
         let shown = self.scene.display != Display::default();
         if first.is_some() || shown {
             let _ = writeln!(out, "\n[film]");
@@ -108,6 +110,9 @@ impl Writer<'_> {
         }
         if shown {
             let _ = writeln!(out, "exposure = {exposure}\ncurve = {}", quoted(curve.name()));
+        }
+        if adaptation != Adaptation::default() {
+            let _ = writeln!(out, "adaptation = {}", quoted(adaptation.name()));
         }
         if let Some(first) = first {
             let _ = writeln!(out, "\n[render]\nsamples = {}", first.samples_per_pixel);

@@ -1,0 +1,166 @@
+//! How whoever watches a film gets used to its light.
+
+use crate::{ColourSpace, Image};
+use glam::Vec3;
+
+/// What the exposure of a film follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Adaptation {
+    /// Nothing: it is the same in all frames.
+    #[default]
+    None,
+    /// What the eye does: Krawczyk, Myszkowski and Seidel 2005, "Perceptual Effects in Real-Time Tone Mapping".
+    Eye,
+}
+
+impl Adaptation {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::None, Self::Eye];
+
+    /// The name in scene files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Eye => "eye",
+        }
+    }
+
+    /// The one called `name`, if there is one.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|a| a.name() == name)
+    }
+}
+
+/// How long rods and cones take, s. Durand and Dorsey 2000, "Interactive Tone Mapping".
+const RODS: f64 = 0.4;
+const CONES: f64 = 0.1;
+/// Luminance to which both are sensitive alike, cd/m².
+const MESOPIC: f64 = 0.04;
+/// Luminance that is added to every pixel before logarithms, cd/m², for those that are black.
+const LEAST: f64 = 1e-4;
+
+/// An eye that is shown one frame after another. It is used to the first as soon as it sees it; from then on the luminance
+/// that it is used to follows the geometric mean of each frame's exponentially, within .1 s by day and .4 s in the dark.
+/// Frames are brightened until what it is used to looks as bright as it does to an eye that had the time: bright
+/// things brighter than dark ones, less so than they are.
+#[derive(Clone, Copy, Debug)]
+pub struct Eye {
+    space: ColourSpace,
+    /// Of a frame, s.
+    seconds: f64,
+    /// Luminance that it is used to, cd/m², and stops of the first frame.
+    used_to: Option<(f64, f64)>,
+}
+
+impl Eye {
+    /// For pictures of `space`, their luminance in cd/m², so many a second.
+    pub fn new(space: ColourSpace, rate: f64) -> Self {
+        Self { space, seconds: 1.0 / rate, used_to: None }
+    }
+
+    /// By how many stops more than the first frame this one is brightened, which is the next.
+    pub fn stops(&mut self, picture: &Image) -> f32 {
+        let seen = mean_luminance(picture, self.space);
+        let (used_to, first) = match self.used_to {
+            None => (seen, brightening(seen)),
+            Some((last, first)) => {
+                // Rods and cones by the share that they have in seeing.
+                let rods = MESOPIC / (MESOPIC + seen);
+                let constant = rods * RODS + (1.0 - rods) * CONES;
+                (last + (seen - last) * -(-self.seconds / constant).exp_m1(), first)
+            }
+        };
+        self.used_to = Some((used_to, first));
+        (brightening(used_to) - first) as f32
+    }
+}
+
+/// Stops by which a picture of this mean luminance is brightened: its mean is to be shown as bright as the key of a scene
+/// like it, .03 of white by night and up to 1.03 in the brightest sun.
+fn brightening(luminance: f64) -> f64 {
+    let key = 1.03 - 2.0 / (2.0 + (luminance + 1.0).log10());
+    (key / luminance).log2()
+}
+
+/// Geometric mean over pixels, cd/m²; those that are no numbers are left out.
+fn mean_luminance(picture: &Image, space: ColourSpace) -> f64 {
+    let at = |name: &str| picture.channels.iter().position(|c| c == name);
+    // A picture without colours is grey.
+    let [r, g, b] = ["R", "G", "B"].map(|name| at(name).unwrap_or(0));
+    let (mut sum, mut count) = (0.0, 0u32);
+    for pixel in picture.data.chunks_exact(picture.channels.len().max(1)) {
+        let luminance = f64::from(space.luminance(Vec3::new(pixel[r], pixel[g], pixel[b])));
+        if luminance.is_finite() {
+            sum += (luminance.max(0.0) + LEAST).ln();
+            count += 1;
+        }
+    }
+    (sum / f64::from(count.max(1))).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPACE: ColourSpace = ColourSpace::LinearSrgb;
+
+    fn grey(luminance: f32) -> Image {
+        let mut image = Image::rgb(4, 2);
+        image.data.fill(luminance);
+        image
+    }
+
+    #[test]
+    fn a_light_that_stays_is_shown_as_it_was() {
+        let mut eye = Eye::new(SPACE, 24.0);
+        for _ in 0..50 {
+            assert!(eye.stops(&grey(3.0)).abs() < 1e-6);
+        }
+    }
+
+    /// After a step what the eye is used to has done 1 − 1/e of the way when the time constant has passed.
+    #[test]
+    fn the_eye_takes_a_tenth_of_a_second_by_day_and_four_in_the_dark() {
+        for (from, to, constant) in [(1e3, 4e3, 0.1), (4e3, 1e3, 0.1), (0.2, 1e-3, 0.3902)] {
+            let rate = 1000.0;
+            let mut eye = Eye::new(SPACE, rate);
+            eye.stops(&grey(from));
+            for _ in 0..(constant * rate) as u32 {
+                eye.stops(&grey(to));
+            }
+            let (used_to, _) = eye.used_to.unwrap();
+            let [from, to] = [from, to].map(|v| f64::from(v) + LEAST);
+            let way = (used_to - from) / (to - from);
+            assert!((way - (1.0 - (-1f64).exp())).abs() < 2e-3, "{from} to {to}: {way}");
+        }
+    }
+
+    /// However many frames a second there are, the same second looks the same.
+    #[test]
+    fn the_rate_of_frames_does_not_matter() {
+        let after_a_fifth = |rate: f64| {
+            let mut eye = Eye::new(SPACE, rate);
+            eye.stops(&grey(10.0));
+            (0..(0.2 * rate).round() as u32).map(|_| eye.stops(&grey(80.0))).last().unwrap()
+        };
+        assert!((after_a_fifth(25.0) - after_a_fifth(250.0)).abs() < 1e-4);
+        // Three stops more of light are shown brighter, and not by three stops.
+        let taken = after_a_fifth(25.0);
+        assert!((-3.0..-1.0).contains(&taken), "{taken}");
+    }
+
+    #[test]
+    fn black_and_what_is_no_number_are_no_trouble() {
+        let mut eye = Eye::new(SPACE, 24.0);
+        let mut bad = grey(1.0);
+        bad.data[0] = f32::NAN;
+        bad.data[3] = f32::INFINITY;
+        assert_eq!(eye.stops(&bad), 0.0);
+        for picture in [grey(0.0), grey(f32::NAN), grey(-1.0), grey(1e30), Image::rgb(0, 0)] {
+            assert!(eye.stops(&picture).is_finite());
+        }
+        for adaptation in Adaptation::ALL {
+            assert_eq!(Adaptation::from_name(adaptation.name()), Some(adaptation));
+        }
+    }
+}
