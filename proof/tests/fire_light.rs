@@ -1,7 +1,10 @@
 //! The light of a fire on what a costume and a stage are made of: the real-time renderer's closed form against the reference,
 //! which marches through the flame.
 
+mod reference;
+
 use glam::{Mat4, Vec2, Vec3};
+use reference::Difference;
 use yugen_motion::fire::{Fire, Flicker};
 use yugen_optics::Image;
 use yugen_optics::flip::mean_flip;
@@ -12,7 +15,6 @@ use yugen_scene::{
     Camera, Film, Filter, FovAxis, Geometry, Integrator, IntegratorKind, Material, ModelBuilder, Projection,
     Scene, Shape, Value, look_along,
 };
-use yugen_transport::render::{self, Action, Budget, Job};
 
 /// Pixels of a patch, of its rim on each side, and patches across.
 const SIDE: u32 = 12;
@@ -109,24 +111,11 @@ fn scene(flicker: Flicker) -> Scene {
     scene
 }
 
-/// How far pictures of a patch are off, over instants; `squares` and `of` may be products of two pictures of the same.
+/// How far pictures of a patch are off, over instants.
 #[derive(Clone, Copy, Default)]
-struct Sums {
-    squares: f64,
-    of: f64,
-    found: f64,
-    want: f64,
+struct Off {
+    light: Difference,
     flip: f64,
-}
-
-impl Sums {
-    fn error(&self) -> f64 {
-        (self.squares / self.of).sqrt()
-    }
-
-    fn ratio(&self) -> f64 {
-        self.found / self.want
-    }
 }
 
 /// Display values of a patch without its rim, from 0 to 1, as an exposure shows it that takes `white` to .5.
@@ -153,13 +142,6 @@ fn stage(gpu: &Gpu, rows: &Rows, lighting: Lighting) -> Stage {
     Stage::new(&gpu.device, &gpu.queue, rows, &options).expect("a stage")
 }
 
-fn reference(scene: &Scene, samples: u32, seed: u32) -> Image {
-    let options = render::Options { budget: Some(Budget::Samples(samples)), seed, ..Default::default() };
-    let job = Job::new(scene, &options).expect("the reference takes it");
-    assert!(job.run(|_, _| Action::Continue));
-    job.image().select(&["R", "G", "B"]).expect("a picture")
-}
-
 fn rgb(stage: &Stage) -> Image {
     stage.image().expect("a picture").select(&["R", "G", "B"]).expect("channels")
 }
@@ -172,63 +154,65 @@ fn materials_reflect_a_fire_as_in_the_reference() {
     let mut rows = Rows::new(&scene).expect("rows");
     let lightings = [Lighting::Full, Lighting::Paper];
     let mut stages = lightings.map(|l| stage(&gpu, &rows, l));
-    let mut sums = [[Sums::default(); 12]; 2];
+    let mut offs = [[Off::default(); 12]; 2];
     for instant in 0..INSTANTS {
         // Without a rhythm of their own, over half a minute.
         scene.pose(None, (instant as f32 * 0.618_034).fract() * 30.0).expect("a pose");
         // Two, so that their noise, which differs, is in no square.
-        let wants = [0, 1].map(|seed| reference(&scene, 128, seed));
+        let wants = [0, 1].map(|seed| reference::picture(&scene, 128, seed));
         let mut want = wants[0].clone();
         want.data.iter_mut().zip(&wants[1].data).for_each(|(a, b)| *a = 0.5 * (*a + b));
         rows.pose(&scene).expect("a pose of the same scene");
-        for (stage, sums) in stages.iter_mut().zip(&mut sums) {
+        for (stage, offs) in stages.iter_mut().zip(&mut offs) {
             assert!(stage.pose(&rows).expect("a pose"), "of the same stage");
             for _ in 0..16 {
                 stage.frame(&scene.cameras[0]).expect("a frame");
             }
             let found = rgb(stage);
-            for (i, sums) in sums.iter_mut().enumerate() {
+            for (i, off) in offs.iter_mut().enumerate() {
                 let (column, row) = (i as u32 % ACROSS, i as u32 / ACROSS);
                 let mut bright = 0.0f32;
                 for [x, y] in patch() {
                     let at = ((column * SIDE + x) as usize, (row * SIDE + y) as usize);
                     let pixels = [&found, &wants[0], &wants[1]].map(|p| p.pixel(at.0, at.1));
                     for c in 0..3 {
-                        let [a, b, other] = pixels.map(|p| f64::from(p[c]));
-                        bright = bright.max((0.5 * (b + other)) as f32);
-                        sums.squares += (a - b) * (a - other);
-                        sums.of += b * other;
-                        sums.found += a;
-                        sums.want += 0.5 * (b + other);
+                        let [a, b, other] = pixels.map(|p| p[c]);
+                        bright = bright.max(0.5 * (b + other));
+                        off.light.add(a, [b, other]);
                     }
                 }
                 let [a, b] = [&found, &want].map(|p| shown(p, column, row, bright));
-                sums.flip += mean_flip(&a, &b).expect("pictures of one size") / f64::from(INSTANTS);
+                off.flip += mean_flip(&a, &b).expect("pictures of one size") / f64::from(INSTANTS);
             }
         }
     }
     println!("{:<16} full: error ratio FLIP   paper: error ratio FLIP", "");
     for (i, shape) in scene.shapes.iter().take(12).enumerate() {
-        let [full, paper] = [sums[0][i], sums[1][i]];
+        let [full, paper] = [offs[0][i], offs[1][i]];
         println!(
             "{:<16}       {:.3} {:.3} {:.3}         {:.3} {:.3} {:.3}",
             shape.name,
-            full.error(),
-            full.ratio(),
+            full.light.error(),
+            full.light.ratio(),
             full.flip,
-            paper.error(),
-            paper.ratio(),
+            paper.light.error(),
+            paper.light.ratio(),
             paper.flip
         );
     }
     for (i, shape) in scene.shapes.iter().take(12).enumerate() {
-        let [full, paper] = [sums[0][i], sums[1][i]];
-        let (error, ratio) = (full.error(), full.ratio());
+        let [full, paper] = [offs[0][i], offs[1][i]];
+        let (error, ratio) = (full.light.error(), full.light.ratio());
         // Worst seen .043 and .975.
         assert!(error < 0.1 && (ratio - 1.0).abs() < 0.08, "{}: {error} {ratio}", shape.name);
         // The paper's highlight is no integral: on what costumes are made of it is not a third as near.
         let costume = i < 4;
-        assert!(!costume || paper.error() > 3.0 * error, "{}: {} {error}", shape.name, paper.error());
+        assert!(
+            !costume || paper.light.error() > 3.0 * error,
+            "{}: {} {error}",
+            shape.name,
+            paper.light.error()
+        );
     }
 }
 
@@ -269,7 +253,7 @@ fn light_flickers_as_in_the_reference() {
         for _ in 0..4 {
             stage.frame(&scene.cameras[0]).expect("a frame");
         }
-        let pictures = [rgb(&stage), reference(&scene, 128, 0), reference(&scene, 128, 1)];
+        let pictures = [rgb(&stage), reference::picture(&scene, 128, 0), reference::picture(&scene, 128, 1)];
         for (i, means) in watched.iter().zip(means) {
             let (column, row) = (i % ACROSS, i / ACROSS);
             for (picture, mean) in pictures.iter().zip(means) {

@@ -21,6 +21,10 @@ const FEW_LIGHTS: u32 = 8;
 /// Shadow rays of the first surface in a frame where there are more lights than few.
 const SHADOW_RAYS: u32 = 8;
 
+/// Shadow rays for all that is not a fire where there are fires: 8 lights of logs and sparks with a ray each took a seventh of the
+/// time of four bounces on the Noh stage, and two left the same noise.
+const BESIDE_FIRES: u32 = 2;
+
 /// `shade.wgsl` has 32 sets of samples for a surface, five of them its own.
 const _: () = assert!(5 + CANDIDATES + SHADOW_RAYS <= 32);
 
@@ -54,6 +58,7 @@ pub fn shade_pass(
          // Bounces from which roulette may end a path.\nconst ROULETTE: u32 = {ROULETTE}u;\n\
          // Most lights that the first surface considers, and its shadow rays.\nconst CANDIDATES: u32 = {CANDIDATES}u;\n\
          const FEW_LIGHTS: u32 = {FEW_LIGHTS}u;\nconst SHADOW_RAYS: u32 = {SHADOW_RAYS}u;\n\
+         const BESIDE_FIRES: u32 = {BESIDE_FIRES}u;\n\
          // Slabs of a fire.\nconst SLABS: u32 = {SLABS}u;\n\
          // Lights are not seen by the camera.\nconst HIDE_EMITTERS: bool = {};\n\
          // Some surface shines; something does that rays can find.\nconst HAS_SURFACE_LIGHTS: bool = {};\n\

@@ -86,6 +86,10 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     // The side that it was drawn towards.
     var facing = vec3<f32>(0.0);
     var absorption = vec3<f32>(0.0);
+    // What white paper in place of the first surface would reflect if nothing stood in the way of any light.
+    var white = vec3<f32>(0.0);
+    // Whether some surface has scattered the path: what mirrors show is as bright as it is.
+    var scattered = false;
     // Surfaces passed straight through count as little as those before the camera.
     var null_steps = 0u;
     for (var depth = 0u; alive && depth < SURFACES;) {
@@ -123,7 +127,9 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         let by_lights = LIGHTS_SUFFICE && candidates == count && shading_diffuse();
         let finds = RAYS_FIND_LIGHT && (!by_lights || HAS_BACKGROUND);
         alive = alive && (next.is_null || depth + 1u < BOUNCES || finds);
-        let plain_rays = select(SHADOW_RAYS, candidates, candidates <= FEW_LIGHTS);
+        // Beside fires other lights are few and weak: those of logs and sparks, and of the sky.
+        let few_rays = select(candidates, min(candidates, BESIDE_FIRES), slabs > 0u);
+        let plain_rays = select(SHADOW_RAYS, few_rays, candidates <= FEW_LIGHTS);
         let fires = select(slabs / SLABS, 0u, dark);
         let rays = plain_rays + min(fires, SHADOW_RAYS);
         let here = s;
@@ -164,7 +170,13 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                         u = sample2(pixel, first_set + 5u + i, view.index);
                         if (candidates < count) {
                             let part = sample2(pixel, first_set + 2u, view.index).x;
-                            let choice = emitter_choose(count, (f32(i) + part) / f32(candidates));
+                            let at = (f32(i) + part) / f32(candidates);
+                            var choice: Choice;
+                            if (HAS_SLABS && depth > 0u) {
+                                choice = emitter_choose_near(here.position, own_facing, at);
+                            } else {
+                                choice = emitter_choose(count, at);
+                            }
                             emitter = choice.entry;
                             chance = choice.probability * f32(candidates);
                         }
@@ -183,6 +195,9 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 }
                 if (of_light && (light.pdf <= 0.0 || chance <= 0.0) || !of_light && !next.combine) {
                     continue;
+                }
+                if (HAS_SLABS && of_light && depth == 0u) {
+                    white += light.radiance / (PI * light.pdf * chance);
                 }
                 let gaussian = of_light && !HEAD_LIGHT && is_slab(emitter);
                 f = shading_of_light(select(wi, light.wi, of_light), gaussian, light_gaussian);
@@ -241,6 +256,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                     since = 0.0;
                     drawn_pdf = select(next.pdf, 0.0, by_lights);
                     drawn_delta = next.is_delta;
+                    scattered = scattered || !next.is_delta;
                     depth += 1u;
                     if (!next.is_delta) {
                         // A rough bounce spreads the footprint like a lobe of that density.
@@ -313,6 +329,12 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             if (value != NONE) {
                 carried *= value_at(at, vec2<f32>(0.0), value).xyz;
+            }
+            // What comes by way of other surfaces and is brighter than that is a speck until there are many frames: it is dimmed to
+            // so much, by less with each frame, so that pictures tend to what they would be without.
+            if (HAS_SLABS && scattered && depth >= select(2u, 1u, of_light) && any(white > vec3<f32>(0.0))) {
+                let most = sqrt(f32(view.index + 1u)) * max(white.x, max(white.y, white.z));
+                carried *= min(1.0, most / max(max(carried.x, max(carried.y, carried.z)), 1e-30));
             }
             radiance += carried;
         }

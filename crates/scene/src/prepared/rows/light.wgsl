@@ -160,6 +160,50 @@ fn slab_mean(e: u32) -> vec3<f32> {
     return vec3_at(e + 18u);
 }
 
+// What comes of it at most to a surface at `position`, roughly; `facing`: the side that light has to come to, zero for both.
+fn slab_estimate(e: u32, position: vec3<f32>, facing: vec3<f32>) -> f32 {
+    let to = slab_mean(e) - position;
+    let d2 = dot(to, to) + float_at(e + 16u);
+    let wi = to * inverseSqrt(d2);
+    // As wide as it is, a part of it may be above the horizon of its middle.
+    let sine = min(sqrt(8.0 * float_at(e + 16u) / d2), 1.0);
+    let turned = max((dot(facing, wi) + sine) / (1.0 + sine), 0.0);
+    let intensity = slab_intensity(e);
+    let shines = (intensity.x + intensity.y + intensity.z) * (directivity(word_at(e + 17u), -wi) + 0.05);
+    return shines * select(turned + 0.02, 1.0, all(facing == vec3<f32>(0.0))) / d2;
+}
+
+// One emitter for a surface at `position`: by their power whether one of the slabs, and a slab by its estimate there.
+fn emitter_choose_near(position: vec3<f32>, facing: vec3<f32>, u: f32) -> Choice {
+    let plain = plain_count();
+    var share = 0.0;
+    if (plain > 0u) {
+        share = emitters_share(plain);
+        if (u < share || plain == emitter_count()) {
+            var choice = emitter_choose(plain, u / share);
+            choice.probability *= share;
+            return choice;
+        }
+    }
+    var v = (u - share) / (1.0 - share);
+    var chosen = Choice(plain, 0.0, 0.0);
+    var sum = 0.0;
+    for (var i = plain; i < emitter_count(); i += 1u) {
+        let size = slab_estimate(emitter_at(i), position, facing);
+        sum += size;
+        let own = size / max(sum, 1e-30);
+        // The number is stretched back to [0, 1) after each decision.
+        if (v < own) {
+            v /= own;
+            chosen = Choice(i, 0.0, size);
+        } else {
+            v = (v - own) / (1.0 - own);
+        }
+    }
+    chosen.probability *= (1.0 - share) / max(sum, 1e-30);
+    return chosen;
+}
+
 // How much it shines in the mean over directions.
 fn slab_intensity(e: u32) -> vec3<f32> {
     return vec3_at(e + 4u);
