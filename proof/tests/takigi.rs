@@ -34,9 +34,9 @@ struct Off {
 }
 
 impl Off {
-    /// Worst seen: .049, .173, .946 and .067.
+    /// Worst seen: .049, .127, .967 and .056.
     fn is_near(&self) -> bool {
-        self.all < 0.1 && self.surfaces < 0.3 && (self.ratio - 1.0).abs() < 0.1 && self.flip < 0.12
+        self.all < 0.1 && self.surfaces < 0.25 && (self.ratio - 1.0).abs() < 0.06 && self.flip < 0.1
     }
 }
 

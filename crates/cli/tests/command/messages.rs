@@ -152,6 +152,13 @@ fn parameters_and_what_is_suggested_for_them_agree() {
 fn a_display_is_for_display_formats() {
     let folder = scratch("messages/display");
     write(&folder, "a.toml", SPHERE);
+    let said = bad(yugen_in(&folder, "render a.toml --adaptation eye -o a.png"));
+    assert!(
+        said.contains("--adaptation is for films (.mp4, .apng)") && said.contains("a.png is none"),
+        "{said}"
+    );
+    let said = bad(yugen_in(&folder, "render a.toml --adaptation owl -o a.apng"));
+    assert!(said.contains("owl") && said.contains("none, eye"), "{said}");
     for (option, output) in [("--curve aces", "a.exr"), ("--exposure 1", "a.hdr"), ("--curve clip", "a.hdr")]
     {
         let name = option.split(' ').next().unwrap();
