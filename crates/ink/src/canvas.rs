@@ -114,8 +114,7 @@ pub struct Canvas {
     device: Device,
     queue: Queue,
     size: [u32; 2],
-    paper: &'static Paper,
-    pigments: [&'static Pigment; LAYERS],
+    materials: Materials,
     splat: wgpu::RenderPipeline,
     splat_group: wgpu::BindGroup,
     resolve: wgpu::RenderPipeline,
@@ -134,7 +133,7 @@ pub struct Canvas {
 }
 
 /// What a canvas is made of.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Materials {
     /// The paper.
     pub paper: &'static Paper,
@@ -320,8 +319,7 @@ impl Canvas {
             device: device.clone(),
             queue: queue.clone(),
             size,
-            paper: m.paper,
-            pigments: m.pigments,
+            materials: *m,
             splat,
             splat_group,
             resolve,
@@ -341,6 +339,11 @@ impl Canvas {
     /// Pixels across and down.
     pub fn size(&self) -> [u32; 2] {
         self.size
+    }
+
+    /// What it is made of.
+    pub fn materials(&self) -> &Materials {
+        &self.materials
     }
 
     /// Says which shape is seen at each pixel, row after row, for the stamps that end at outlines.
@@ -419,12 +422,12 @@ impl Canvas {
     pub fn layer(&self, layer: Layer) -> Result<Image, InkError> {
         /// The band in whose middle the eye is most sensitive.
         const GREEN: usize = 3;
-        let pigment = self.pigments[layer as usize];
+        let pigment = self.materials.pigments[layer as usize];
         let [a, b, s] = pigment.numbers();
         // What a layer without end reflects.
         let deep: [f32; BANDS] = std::array::from_fn(|i| a[i] - b[i]);
         let colour: Vec3 = band_to_rgb().iter().zip(deep).map(|(w, r)| *w * r).sum();
-        let below = self.paper.reflectance[GREEN];
+        let below = self.materials.paper.reflectance[GREEN];
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &["R", "G", "B", "A"]);
         for (pixel, [load, _]) in image.data.chunks_exact_mut(4).zip(self.load(layer)?) {
             let shown = over(a[GREEN], b[GREEN], s[GREEN], load, below);
@@ -436,8 +439,8 @@ impl Canvas {
 
     /// Colour of a load of ink of a layer on the paper, linear sRGB.
     pub fn shade(&self, layer: Layer, load: f32) -> Vec3 {
-        let [a, b, s] = self.pigments[layer as usize].numbers();
-        let paper = self.paper.reflectance;
+        let [a, b, s] = self.materials.pigments[layer as usize].numbers();
+        let paper = self.materials.paper.reflectance;
         let bands = (0..BANDS).map(|i| over(a[i], b[i], s[i], load, paper[i]));
         band_to_rgb().iter().zip(bands).map(|(w, r)| *w * r).sum()
     }

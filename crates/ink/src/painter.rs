@@ -35,6 +35,9 @@ use yugen_scene::prepared::{DrawRow, MeshRow, Rows};
 use yugen_scene::{Aov, Camera, Film, Filter, Scene};
 
 mod literally;
+mod live;
+
+use live::Sight;
 
 /// How a scene is painted.
 #[derive(Clone, Debug)]
@@ -82,10 +85,16 @@ pub struct Painter {
     light: Stage,
     /// How both are made.
     options: [Options; 2],
+    /// What is painted on, and one of another size or other materials that was before.
     canvas: Canvas,
+    spare: Option<Canvas>,
+    /// What was seen last in this pose, by different cameras.
+    sights: Vec<Sight>,
     /// The prints of the last painting.
     stamps: [Vec<Stamp>; LAYERS],
     style: Style,
+    /// Names of shapes.
+    names: Vec<String>,
     /// The controls of each draw, and what of single strokes is otherwise.
     of_draws: Arc<[Controls]>,
     edits: Arc<BTreeMap<u32, StrokeEdit>>,
@@ -127,8 +136,17 @@ pub struct Painting {
 /// Relative depth by which something must be nearer to cover a stroke that goes.
 const COVERS: f32 = 0.01;
 
+impl Painting {
+    /// The contour stroke at a place in the picture, pixels: of those within `reach` of it the nearest, of several that cover it
+    /// the one painted last.
+    pub fn stroke_at(&self, pixel: Vec2, reach: f32) -> Option<&Stroke> {
+        let near = self.strokes.iter().map(|s| (s.distance(pixel).max(0.0), s)).filter(|(d, _)| *d <= reach);
+        near.reduce(|best, next| if next.0 <= best.0 { next } else { best }).map(|(_, stroke)| stroke)
+    }
+}
+
 impl Painter {
-    /// For pictures of `camera`'s size of `scene` in any of its poses. `threads` prepare it.
+    /// For pictures of `scene` in any of its poses, at first of `camera`'s size. `threads` prepare it.
     pub fn new(
         device: &Device,
         queue: &Queue,
@@ -153,21 +171,10 @@ impl Painter {
         // Direct light: what is thrown to and fro a wash does not show.
         let lit = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options.clone() };
         let light = Stage::new(device, queue, &rows, &lit)?;
-        let names: Vec<&str> = scene.shapes.iter().map(|s| s.name.as_str()).collect();
-        let of_shapes = style.steering.controls(&style.controls, &names)?;
-        let of_draws = rows.draws.iter().map(|d| of_shapes[d.shape as usize - 1]).collect();
+        let names: Vec<String> = scene.shapes.iter().map(|s| s.name.clone()).collect();
+        let of_draws = of_draws(&style, &rows, &names)?;
         let edits = Arc::new(style.steering.strokes.clone());
-        let hand = plain_hand(&style, size);
-        let materials = Materials {
-            paper: style.paper,
-            pigments: style.pigments,
-            full: hand.radius(1.0),
-            bleed: style.controls.bleed,
-            roughness: style.controls.roughness,
-            unit: hand.unit,
-            seed: style.seed,
-        };
-        let canvas = Canvas::new(device, queue, size, &materials, &Resolve::default())?;
+        let canvas = Canvas::new(device, queue, size, &materials(&style, size), &Resolve::default())?;
         let mut painter = Self {
             device: device.clone(),
             queue: queue.clone(),
@@ -177,8 +184,11 @@ impl Painter {
             light,
             options: [options, lit],
             canvas,
+            spare: None,
+            sights: Vec::new(),
             stamps: Default::default(),
             style,
+            names,
             of_draws,
             unmet: edits.keys().copied().collect(),
             edits,
@@ -197,6 +207,7 @@ impl Painter {
 
     /// Takes over another pose of the scene. Creases, borders and what is welded stay those of the first.
     pub fn pose(&mut self, scene: &Scene) -> Result<(), InkError> {
+        self.sights.clear();
         self.rows.pose(scene)?;
         for (stage, options) in [&mut self.stage, &mut self.light].into_iter().zip(&self.options) {
             if !stage.pose(&self.rows)? {
@@ -263,6 +274,8 @@ impl Painter {
     /// What is where, as the real-time renderer sees it; what is in front of it.
     fn see(&mut self, camera: &Camera, projection: &Projection) -> Result<(Image, DepthMap), InkError> {
         let _span = tracing::info_span!("see").entered();
+        self.stage.resize(projection.size())?;
+        self.options[0].size = projection.size();
         // One sample in the middle of each pixel, whatever was seen before.
         self.stage.place(&self.rows.draws)?;
         self.stage.frame(camera)?;
@@ -292,22 +305,30 @@ impl Painter {
 
     /// Paints what `camera` sees of the scene; after another frame, with the strokes that it had ([`crate::tracking`]).
     pub fn paint(&mut self, camera: &Camera) -> Result<Painting, InkError> {
+        self.paint_while(camera, &|| true)
+    }
+
+    /// The same, given up with [`InkError::Stopped`] where `wanted` says between two steps that nobody wants it any more.
+    pub fn paint_while(&mut self, camera: &Camera, wanted: &dyn Fn() -> bool) -> Result<Painting, InkError> {
         let projection = Projection::new(camera)?;
-        let (seen, map) = self.see(camera, &projection)?;
-        let tones = {
-            let _span = tracing::info_span!("see_light").entered();
-            let small = small_camera(camera);
-            self.light.place(&self.rows.draws)?;
-            for _ in 0..FRAMES {
-                self.light.frame(&small)?;
-            }
-            let lit = self.light.image()?;
-            let light = self.style.controls.light;
-            Tones::new(&seen, &lit, &map, &projection, self.space, light)
-                .ok_or_else(|| InkError::Refused("the picture lacks normals or light".into()))?
-        };
-        let hand = self.hand(depths(&map));
-        let (strokes, dots) = self.strokes(&projection, &map, &hand);
+        self.fit(projection.size())?;
+        let sight = self.sight(camera, &projection, wanted)?;
+        let painting = self.paint_seen(&sight, &projection, wanted);
+        self.keep(sight);
+        painting
+    }
+
+    fn paint_seen(
+        &mut self,
+        Sight { seen, lit, map, .. }: &Sight,
+        projection: &Projection,
+        wanted: &dyn Fn() -> bool,
+    ) -> Result<Painting, InkError> {
+        let tones = Tones::new(seen, lit, map, projection, self.space, self.style.controls.light)
+            .ok_or_else(|| InkError::Refused("the picture lacks normals or light".into()))?;
+        let hand = self.hand(depths(map));
+        let (strokes, dots) = self.strokes(projection, map, &hand);
+        go_on(wanted)?;
         let mut layers: [Vec<Stamp>; LAYERS] = Default::default();
         let (unit, seed) = (hand.unit, self.style.seed);
         let small: HashSet<u32> = dots.iter().map(|(draw, _)| *draw).collect();
@@ -315,8 +336,8 @@ impl Painter {
         let surfaces = Surfaces {
             rows: &self.rows,
             without: &small,
-            projection: &projection,
-            map: &map,
+            projection,
+            map,
             tones: &tones,
             of_draws: &self.of_draws,
             unit,
@@ -324,6 +345,7 @@ impl Painter {
             seed,
         };
         layers[Layer::Wash as usize] = wash::stamps(&surfaces);
+        go_on(wanted)?;
         let wrinkles = wrinkle::strokes(self.style.manner, &surfaces);
         for stroke in &wrinkles {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Wrinkle as usize]);
@@ -333,6 +355,7 @@ impl Painter {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Contour as usize]);
         }
         layers[Layer::Dot as usize] = dots.into_iter().filter_map(|(_, stamp)| stamp).collect();
+        go_on(wanted)?;
         let _span = tracing::info_span!("paint", stamps = layers[Layer::Contour as usize].len()).entered();
         self.canvas.outline(&map.shape);
         self.canvas.paint(&layers);
@@ -484,6 +507,31 @@ fn small_camera(camera: &Camera) -> Camera {
 /// Pixels that stand for one in a picture of 1080 lines.
 pub fn unit(size: [u32; 2]) -> f32 {
     size[1] as f32 / 1080.0
+}
+
+/// [`InkError::Stopped`] where it is not wanted any more.
+fn go_on(wanted: &dyn Fn() -> bool) -> Result<(), InkError> {
+    if wanted() { Ok(()) } else { Err(InkError::Stopped) }
+}
+
+/// The controls of each draw.
+fn of_draws(style: &Style, rows: &Rows, names: &[String]) -> Result<Arc<[Controls]>, InkError> {
+    let of_shapes = style.steering.controls(&style.controls, names)?;
+    Ok(rows.draws.iter().map(|d| of_shapes[d.shape as usize - 1]).collect())
+}
+
+/// What a style has the canvas made of.
+fn materials(style: &Style, size: [u32; 2]) -> Materials {
+    let hand = plain_hand(style, size);
+    Materials {
+        paper: style.paper,
+        pigments: style.pigments,
+        full: hand.radius(1.0),
+        bleed: style.controls.bleed,
+        roughness: style.controls.roughness,
+        unit: hand.unit,
+        seed: style.seed,
+    }
 }
 
 /// The hand where nothing is known of the scene.
