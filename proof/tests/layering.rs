@@ -18,7 +18,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("noh", &["optics", "reflectance", "motion", "scene"]),
     ("ink", &["optics", "reflectance", "motion", "scene", "transport", "realtime"]),
     ("exhibit", &["optics", "reflectance", "motion", "scene", "transport", "realtime", "ink"]),
-    ("view", &["optics", "reflectance", "motion", "scene", "transport", "realtime"]),
+    ("view", &["optics", "reflectance", "motion", "scene", "transport", "realtime", "ink"]),
     ("proof", &["optics", "reflectance"]),
     (
         "cli",

@@ -23,7 +23,9 @@ use yugen_optics::Image;
 use yugen_realtime::device::{checked, map};
 
 /// How many layers there are.
-pub const LAYERS: usize = 5;
+pub const LAYERS: usize = 7;
+/// How many of them are painted by brush, the first ones; the others are laid on.
+pub const BRUSHED: usize = 5;
 
 /// Layers of ink, in the order in which they are painted, light to dark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,11 +40,16 @@ pub enum Layer {
     Contour,
     /// Dots (dian).
     Dot,
+    /// An inscription (ti).
+    Inscription,
+    /// A seal (yin).
+    Seal,
 }
 
 impl Layer {
     /// All, in order.
-    pub const ALL: [Self; LAYERS] = [Self::Wash, Self::Wrinkle, Self::Rub, Self::Contour, Self::Dot];
+    pub const ALL: [Self; LAYERS] =
+        [Self::Wash, Self::Wrinkle, Self::Rub, Self::Contour, Self::Dot, Self::Inscription, Self::Seal];
 
     /// Part of the ink of a wet place that flows: a wash is mostly water, a line of thick ink keeps its edge.
     pub(crate) fn mobile(self) -> f32 {
@@ -51,6 +58,8 @@ impl Layer {
             Self::Wrinkle => 0.25,
             // A brush that was wiped off has no water that runs.
             Self::Rub => 0.0,
+            // Laid on dry.
+            Self::Inscription | Self::Seal => 0.0,
             Self::Contour => 0.3,
             Self::Dot => 0.4,
         }
@@ -64,6 +73,8 @@ impl Layer {
             Self::Rub => "ca",
             Self::Contour => "gou",
             Self::Dot => "dian",
+            Self::Inscription => "ti",
+            Self::Seal => "yin",
         }
     }
 }
@@ -114,8 +125,7 @@ pub struct Canvas {
     device: Device,
     queue: Queue,
     size: [u32; 2],
-    paper: &'static Paper,
-    pigments: [&'static Pigment; LAYERS],
+    materials: Materials,
     splat: wgpu::RenderPipeline,
     splat_group: wgpu::BindGroup,
     resolve: wgpu::RenderPipeline,
@@ -134,7 +144,7 @@ pub struct Canvas {
 }
 
 /// What a canvas is made of.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Materials {
     /// The paper.
     pub paper: &'static Paper,
@@ -180,6 +190,7 @@ impl Canvas {
                 format,
                 usage: TextureUsages::RENDER_ATTACHMENT
                     | TextureUsages::TEXTURE_BINDING
+                    | TextureUsages::COPY_DST
                     | TextureUsages::COPY_SRC,
                 view_formats: &[],
             })
@@ -320,8 +331,7 @@ impl Canvas {
             device: device.clone(),
             queue: queue.clone(),
             size,
-            paper: m.paper,
-            pigments: m.pigments,
+            materials: *m,
             splat,
             splat_group,
             resolve,
@@ -343,6 +353,11 @@ impl Canvas {
         self.size
     }
 
+    /// What it is made of.
+    pub fn materials(&self) -> &Materials {
+        &self.materials
+    }
+
     /// Says which shape is seen at each pixel, row after row, for the stamps that end at outlines.
     pub fn outline(&self, shapes: &[u32]) {
         let [width, height] = self.size;
@@ -355,8 +370,24 @@ impl Canvas {
         self.queue.write_texture(self.shapes.as_image_copy(), bytemuck::cast_slice(shapes), layout, size);
     }
 
+    /// Lays ink or paste on a layer that is not painted by brush, in place of what was there: a load for each pixel.
+    pub fn lay(&self, layer: Layer, loads: &[f32]) {
+        let [width, height] = self.size;
+        if loads.len() != width as usize * height as usize {
+            return;
+        }
+        let texels: Vec<[half::f16; 4]> =
+            loads.iter().map(|v| [*v, 0.0, 0.0, 0.0].map(half::f16::from_f32)).collect();
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * width), rows_per_image: None };
+        let size = Extent3d { width, height, depth_or_array_layers: 1 };
+        let mut to = self.dried.as_image_copy();
+        to.origin.z = layer as u32;
+        self.queue.write_texture(to, bytemuck::cast_slice(&texels), layout, size);
+    }
+
     /// Paints: the stamps of each layer, in place of what was there.
-    pub fn paint(&self, layers: &[Vec<Stamp>; LAYERS]) {
+    pub fn paint(&self, layers: &[Vec<Stamp>; BRUSHED]) {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         for (layer, stamps) in (0..).zip(layers) {
             let [view, dried] = [&self.loads, &self.dried].map(|t| one_layer(t, layer));
@@ -419,12 +450,12 @@ impl Canvas {
     pub fn layer(&self, layer: Layer) -> Result<Image, InkError> {
         /// The band in whose middle the eye is most sensitive.
         const GREEN: usize = 3;
-        let pigment = self.pigments[layer as usize];
+        let pigment = self.materials.pigments[layer as usize];
         let [a, b, s] = pigment.numbers();
         // What a layer without end reflects.
         let deep: [f32; BANDS] = std::array::from_fn(|i| a[i] - b[i]);
         let colour: Vec3 = band_to_rgb().iter().zip(deep).map(|(w, r)| *w * r).sum();
-        let below = self.paper.reflectance[GREEN];
+        let below = self.materials.paper.reflectance[GREEN];
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &["R", "G", "B", "A"]);
         for (pixel, [load, _]) in image.data.chunks_exact_mut(4).zip(self.load(layer)?) {
             let shown = over(a[GREEN], b[GREEN], s[GREEN], load, below);
@@ -436,8 +467,8 @@ impl Canvas {
 
     /// Colour of a load of ink of a layer on the paper, linear sRGB.
     pub fn shade(&self, layer: Layer, load: f32) -> Vec3 {
-        let [a, b, s] = self.pigments[layer as usize].numbers();
-        let paper = self.paper.reflectance;
+        let [a, b, s] = self.materials.pigments[layer as usize].numbers();
+        let paper = self.materials.paper.reflectance;
         let bands = (0..BANDS).map(|i| over(a[i], b[i], s[i], load, paper[i]));
         band_to_rgb().iter().zip(bands).map(|(w, r)| *w * r).sum()
     }

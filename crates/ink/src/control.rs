@@ -38,6 +38,14 @@ macro_rules! controls {
         }
 
         impl Controls {
+            /// The value of the control called `name`.
+            pub fn get(&self, name: &str) -> Option<f32> {
+                match name {
+                    $(stringify!($name) => Some(self.$name),)*
+                    _ => None,
+                }
+            }
+
             /// The control called `name`.
             fn slot(&mut self, name: &str) -> Option<&mut f32> {
                 match name {
@@ -96,7 +104,7 @@ mod tests {
         for c in CONTROLS {
             assert!((c.min..=c.max).contains(&c.default) && !c.doc.is_empty(), "{}", c.name);
             controls.set(c.name, c.max).unwrap();
-            assert_eq!(controls.slot(c.name).copied(), Some(c.max));
+            assert_eq!(controls.get(c.name), Some(c.max));
         }
         let said = |name, value| Controls::default().set(name, value).unwrap_err().to_string();
         assert!(said("dryeness", 0.5).contains("did you mean 'dryness'?"));

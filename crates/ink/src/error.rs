@@ -23,6 +23,9 @@ pub enum InkError {
     /// The device.
     #[error("the GPU refused: {0}")]
     Refused(String),
+    /// Nobody wants it any more.
+    #[error("the painting was stopped")]
+    Stopped,
     /// A preset or a control.
     #[error("{0}")]
     Preset(String),

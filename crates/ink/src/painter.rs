@@ -1,12 +1,13 @@
 //! From a scene to its painting.
 
 use crate::InkError;
-use crate::canvas::{Canvas, LAYERS, Layer, Materials};
+use crate::canvas::{BRUSHED, Canvas, LAYERS, Layer, Materials};
 use crate::contour::MeshPoint;
 use crate::contour::{Surface, to_world};
 use crate::control::Controls;
 use crate::depth::DepthMap;
 use crate::dot;
+use crate::mount::Mounting;
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
 use crate::projection::Projection;
@@ -14,6 +15,7 @@ use crate::resolve::Resolve;
 use crate::rub;
 use crate::scatter::Surfaces;
 use crate::select::select;
+use crate::signature::{Mark, Signature};
 use crate::stamp::{self, Stamp};
 use crate::steering::{Steering, StrokeEdit};
 use crate::stroke::{Hand, Stroke};
@@ -35,6 +37,9 @@ use yugen_scene::prepared::{DrawRow, MeshRow, Rows};
 use yugen_scene::{Aov, Camera, Film, Filter, Scene};
 
 mod literally;
+mod live;
+
+use live::Sight;
 
 /// How a scene is painted.
 #[derive(Clone, Debug)]
@@ -51,6 +56,8 @@ pub struct Style {
     pub creases: Creases,
     /// What is otherwise of single objects and strokes.
     pub steering: Steering,
+    /// Inscription and seal.
+    pub signature: Option<Arc<Signature>>,
     /// Same seed, same painting.
     pub seed: u32,
 }
@@ -60,10 +67,11 @@ impl Default for Style {
         Self {
             controls: Controls::default(),
             paper: &PAPERS[0],
-            pigments: [&PIGMENTS[0]; LAYERS],
+            pigments: pigments(&PIGMENTS[0]),
             manner: &MANNERS[0],
             creases: Creases::default(),
             steering: Steering::default(),
+            signature: None,
             seed: 0,
         }
     }
@@ -82,10 +90,18 @@ pub struct Painter {
     light: Stage,
     /// How both are made.
     options: [Options; 2],
+    /// What is painted on, and one of another size or other materials that was before.
     canvas: Canvas,
+    spare: Option<Canvas>,
+    /// What was seen last in this pose, by different cameras.
+    sights: Vec<Sight>,
+    /// What is written and pressed on the canvas.
+    marks: Vec<Mark>,
     /// The prints of the last painting.
-    stamps: [Vec<Stamp>; LAYERS],
+    stamps: [Vec<Stamp>; BRUSHED],
     style: Style,
+    /// Names of shapes.
+    names: Vec<String>,
     /// The controls of each draw, and what of single strokes is otherwise.
     of_draws: Arc<[Controls]>,
     edits: Arc<BTreeMap<u32, StrokeEdit>>,
@@ -118,8 +134,8 @@ pub struct Painting {
     pub strokes: Vec<Stroke>,
     /// The strokes of wrinkles.
     pub wrinkles: Vec<Stroke>,
-    /// Stamps of each layer, in the order of [`Layer::ALL`].
-    pub stamps: [usize; LAYERS],
+    /// Stamps of each layer that is painted by brush, in the order of [`Layer::ALL`].
+    pub stamps: [usize; BRUSHED],
     /// What became of the strokes of the frame before.
     pub change: Change,
 }
@@ -127,8 +143,17 @@ pub struct Painting {
 /// Relative depth by which something must be nearer to cover a stroke that goes.
 const COVERS: f32 = 0.01;
 
+impl Painting {
+    /// The contour stroke at a place in the picture, pixels: of those within `reach` of it the nearest, of several that cover it
+    /// the one painted last.
+    pub fn stroke_at(&self, pixel: Vec2, reach: f32) -> Option<&Stroke> {
+        let near = self.strokes.iter().map(|s| (s.distance(pixel).max(0.0), s)).filter(|(d, _)| *d <= reach);
+        near.reduce(|best, next| if next.0 <= best.0 { next } else { best }).map(|(_, stroke)| stroke)
+    }
+}
+
 impl Painter {
-    /// For pictures of `camera`'s size of `scene` in any of its poses. `threads` prepare it.
+    /// For pictures of `scene` in any of its poses, at first of `camera`'s size. `threads` prepare it.
     pub fn new(
         device: &Device,
         queue: &Queue,
@@ -153,21 +178,10 @@ impl Painter {
         // Direct light: what is thrown to and fro a wash does not show.
         let lit = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options.clone() };
         let light = Stage::new(device, queue, &rows, &lit)?;
-        let names: Vec<&str> = scene.shapes.iter().map(|s| s.name.as_str()).collect();
-        let of_shapes = style.steering.controls(&style.controls, &names)?;
-        let of_draws = rows.draws.iter().map(|d| of_shapes[d.shape as usize - 1]).collect();
+        let names: Vec<String> = scene.shapes.iter().map(|s| s.name.clone()).collect();
+        let of_draws = of_draws(&style, &rows, &names)?;
         let edits = Arc::new(style.steering.strokes.clone());
-        let hand = plain_hand(&style, size);
-        let materials = Materials {
-            paper: style.paper,
-            pigments: style.pigments,
-            full: hand.radius(1.0),
-            bleed: style.controls.bleed,
-            roughness: style.controls.roughness,
-            unit: hand.unit,
-            seed: style.seed,
-        };
-        let canvas = Canvas::new(device, queue, size, &materials, &Resolve::default())?;
+        let canvas = Canvas::new(device, queue, size, &materials(&style, size), &Resolve::default())?;
         let mut painter = Self {
             device: device.clone(),
             queue: queue.clone(),
@@ -177,8 +191,12 @@ impl Painter {
             light,
             options: [options, lit],
             canvas,
+            spare: None,
+            sights: Vec::new(),
+            marks: Vec::new(),
             stamps: Default::default(),
             style,
+            names,
             of_draws,
             unmet: edits.keys().copied().collect(),
             edits,
@@ -187,6 +205,7 @@ impl Painter {
             tracker: Tracker::default(),
         };
         painter.find_topologies();
+        painter.mark()?;
         Ok(painter)
     }
 
@@ -197,6 +216,7 @@ impl Painter {
 
     /// Takes over another pose of the scene. Creases, borders and what is welded stay those of the first.
     pub fn pose(&mut self, scene: &Scene) -> Result<(), InkError> {
+        self.sights.clear();
         self.rows.pose(scene)?;
         for (stage, options) in [&mut self.stage, &mut self.light].into_iter().zip(&self.options) {
             if !stage.pose(&self.rows)? {
@@ -263,6 +283,8 @@ impl Painter {
     /// What is where, as the real-time renderer sees it; what is in front of it.
     fn see(&mut self, camera: &Camera, projection: &Projection) -> Result<(Image, DepthMap), InkError> {
         let _span = tracing::info_span!("see").entered();
+        self.stage.resize(projection.size())?;
+        self.options[0].size = projection.size();
         // One sample in the middle of each pixel, whatever was seen before.
         self.stage.place(&self.rows.draws)?;
         self.stage.frame(camera)?;
@@ -292,31 +314,39 @@ impl Painter {
 
     /// Paints what `camera` sees of the scene; after another frame, with the strokes that it had ([`crate::tracking`]).
     pub fn paint(&mut self, camera: &Camera) -> Result<Painting, InkError> {
+        self.paint_while(camera, &|| true)
+    }
+
+    /// The same, given up with [`InkError::Stopped`] where `wanted` says between two steps that nobody wants it any more.
+    pub fn paint_while(&mut self, camera: &Camera, wanted: &dyn Fn() -> bool) -> Result<Painting, InkError> {
         let projection = Projection::new(camera)?;
-        let (seen, map) = self.see(camera, &projection)?;
-        let tones = {
-            let _span = tracing::info_span!("see_light").entered();
-            let small = small_camera(camera);
-            self.light.place(&self.rows.draws)?;
-            for _ in 0..FRAMES {
-                self.light.frame(&small)?;
-            }
-            let lit = self.light.image()?;
-            let light = self.style.controls.light;
-            Tones::new(&seen, &lit, &map, &projection, self.space, light)
-                .ok_or_else(|| InkError::Refused("the picture lacks normals or light".into()))?
-        };
-        let hand = self.hand(depths(&map));
-        let (strokes, dots) = self.strokes(&projection, &map, &hand);
-        let mut layers: [Vec<Stamp>; LAYERS] = Default::default();
+        self.fit(projection.size())?;
+        let sight = self.sight(camera, &projection, wanted)?;
+        let painting = self.paint_seen(&sight, &projection, wanted);
+        self.keep(sight);
+        painting
+    }
+
+    fn paint_seen(
+        &mut self,
+        Sight { seen, lit, map, .. }: &Sight,
+        projection: &Projection,
+        wanted: &dyn Fn() -> bool,
+    ) -> Result<Painting, InkError> {
+        let tones = Tones::new(seen, lit, map, projection, self.space, self.style.controls.light)
+            .ok_or_else(|| InkError::Refused("the picture lacks normals or light".into()))?;
+        let hand = self.hand(depths(map));
+        let (strokes, dots) = self.strokes(projection, map, &hand);
+        go_on(wanted)?;
+        let mut layers: [Vec<Stamp>; BRUSHED] = Default::default();
         let (unit, seed) = (hand.unit, self.style.seed);
         let small: HashSet<u32> = dots.iter().map(|(draw, _)| *draw).collect();
         let near = |depth| hand.nearness(depth);
         let surfaces = Surfaces {
             rows: &self.rows,
             without: &small,
-            projection: &projection,
-            map: &map,
+            projection,
+            map,
             tones: &tones,
             of_draws: &self.of_draws,
             unit,
@@ -324,6 +354,7 @@ impl Painter {
             seed,
         };
         layers[Layer::Wash as usize] = wash::stamps(&surfaces);
+        go_on(wanted)?;
         let wrinkles = wrinkle::strokes(self.style.manner, &surfaces);
         for stroke in &wrinkles {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Wrinkle as usize]);
@@ -333,6 +364,7 @@ impl Painter {
             stamp::along(stroke, hand.radius(1.0), &mut layers[Layer::Contour as usize]);
         }
         layers[Layer::Dot as usize] = dots.into_iter().filter_map(|(_, stamp)| stamp).collect();
+        go_on(wanted)?;
         let _span = tracing::info_span!("paint", stamps = layers[Layer::Contour as usize].len()).entered();
         self.canvas.outline(&map.shape);
         self.canvas.paint(&layers);
@@ -349,9 +381,10 @@ impl Painter {
     /// Paints the last painting anew up to a part of its prints, 0 to 1, in the order in which they are put down; wet ink dries as it
     /// does in the whole.
     pub fn repaint(&self, part: f64) {
+        self.lay(part >= 1.0);
         let all: usize = self.stamps.iter().map(Vec::len).sum();
         let mut left = (part.clamp(0.0, 1.0) * all as f64).ceil() as usize;
-        let layers: [Vec<Stamp>; LAYERS] = std::array::from_fn(|i| {
+        let layers: [Vec<Stamp>; BRUSHED] = std::array::from_fn(|i| {
             let count = self.stamps[i].len().min(left);
             left -= count;
             self.stamps[i][..count].to_vec()
@@ -431,12 +464,21 @@ impl Painter {
     }
 
     /// The strokes of a painting as SVG. `name`: of a shape by its number, counted from one.
-    pub fn svg(&self, painting: &Painting, name: &dyn Fn(u32) -> String, frame: Option<u32>) -> String {
+    pub fn svg(
+        &self,
+        painting: &Painting,
+        name: &dyn Fn(u32) -> String,
+        mounting: Option<&Mounting>,
+        frame: Option<u32>,
+    ) -> String {
         let drawing = Drawing {
             size: self.size,
             paper: self.style.paper.rgb(),
             shade: &|load| self.canvas.shade(Layer::Contour, load),
             name,
+            marks: &self.marks,
+            of_marks: &|layer| self.canvas.shade(layer, 1.0),
+            mounting,
             frame,
         };
         svg(&[(Layer::Wrinkle, &painting.wrinkles), (Layer::Contour, &painting.strokes)], &drawing)
@@ -448,8 +490,9 @@ impl Painter {
         if !layers {
             return Ok(picture);
         }
-        let parts = Layer::ALL.map(|l| self.canvas.layer(l).map(|image| (l, image)));
-        let parts: Vec<(Layer, Image)> = parts.into_iter().collect::<Result<_, _>>()?;
+        let used = |l: &Layer| (*l as usize) < BRUSHED || self.marks.iter().any(|m| m.layer == *l);
+        let parts = Layer::ALL.into_iter().filter(used).map(|l| Ok((l, self.canvas.layer(l)?)));
+        let parts: Vec<(Layer, Image)> = parts.collect::<Result<_, InkError>>()?;
         let names = parts.iter().flat_map(|(l, _)| ["R", "G", "B", "A"].map(|c| format!("{}.{c}", l.name())));
         let channels: Vec<String> = picture.channels.iter().cloned().chain(names).collect();
         let mut data = Vec::with_capacity(picture.width * picture.height * channels.len());
@@ -484,6 +527,38 @@ fn small_camera(camera: &Camera) -> Camera {
 /// Pixels that stand for one in a picture of 1080 lines.
 pub fn unit(size: [u32; 2]) -> f32 {
     size[1] as f32 / 1080.0
+}
+
+/// One for all that is painted and written with ink; seals are cinnabar.
+pub(crate) fn pigments(ink: &'static Pigment) -> [&'static Pigment; LAYERS] {
+    let mut pigments = [ink; LAYERS];
+    pigments[Layer::Seal as usize] = Pigment::find("cinnabar").unwrap_or(ink);
+    pigments
+}
+
+/// [`InkError::Stopped`] where it is not wanted any more.
+fn go_on(wanted: &dyn Fn() -> bool) -> Result<(), InkError> {
+    if wanted() { Ok(()) } else { Err(InkError::Stopped) }
+}
+
+/// The controls of each draw.
+fn of_draws(style: &Style, rows: &Rows, names: &[String]) -> Result<Arc<[Controls]>, InkError> {
+    let of_shapes = style.steering.controls(&style.controls, names)?;
+    Ok(rows.draws.iter().map(|d| of_shapes[d.shape as usize - 1]).collect())
+}
+
+/// What a style has the canvas made of.
+fn materials(style: &Style, size: [u32; 2]) -> Materials {
+    let hand = plain_hand(style, size);
+    Materials {
+        paper: style.paper,
+        pigments: style.pigments,
+        full: hand.radius(1.0),
+        bleed: style.controls.bleed,
+        roughness: style.controls.roughness,
+        unit: hand.unit,
+        seed: style.seed,
+    }
 }
 
 /// The hand where nothing is known of the scene.

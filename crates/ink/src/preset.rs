@@ -1,13 +1,14 @@
 //! Ways of painting, from a small text file.
 
 use crate::InkError;
-use crate::canvas::{LAYERS, Layer};
+use crate::canvas::Layer;
 use crate::control::CONTROLS;
-use crate::painter::Style;
+use crate::painter::{Style, pigments};
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
 use crate::steering::{self, Steering, StrokeEdit};
 use crate::wrinkle::{MANNERS, Manner};
+use std::fmt::Write;
 use toml::de::{DeTable, DeValue};
 use yugen_scene::suggest;
 
@@ -57,6 +58,57 @@ pub fn find(name: &str) -> Result<Preset, InkError> {
 pub fn read(text: &str, name: &str) -> Result<Preset, InkError> {
     let table = parse(text).map_err(|e| InkError::Preset(format!("{name}: {e}")))?;
     preset(name, &table).map_err(|e| InkError::Preset(format!("{name}: {e}")))
+}
+
+/// The text of a file that [`read`] makes the same style of, but for its creases and seed.
+pub fn write(style: &Style, doc: &str) -> String {
+    let mut out = String::new();
+    let pigment = |layer: Layer| style.pigments[layer as usize].name;
+    let words = [
+        ("doc", doc),
+        ("paper", style.paper.name),
+        ("pigment", pigment(Layer::Contour)),
+        ("wash_pigment", pigment(Layer::Wash)),
+        ("manner", style.manner.name),
+    ];
+    for (key, word) in words {
+        let _ = writeln!(out, "{key} = {}", quoted(word));
+    }
+    for c in CONTROLS {
+        let value = style.controls.get(c.name).filter(|v| *v != c.default);
+        if let Some(v) = value {
+            let _ = writeln!(out, "{} = {v}", c.name);
+        }
+    }
+    for (name, changes) in &style.steering.objects {
+        let _ = writeln!(out, "\n[object.{}]", quoted(name));
+        for (name, v) in changes.iter() {
+            let _ = writeln!(out, "{name} = {v}");
+        }
+    }
+    for (id, edit) in &style.steering.strokes {
+        let _ = writeln!(out, "\n[stroke.{id:08x}]");
+        if edit.hide {
+            out.push_str("hide = true\n");
+        }
+        for (name, v) in edit.changes.iter() {
+            let _ = writeln!(out, "{name} = {v}");
+        }
+    }
+    out
+}
+
+/// A string of TOML.
+fn quoted(text: &str) -> String {
+    let mut out = String::from('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            c if c.is_control() => out += &format!("\\u{:04X}", u32::from(c)),
+            c => out.push(c),
+        }
+    }
+    out + "\""
 }
 
 fn parse(text: &str) -> Result<DeTable<'_>, InkError> {
@@ -159,7 +211,7 @@ pub fn set_name(style: &mut Style, key: &str, word: &str) -> Result<(), InkError
             // A wash of its own stays.
             let wash = style.pigments[Layer::Wash as usize];
             let own = wash != style.pigments[Layer::Contour as usize];
-            style.pigments = [pigment()?; LAYERS];
+            style.pigments = pigments(pigment()?);
             if own {
                 style.pigments[Layer::Wash as usize] = wash;
             }
@@ -196,6 +248,33 @@ mod tests {
             assert_eq!(controls.ink, if later == Some(&0) { 0.2 } else { 0.9 }, "{order:?}");
             assert_eq!(controls.water, 0.1);
         }
+    }
+
+    #[test]
+    fn what_is_written_is_read_as_it_was() {
+        let own = "doc = 'a \"word\" \\ and 松'\nsize = 0.7\nwash = 2\nlight = 0.1\npaper = 'silk'\npigment = 'oil'\n\
+                   wash_pigment = 'indigo'\nmanner = 'rain'\n[object.\"pine*\"]\nink = 0.2\n[object.'a \"b\" \\\u{1f}']\nrub = 1\n\
+                   [stroke.0f3a9c12]\nhide = true\n[stroke.00000001]\nink = 1.3\nsize = 0.1";
+        let texts = presets().unwrap().into_iter().map(|p| write(&p.style, &p.doc)).collect::<Vec<_>>();
+        for text in texts.iter().map(String::as_str).chain([own.replace('\u{1f}', "").as_str()]) {
+            let a = read(text, "a").unwrap();
+            let b = read(&write(&a.style, &a.doc), "b").unwrap();
+            assert_eq!(a.doc, b.doc);
+            let all = |s: &Style| {
+                let names = s.pigments.map(|p| p.name);
+                (s.controls, s.paper.name, names, s.manner.name, s.steering.clone())
+            };
+            assert_eq!(all(&a.style), all(&b.style), "{text}");
+        }
+        // The built-in ones as they are, not only as they are read again.
+        for (text, preset) in texts.iter().zip(presets().unwrap()) {
+            let again = read(text, "again").unwrap().style;
+            assert_eq!((again.controls, again.pigments), (preset.style.controls, preset.style.pigments));
+        }
+        // Whatever characters a name has.
+        let mut style = Style::default();
+        style.steering.objects.push(("a\n\"\u{1f}\\".into(), Default::default()));
+        assert_eq!(read(&write(&style, "\t"), "c").unwrap().style.steering, style.steering);
     }
 
     #[test]

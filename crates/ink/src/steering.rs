@@ -13,7 +13,7 @@ pub struct Changes(Vec<(String, f32)>);
 pub const OF_THE_SHEET: [&str; 3] = ["bleed", "light", "roughness"];
 
 /// Controls that a stroke by itself has; the others say what strokes there are.
-const OF_STROKES: [&str; 7] = ["ink", "water", "dryness", "size", "contrast", "distance", "contour"];
+pub const OF_STROKES: [&str; 7] = ["ink", "water", "dryness", "size", "contrast", "distance", "contour"];
 
 impl Changes {
     /// Adds one of an object; refused are names and values that no control has, and those of the whole sheet.
@@ -36,8 +36,16 @@ impl Changes {
 
     fn add(&mut self, name: &str, value: f32) -> Result<(), InkError> {
         Controls::default().set(name, value)?;
-        self.0.push((name.into(), value));
+        match self.0.iter_mut().find(|(known, _)| known == name) {
+            Some((_, known)) => *known = value,
+            None => self.0.push((name.into(), value)),
+        }
         Ok(())
+    }
+
+    /// Names of controls and their values.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, f32)> {
+        self.0.iter().map(|(name, value)| (name.as_str(), *value))
     }
 
     /// Makes them.
@@ -74,16 +82,16 @@ impl Steering {
     }
 
     /// Controls of objects with these names.
-    pub fn controls(&self, base: &Controls, names: &[&str]) -> Result<Vec<Controls>, InkError> {
+    pub fn controls(&self, base: &Controls, names: &[impl AsRef<str>]) -> Result<Vec<Controls>, InkError> {
         let mut all = vec![*base; names.len()];
         for (pattern, changes) in &self.objects {
             let mut found = false;
-            for (controls, _) in all.iter_mut().zip(names).filter(|(_, name)| fits(pattern, name)) {
+            for (controls, _) in all.iter_mut().zip(names).filter(|(_, name)| fits(pattern, name.as_ref())) {
                 changes.apply(controls);
                 found = true;
             }
             if !found {
-                let hint = suggest(pattern, names.iter().copied());
+                let hint = suggest(pattern, names.iter().map(AsRef::as_ref));
                 return Err(InkError::Preset(format!("there is no object '{pattern}' in the scene{hint}")));
             }
         }
@@ -122,6 +130,9 @@ mod tests {
         assert!(said.contains("no object 'flor'") && said.contains("did you mean 'floor'?"), "{said}");
         let refused = [Changes::default().of_object("bleed", 0.5), Changes::default().of_stroke("wash", 0.5)];
         assert!(refused.iter().all(Result::is_err));
+        let mut changes = Changes::default();
+        [0.2, 0.7].into_iter().for_each(|v| changes.of_stroke("ink", v).unwrap());
+        assert_eq!(changes.iter().collect::<Vec<_>>(), [("ink", 0.7)], "the last value alone");
         assert_eq!(
             (id("0f3a9c12").unwrap(), id("f3").is_err(), id("zzzzzzzz").is_err()),
             (0x0f3a_9c12, true, true)

@@ -63,6 +63,19 @@ impl Stroke {
         self.points.last().map_or(0.0, |p| p.s) + if self.closed { self.closing() } else { 0.0 }
     }
 
+    /// Pixels from a place in the picture to the stroke; below zero within it.
+    pub fn distance(&self, pixel: Vec2) -> f32 {
+        let p = &self.points;
+        let last = p.last().filter(|_| self.closed).zip(p.first());
+        let sides = p.iter().zip(p.iter().skip(1)).chain(last);
+        let far = sides.map(|(a, b)| {
+            let way = b.pixel - a.pixel;
+            let t = ((pixel - a.pixel).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
+            (a.pixel + way * t).distance(pixel) - (a.radius + (b.radius - a.radius) * t)
+        });
+        far.fold(f32::INFINITY, f32::min)
+    }
+
     fn closing(&self) -> f32 {
         match (self.points.first(), self.points.last()) {
             (Some(a), Some(b)) => a.pixel.distance(b.pixel),

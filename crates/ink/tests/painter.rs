@@ -2,6 +2,7 @@
 
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
+use yugen_ink::InkError;
 use yugen_ink::painter::{Painter, Style};
 use yugen_ink::steering::StrokeEdit;
 use yugen_realtime::Gpu;
@@ -140,4 +141,76 @@ fn strokes_that_are_steered_and_never_drawn_are_told() {
     assert_eq!(painter.unmet().count(), 2);
     assert!(painter.follow(&view).unwrap().0.iter().all(|s| s.id != id));
     assert_eq!(painter.unmet().collect::<Vec<_>>(), [id ^ 1]);
+}
+
+/// Whatever was painted before: another style, another size, other values, something that was stopped half way.
+#[test]
+fn a_painter_that_goes_on_paints_what_a_new_one_does() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let turned = Mat4::from_rotation_x(-std::f32::consts::FRAC_PI_2) * Mat4::from_scale(Vec3::splat(2.0));
+    let mut first = scene(vec![
+        Shape::new("ball", Geometry::Sphere, Mat4::from_translation(Vec3::new(0.0, 0.5, 0.0)), 0),
+        Shape::new("table", Geometry::Rectangle, turned, 1),
+    ]);
+    first.materials.push(Material::lambert(Value::Number(0.8)));
+    let mut darker = first.clone();
+    darker.materials[1] = Material::lambert(Value::Number(0.05));
+    let large = camera(Vec3::new(0.3, 2.0, 4.0));
+    let mut small = large.clone();
+    small.resize(80, 60);
+    let style = |text: &str| yugen_ink::preset::read(text, "own").expect("a preset").style;
+    let styles =
+        ["", "size = 2\nbleed = 0.9\npaper = 'silk'", "light = 0.5\nink = 1.2\n[object.ball]\nsize = 3"];
+    let styles = styles.map(style);
+    let anew = |scene: &Scene, camera: &Camera, style: &Style| {
+        let mut painter =
+            Painter::new(&gpu.device, &gpu.queue, scene, camera, style.clone(), 2).expect("it can be");
+        painter.paint(camera).expect("it can be painted");
+        painter.image(true).expect("it can be read").data
+    };
+    let mut live =
+        Painter::new(&gpu.device, &gpu.queue, &first, &large, styles[0].clone(), 2).expect("it can be");
+    let mut before = Vec::new();
+    for (what, scene, camera, style) in [
+        ("first", &first, &large, &styles[0]),
+        ("another style", &first, &large, &styles[1]),
+        ("smaller", &first, &small, &styles[1]),
+        ("of one object", &first, &small, &styles[2]),
+        ("large again", &first, &large, &styles[2]),
+        ("other values", &darker, &large, &styles[2]),
+        ("smaller again", &darker, &small, &styles[0]),
+    ] {
+        live.restyle(style.clone()).expect("a style");
+        if what == "other values" {
+            live.refill(scene).expect("the same scene");
+        }
+        // Light is seen in eight steps, unless it was seen before; three follow.
+        for stop in [5, 8, 0, 1, 2] {
+            live.forget();
+            let asked = std::cell::Cell::new(0);
+            let stopped = live.paint_while(camera, &|| asked.replace(asked.get() + 1) < stop);
+            assert_eq!(matches!(stopped, Err(InkError::Stopped)), asked.get() > stop, "{what}: {stop}");
+            assert!(stop > 2 || stopped.is_err(), "{what}: {stop}");
+        }
+        live.forget();
+        live.paint(camera).expect("it can be painted");
+        let image = live.image(true).expect("it can be read").data;
+        assert_eq!(image, anew(scene, camera, style), "{what}");
+        assert_ne!(image, before, "{what} is not seen");
+        before = image;
+    }
+    // A style that does not fit leaves the one before.
+    let said = live.restyle(style("[object.bal]\nink = 1")).expect_err("there is no such object").to_string();
+    assert!(said.contains("did you mean 'ball'?"), "{said}");
+    live.forget();
+    let painting = live.paint(&small).expect("it can be painted");
+    assert_eq!(live.image(true).expect("it can be read").data, before);
+    // Each stroke is found where it is, and nothing where none is near.
+    let [w, h] = [80.0, 60.0];
+    for stroke in &painting.strokes {
+        let middle = stroke.points[stroke.points.len() / 2].pixel;
+        let found = painting.stroke_at(middle, 1.0).expect("there is one");
+        assert!(found.distance(middle) <= 0.0, "{}", found.distance(middle));
+    }
+    assert!(painting.stroke_at(Vec2::new(-w, -h), 5.0).is_none() && !painting.strokes.is_empty());
 }

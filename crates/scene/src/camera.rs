@@ -24,7 +24,7 @@ pub enum Projection {
 }
 
 /// A camera looks along +z of its frame with +y up and +x to the **left** (Mitsuba's frame, right-handed).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// For `--camera`.
     pub name: String,

@@ -1,5 +1,6 @@
 //! Everything that can be done in the window, in one table: keys, menus, the overlay, scripts and the manual read it.
 
+use crate::ink::StrokeChange;
 use crate::language::{Language, Words};
 use egui::{Key, Modifiers};
 use yugen_optics::tonemap::Curve;
@@ -63,7 +64,15 @@ pub enum Command {
     Split(f32),
     /// The line by so much to the right.
     Slide(f32),
-    /// The picture to a file: .png as it is seen, .exr as light.
+    /// The picture painted in ink or not; the other where absent.
+    Ink(Option<bool>),
+    /// A way of painting, by its name or file; the next where absent.
+    Preset(Option<String>),
+    /// A control of the painting, or a paper, pigment or manner of wrinkles by its name.
+    Set(String, String),
+    /// Something of the stroke that is looked at.
+    Stroke(StrokeChange),
+    /// The picture to a file: .png as it is seen, .exr as light; of a painting .svg and .toml as well.
     Save(String),
     /// The whole window to a file.
     Window(String),
@@ -169,18 +178,21 @@ pub enum Group {
     Time,
     /// Beside the reference.
     Reference,
+    /// As an ink painting.
+    Ink,
     /// Files and the window.
     Window,
 }
 
 impl Group {
     /// All of them with their titles.
-    pub const ALL: [(Self, Words); 6] = [
+    pub const ALL: [(Self, Words); 7] = [
         (Self::Camera, ["Camera", "カメラ"]),
         (Self::Picture, ["Picture", "画像"]),
         (Self::Scene, ["Lights and materials", "光源と材質"]),
         (Self::Time, ["Animation", "アニメーション"]),
         (Self::Reference, ["Reference", "参照画像"]),
+        (Self::Ink, ["Ink", "水墨"]),
         (Self::Window, ["Files and window", "ファイルと画面"]),
     ];
 }
@@ -514,8 +526,8 @@ pub const ACTIONS: &[Action] = &[
         keys: &[],
         held: false,
         does: [
-            "select the material seen at a place of the picture, 0 to 1",
-            "画像の位置（0〜1）に見える材質を選ぶ",
+            "select the material (of a painting the contour stroke) seen at a place of the picture, 0 to 1",
+            "画像の位置（0〜1）に見える材質（水墨では輪郭の筆線）を選ぶ",
         ],
         parse: |w| numbers(w).map(Command::Pick),
     },
@@ -604,14 +616,69 @@ pub const ACTIONS: &[Action] = &[
         parse: |w| numbers(w).map(|[p]: [f32; 1]| Command::Slide(p)),
     },
     Action {
+        name: "ink",
+        usage: "[on|off]",
+        group: Group::Ink,
+        keys: &[key(Key::I, "")],
+        held: false,
+        does: ["the picture painted in ink, or not", "水墨で描く、やめる"],
+        parse: |w| switch(w).map(Command::Ink),
+    },
+    Action {
+        name: "preset",
+        usage: "NAME|FILE.toml|next",
+        group: Group::Ink,
+        keys: &[shift(Key::I, "next")],
+        held: false,
+        does: ["a way of painting, as of yugen ink --preset", "描き方（yugen ink --preset と同じ）"],
+        parse: |w| (!w.is_empty()).then(|| Command::Preset(not_next(&w.join(" ")))),
+    },
+    Action {
+        name: "set",
+        usage: "CONTROL VALUE",
+        group: Group::Ink,
+        keys: &[],
+        held: false,
+        does: [
+            "a control of the painting, or its paper, pigment, wash_pigment or manner by name",
+            "描画の調整値、または紙・顔料・淡彩の顔料・皴法の名前",
+        ],
+        parse: |w| match w {
+            [name, value] => Some(Command::Set(name.to_string(), value.to_string())),
+            _ => None,
+        },
+    },
+    Action {
+        name: "stroke",
+        usage: "hide|show|plain|CONTROL VALUE|ID",
+        group: Group::Ink,
+        keys: &[key(Key::Delete, "hide")],
+        held: false,
+        does: [
+            "the selected contour stroke (click on it): hidden, shown, as the others, with a control of its own; or select one",
+            "選んだ輪郭の筆線（クリック）：隠す、見せる、ほかと同じに戻す、調整する。または筆線を選ぶ",
+        ],
+        parse: |w| {
+            match w {
+                ["hide"] => Some(StrokeChange::Hide(true)),
+                ["show"] => Some(StrokeChange::Hide(false)),
+                ["plain"] => Some(StrokeChange::Plain),
+                [name, value] => Some(StrokeChange::Set(name.to_string(), number(value)?)),
+                [id] => yugen_ink::steering::id(id).ok().map(StrokeChange::Choose),
+                _ => None,
+            }
+            .map(Command::Stroke)
+        },
+    },
+    Action {
         name: "save",
-        usage: "FILE|.png|.exr",
+        usage: "FILE|.png|.exr|.svg|.toml",
         group: Group::Window,
         keys: &[key(Key::P, ".png"), ctrl(Key::S, ".exr")],
         held: false,
         does: [
-            "the picture to a file: .png as it is seen, .exr as light",
-            "画像を保存：.png は見たまま、.exr は光の値",
+            "the picture to a file: .png as it is seen, .exr as light; of a painting .exr with layers, .svg its strokes, .toml its preset",
+            "画像を保存：.png は見たまま、.exr は光の値。水墨では .exr はレイヤー付き、.svg は筆線、.toml はプリセット",
         ],
         parse: |w| (!w.is_empty()).then(|| Command::Save(w.join(" "))),
     },
@@ -701,8 +768,8 @@ pub const ACTIONS: &[Action] = &[
         keys: &[],
         held: false,
         does: [
-            "in scripts: until the picture has so many frames (16) and the reference, where it is on, so many samples (16)",
-            "スクリプト用：画像のフレーム数（16）と参照画像のサンプル数（16）に達するまで待つ",
+            "in scripts: until the picture has so many frames (16) and the reference, where it is on, so many samples (16); or the painting is done",
+            "スクリプト用：画像のフレーム数（16）と参照画像のサンプル数（16）に達するまで、または水墨が描き終わるまで待つ",
         ],
         parse: |w| match w {
             [] => Some(Command::Wait([16, 16])),
@@ -871,7 +938,8 @@ mod tests {
     #[test]
     fn scripts_are_read_and_mistakes_are_named() {
         let read = script(
-            "orbit 30 10; wait  # a moment\n\nlight left lamp off;material ball alpha_x .1\nsave a b.png; quit",
+            "orbit 30 10; wait  # a moment\n\nlight left lamp off;material ball alpha_x .1\nsave a b.png; \
+             preset own one.toml; stroke 0f3a9c12; stroke ink 1.2; quit",
         );
         let expected = [
             Command::Orbit([30.0, 10.0]),
@@ -879,6 +947,9 @@ mod tests {
             Command::Light("left lamp".into(), LightChange::Switch(Some(false))),
             Command::Material("ball".into(), "alpha_x".into(), vec![".1".into()]),
             Command::Save("a b.png".into()),
+            Command::Preset(Some("own one.toml".into())),
+            Command::Stroke(StrokeChange::Choose(0x0f3a_9c12)),
+            Command::Stroke(StrokeChange::Set("ink".into(), 1.2)),
             Command::Quit,
         ];
         let read: Vec<Command> = read.expect("a script").into_iter().map(|s| s.command).collect();
@@ -891,6 +962,8 @@ mod tests {
             ("curve filmic", "expected `curve clip|reinhard|aces|agx|next`"),
             ("light off", "expected `light"),
             ("wait x", "expected `wait"),
+            ("stroke 12", "expected `stroke hide|show|plain"),
+            ("set ink", "expected `set CONTROL VALUE`"),
             ("quit now", "expected `quit`"),
         ] {
             let error = script(wrong).expect_err(wrong);

@@ -19,6 +19,21 @@ pub struct Picture {
     pub curve: Curve,
 }
 
+/// What is painted.
+#[derive(Clone, Debug)]
+pub struct InkReport {
+    /// The preset, or its file.
+    pub preset: String,
+    /// Pixels of the painting.
+    pub size: [u32; 2],
+    /// Strokes of contours.
+    pub strokes: usize,
+    /// That it took.
+    pub seconds: f64,
+    /// The selected stroke and the object that it is of, where it is painted.
+    pub stroke: Option<(u32, Option<String>)>,
+}
+
 /// What is seen.
 #[derive(Clone, Debug)]
 pub struct Report {
@@ -46,6 +61,8 @@ pub struct Report {
     pub moment: Option<(String, f32)>,
     /// Seconds that the last change took to be prepared.
     pub prepared: f64,
+    /// The painting, where the picture is one.
+    pub ink: Option<InkReport>,
     /// The sentence at the foot of the window.
     pub message: String,
 }
@@ -61,6 +78,12 @@ pub trait Files: Send + Sync {
     /// Writes a picture of the scene from file `scene`. Where `path` is an extension only, as `.png`, the file gets a name of
     /// its own. Returns its name, or a sentence.
     fn save(&self, path: &Path, scene: &Path, picture: Picture) -> Result<PathBuf, String>;
+
+    /// Writes a text (vectors, a preset); names as of [`Files::save`].
+    fn save_text(&self, path: &Path, scene: &Path, text: &str) -> Result<PathBuf, String>;
+
+    /// Reads a text of a page or so.
+    fn read_text(&self, path: &Path) -> Result<String, String>;
 
     /// Prints what is seen.
     fn report(&self, report: &Report);

@@ -1,11 +1,11 @@
-//! The window: a scene under its lights, turned by hand, and at one key the reference beside it.
+//! The window: a scene under its lights, turned by hand, at one key the reference beside it, at another painted in ink.
 //!
 //! | part | what is in it |
 //! | --- | --- |
 //! | [`action`] | everything that can be done, in one table |
-//! | [`state`], [`eye`], [`edit`] | what is shown and how, from where, and what was changed; no window |
+//! | [`state`], [`eye`], [`edit`], [`ink`] | what is shown and how, from where, what was changed, and by which brush; no window |
 //! | [`ui`] | panels and overlays (egui); says what is to be done and does nothing |
-//! | `maker`, [`reference`] | threads that prepare scenes and trace paths |
+//! | `maker`, [`reference`], `painting` | threads that prepare scenes, trace paths and paint |
 //! | `window` | the loop of events: winit, a surface, the stage |
 //!
 //! It opens no files: whoever calls [`run`] does that for it ([`Files`]).
@@ -15,8 +15,10 @@ pub mod edit;
 mod error;
 pub mod eye;
 mod files;
+pub mod ink;
 pub mod language;
 mod maker;
+mod painting;
 mod picture;
 pub mod reference;
 pub mod state;
@@ -24,5 +26,5 @@ pub mod ui;
 mod window;
 
 pub use error::ViewError;
-pub use files::{Files, Picture, Report};
+pub use files::{Files, InkReport, Picture, Report};
 pub use window::{Options, run};

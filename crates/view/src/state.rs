@@ -3,6 +3,7 @@
 use crate::action::{Bounces, Command, Compare, Resolution};
 use crate::edit::{Edits, MaterialItem, materials, models, models_of};
 use crate::eye::{Eye, first_camera};
+use crate::ink::Ink;
 use crate::language::{Language, Words};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,6 +23,8 @@ pub enum Effect {
     Window(PathBuf),
     /// The scene of this file.
     Open(PathBuf),
+    /// The way of painting of this file.
+    Preset(PathBuf),
     /// What lies at this place of the picture, 0 to 1.
     Pick([f32; 2]),
     /// The whole screen or no more.
@@ -68,6 +71,8 @@ pub struct State {
     pub bounces: Bounces,
     /// How surfaces are lit.
     pub lighting: Lighting,
+    /// As a painting, and how.
+    pub ink: Ink,
     /// Whether the reference is on.
     pub reference: bool,
     /// How both are seen.
@@ -132,6 +137,7 @@ impl State {
             resolution: Resolution::default(),
             bounces: Bounces::default(),
             lighting: Lighting::default(),
+            ink: Ink::default(),
             reference: false,
             compare: Compare::default(),
             split: 0.5,
@@ -187,6 +193,7 @@ impl State {
             (self.exposure, self.curve) = (scene.display.exposure, scene.display.curve);
             (self.through, self.follows) = (Some(0), true);
             self.selected = None;
+            self.ink.forget_scene();
         }
         self.materials = edits.materials(&scene);
         self.edits = edits;
@@ -301,6 +308,8 @@ impl State {
                 // What closes a list closes the one on top.
                 if which.is_none() && self.help {
                     self.help = false;
+                } else if which.is_none() && self.ink.on && self.ink.stroke.is_some() {
+                    self.ink.stroke = None;
                 } else {
                     self.selected = which.as_ref().map(|w| self.material(w)).transpose()?;
                 }
@@ -339,13 +348,32 @@ impl State {
                 time.playing = false;
                 self.go_on(*seconds);
             }
-            Command::Reference(on) => self.reference = on.unwrap_or(!self.reference),
+            Command::Reference(on) => {
+                self.reference = on.unwrap_or(!self.reference);
+                self.ink.on &= !self.reference;
+            }
             Command::Compare(how) => {
                 self.compare = how.unwrap_or_else(|| next(Compare::ALL.map(|(c, _)| c), self.compare));
-                self.reference = true;
+                (self.reference, self.ink.on) = (true, false);
             }
             Command::Split(part) => self.split = part.clamp(0.0, 1.0),
             Command::Slide(part) => self.split = (self.split + part).clamp(0.0, 1.0),
+            Command::Ink(on) => self.paint(on.unwrap_or(!self.ink.on)),
+            Command::Preset(Some(file)) if file.ends_with(".toml") => {
+                return Ok(Effect::Preset(file.into()));
+            }
+            Command::Preset(name) => {
+                self.ink.choose(name.as_deref())?;
+                self.paint(true);
+            }
+            Command::Set(name, word) => {
+                self.ink.set(name, word)?;
+                self.paint(true);
+            }
+            Command::Stroke(change) => {
+                self.ink.change_stroke(change)?;
+                self.paint(true);
+            }
             Command::Save(file) => return Ok(Effect::Save(file.into())),
             Command::Window(file) => return Ok(Effect::Window(file.into())),
             Command::Open(file) => return Ok(Effect::Open(file.into())),
@@ -362,6 +390,12 @@ impl State {
             Command::Quit => return Ok(Effect::Quit),
         }
         Ok(Effect::None)
+    }
+
+    /// As a painting or not; a painting is not compared with the reference.
+    pub fn paint(&mut self, on: bool) {
+        self.ink.on = on;
+        self.reference &= !on;
     }
 
     fn time_mut(&mut self) -> Result<&mut Time, String> {
@@ -490,6 +524,38 @@ mod tests {
             [Ok(Effect::Quit), Ok(Effect::Open("a/ball.toml".into()))]
         );
         assert_eq!(run(&mut state, "save x.exr"), [Ok(Effect::Save("x.exr".into()))]);
+    }
+
+    #[test]
+    fn a_painting_and_the_reference_take_turns() {
+        let mut state = State::new(scene(), Path::new("ball.toml"), Language::English);
+        let all = "reference; preset dry; set size 2; stroke 0f3a9c12; stroke hide; preset a b.toml";
+        let mut done = run(&mut state, all);
+        assert_eq!(done.pop(), Some(Ok(Effect::Preset("a b.toml".into()))));
+        assert!(done.iter().all(|d| *d == Ok(Effect::None)), "{done:?}");
+        assert!(state.ink.on && !state.reference && state.ink.style.controls.size == 2.0);
+        // Escape lets go of one thing after the other.
+        run(&mut state, "select ball; help; select none");
+        assert!(!state.help && state.ink.stroke.is_some());
+        run(&mut state, "select none");
+        assert!(state.ink.stroke.is_none() && state.selected.is_some());
+        for (script, painted, reference) in [
+            ("compare next", false, true),
+            ("ink", true, false),
+            ("reference on", false, true),
+            ("ink on", true, false),
+        ] {
+            run(&mut state, script);
+            assert_eq!((state.ink.on, state.reference), (painted, reference), "{script}");
+        }
+        let error = run(&mut state, "stroke hide").remove(0).expect_err("no stroke is selected");
+        assert!(error.contains("click on a contour"), "{error}");
+        // The same file anew keeps strokes, another does not.
+        assert_eq!(state.ink.style.steering.strokes.len(), 1);
+        state.set_scene(scene(), Path::new("ball.toml"));
+        assert_eq!(state.ink.style.steering.strokes.len(), 1);
+        state.set_scene(scene(), Path::new("other.toml"));
+        assert!(state.ink.style.steering.strokes.is_empty() && state.ink.on);
     }
 
     #[test]

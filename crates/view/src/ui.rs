@@ -2,6 +2,7 @@
 
 mod graph;
 mod help;
+mod ink;
 mod look;
 mod panel;
 mod timeline;
@@ -22,6 +23,14 @@ pub struct Seen {
     pub realtime: Option<TextureId>,
     /// The reference.
     pub reference: Option<TextureId>,
+    /// The painting.
+    pub ink: Option<TextureId>,
+    /// How it came to be.
+    pub painted: Option<Strokes>,
+    /// It is not yet the one that is asked for.
+    pub painting: bool,
+    /// The way of the selected stroke, in parts of the picture.
+    pub stroke: Vec<[f32; 2]>,
     /// Pixels computed.
     pub size: [u32; 2],
     /// Frames in the real-time picture.
@@ -46,6 +55,17 @@ pub struct Seen {
     pub dropping: bool,
 }
 
+/// A painting in numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Strokes {
+    /// Its pixels.
+    pub size: [u32; 2],
+    /// Strokes of contours.
+    pub strokes: usize,
+    /// That it took.
+    pub seconds: f64,
+}
+
 /// What came of showing it.
 #[derive(Clone, Debug, Default)]
 pub struct Asked {
@@ -56,6 +76,8 @@ pub struct Asked {
 }
 
 const PREPARING: Words = ["preparing the scene…", "シーンを準備中…"];
+const PAINTING: Words = ["painting…", "描画中…"];
+const STROKES: Words = ["strokes", "筆線"];
 const WAITING: Words = ["the reference begins…", "参照画像を計算中…"];
 const REALTIME: Words = ["real-time", "リアルタイム"];
 const REFERENCE: Words = ["reference", "参照"];
@@ -119,11 +141,17 @@ fn footer(ui: &mut Ui, state: &State, seen: &Seen) {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 ui.weak(language.of(HELP));
                 ui.separator();
-                let [w, h] = seen.size;
-                let mut line = format!("{w} × {h}   {} {}", seen.frames, language.of(FRAMES));
-                if let Some(last) = seen.history.back() {
-                    line += &format!("   {last:.0} ms");
-                }
+                let painted = seen.painted.filter(|_| state.ink.on && seen.ink.is_some());
+                let mut line = match painted {
+                    Some(Strokes { size: [w, h], strokes, seconds }) => {
+                        format!("{w} × {h}   {strokes} {}   {seconds:.2} s", language.of(STROKES))
+                    }
+                    None => {
+                        let [w, h] = seen.size;
+                        let last = seen.history.back().map_or(String::new(), |ms| format!("   {ms:.0} ms"));
+                        format!("{w} × {h}   {} {}{last}", seen.frames, language.of(FRAMES))
+                    }
+                };
                 if seen.samples > 0.0 {
                     line += &format!(
                         "   {} {:.0} {}",
@@ -159,7 +187,10 @@ fn picture(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
     let time = ui.input(|i| i.time);
     let [mut of_left, mut of_right] = [None; 2];
     match (reference, state.compare) {
-        _ if !state.reference => seen.realtime.iter().for_each(|id| draw(rect, *id)),
+        _ if !state.reference => {
+            let painting = seen.ink.filter(|_| state.ink.on);
+            painting.or(seen.realtime).iter().for_each(|id| draw(rect, *id));
+        }
         (None, _) => {
             seen.realtime.iter().for_each(|id| draw(rect, *id));
             of_right = Some(WAITING);
@@ -189,6 +220,11 @@ fn picture(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
             of_left = Some(REFERENCE);
         }
     }
+    if state.ink.on && seen.stroke.len() > 1 {
+        let place = |p: &[f32; 2]| rect.min + vec2(p[0] * rect.width(), p[1] * rect.height());
+        let way: Vec<Pos2> = seen.stroke.iter().map(place).collect();
+        painter.add(egui::Shape::line(way, Stroke::new(2.0, look::LINE)));
+    }
     let tag = |at: Pos2, align: Align2, words: Words| {
         let galley =
             painter.layout_no_wrap(state.language.of(words).into(), FontId::proportional(12.0), look::TEXT);
@@ -206,6 +242,8 @@ fn picture(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
         tag(rect.center(), Align2::CENTER_CENTER, PREPARING);
     } else if seen.preparing {
         tag(rect.left_bottom() + vec2(8.0, -8.0), Align2::LEFT_BOTTOM, PREPARING);
+    } else if seen.painting {
+        tag(rect.left_bottom() + vec2(8.0, -8.0), Align2::LEFT_BOTTOM, PAINTING);
     }
     if seen.dropping {
         painter.rect_stroke(rect.shrink(6.0), 4.0, Stroke::new(2.0, look::LINE), egui::StrokeKind::Inside);

@@ -1,6 +1,7 @@
 //! The loop of events: a window, the stage in it, and whatever is asked of both.
 
 mod graphics;
+mod ink;
 mod script;
 
 use crate::action::{Command, Resolution, Step};
@@ -12,6 +13,7 @@ use crate::reference::{Difference, Finding, Reference, difference};
 use crate::state::{Effect, State};
 use crate::ui::{self, Font, Seen};
 use graphics::Graphics;
+use ink::Easel;
 use script::Script;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
@@ -133,6 +135,7 @@ struct App {
     comparing: Option<mpsc::Receiver<Option<Difference>>>,
     compared: Instant,
     compared_number: u64,
+    easel: Easel,
     /// When the animation last went on.
     played: Option<Instant>,
     loading: Option<Loading>,
@@ -185,6 +188,7 @@ impl App {
             comparing: None,
             compared: Instant::now(),
             compared_number: 0,
+            easel: Easel::default(),
             played: None,
             loading: None,
             watched,
@@ -239,6 +243,11 @@ impl App {
         }
     }
 
+    /// Frames after which a picture is good enough: of one that is not seen the first, for what lies where.
+    fn enough(&self) -> u32 {
+        if self.state.ink.on { 1 } else { MOST_FRAMES }
+    }
+
     fn at_rest(&self) -> bool {
         self.moved.elapsed() >= REST
     }
@@ -248,6 +257,7 @@ impl App {
         let rests = |g: &Graphics| g.stage.as_ref().is_some_and(|s| !s.is_moving()) && !g.in_flight();
         let done = self.graphics.as_ref().is_some_and(rests);
         done && self.loading.is_none()
+            && self.ink_settled()
             && self.shown_changes == self.state.changes
             && !self.maker.busy()
             && self.at_rest()
@@ -316,6 +326,7 @@ impl App {
             Ok((scene, Ready::Stage(stage))) => {
                 (self.stage_scene, self.stage_bounces, self.stage_lighting) = made.of;
                 graphics.set_stage(*stage);
+                self.easel.values += 1;
                 (self.changed_scene, self.shown_changes) = (scene, made.number);
                 (self.camera, self.frames) = (None, 0);
             }
@@ -330,6 +341,7 @@ impl App {
                     Err(e) => self.fail(event_loop, e),
                     Ok(false) => self.ask(true),
                     Ok(true) => {
+                        self.easel.values += u64::from(matches!(ready, Ready::Rows(_)));
                         self.state.follow(&scene);
                         (self.changed_scene, self.shown_changes) = (scene, made.number);
                         self.frames = 0;
@@ -354,6 +366,7 @@ impl App {
         }
         let display = (self.state.exposure, self.state.curve);
         let settings = graphics::settings(&self.state);
+        let enough = self.enough();
         let Some(graphics) = &mut self.graphics else { return };
         if graphics.in_flight() {
             return;
@@ -366,7 +379,7 @@ impl App {
             self.frames = if moving { self.frames } else { 0 };
         }
         let same = self.camera.as_ref().is_some_and(|c| same_view(c, &view)) && self.frames > 0;
-        let outcome = if same && self.frames >= MOST_FRAMES {
+        let outcome = if same && self.frames >= enough {
             if self.displayed == Some(display) {
                 return;
             } else {
@@ -565,7 +578,13 @@ impl App {
                     graphics.wants_window = Some((file, 2));
                 }
             }
+            Effect::Pick(place) if self.state.ink.on => self.pick_stroke(place),
             Effect::Pick([x, y]) => self.pick(x, y)?,
+            Effect::Preset(file) => {
+                let text = self.files.read_text(&file)?;
+                self.state.ink.read(&text, &file.display().to_string())?;
+                self.state.paint(true);
+            }
             Effect::FullScreen => {
                 if let Some(graphics) = &self.graphics {
                     let full = graphics.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
@@ -595,6 +614,9 @@ impl App {
 
     /// The picture as light: the real-time one, the reference right of the line or where it alone is seen; the other as well.
     fn save(&mut self, file: &Path) -> Result<(), String> {
+        if self.state.ink.on {
+            return self.save_ink(file);
+        }
         let stage = self.graphics.as_ref().and_then(|g| g.stage.as_ref()).ok_or("there is no picture yet")?;
         let linear = file
             .extension()
@@ -630,9 +652,13 @@ impl App {
 
     fn written(&mut self, file: &Path, picture: Picture) -> Result<(), String> {
         let name = self.files.save(file, &self.state.file, picture)?;
+        self.saved(&name);
+        Ok(())
+    }
+
+    fn saved(&mut self, name: &Path) {
         let saved = self.state.language.of(SAVED);
         self.state.note(format!("{saved} {}", name.display()));
-        Ok(())
     }
 
     fn report(&self) -> Report {
@@ -650,6 +676,7 @@ impl App {
             selected: selected.map(|(i, m)| (i + 1, m.kind.name().to_string(), m.worn_by.clone())),
             moment: self.state.moment(),
             prepared: self.prepared,
+            ink: self.ink_report(),
             message: self.state.message.as_ref().map_or(String::new(), |m| m.text.clone()),
         }
     }
@@ -678,6 +705,7 @@ impl App {
         self.compare(event_loop);
         self.advance(event_loop);
         self.refine();
+        self.paint_ink(event_loop);
         let Some(graphics) = &mut self.graphics else { return };
         let painted = graphics.paint();
         if moved || !asked.commands.is_empty() {
@@ -815,13 +843,14 @@ impl ApplicationHandler<Wake> for App {
         let compared =
             self.comparing.is_some() || self.frames < 4 || !self.finding.as_ref().is_some_and(fresh);
         let mut until = Instant::now() + WATCH;
+        let enough = self.enough();
         let Some(graphics) = &mut self.graphics else { return };
         if !compared && self.compared.elapsed() >= COMPARE && !graphics.in_flight() {
             graphics.window.request_redraw();
         }
         if graphics.in_flight() {
             until = Instant::now() + LOOK;
-        } else if self.frames < MOST_FRAMES && graphics.stage.is_some() && graphics.visible() {
+        } else if self.frames < enough && graphics.stage.is_some() && graphics.visible() {
             graphics.window.request_redraw();
         }
         if self.state.playing() && !graphics.in_flight() {

@@ -6,6 +6,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use glam::{Mat4, Vec3};
 use std::path::Path;
+use yugen_ink::control::CONTROLS;
 use yugen_optics::tonemap::Curve;
 use yugen_reflectance::Kind;
 use yugen_scene::{Geometry, Light, Material, ModelBuilder, Scene, Shape, Value};
@@ -111,9 +112,12 @@ fn keys_do_what_the_overlay_says() {
     h.key_press(Key::V);
     h.key_press(Key::ArrowLeft);
     h.key_press(Key::Num1);
+    h.key_press(Key::I);
+    h.key_press_modifiers(Modifiers::SHIFT, Key::I);
     h.key_press(Key::H);
     h.run();
     let state = &h.state().state;
+    assert!(state.ink.on && state.ink.name == state.ink.presets[1].name, "{}", state.ink.name);
     assert!(
         state.curve == Curve::ALL[1]
             && state.eye.position() != before
@@ -149,9 +153,65 @@ fn the_picture_is_turned_by_dragging_and_picked_by_a_click() {
 }
 
 #[test]
+fn a_painting_is_steered_by_the_controls_of_its_table() {
+    let mut h = harness(Language::English);
+    assert!(h.query_by_role_and_label(egui::Role::Slider, "dryness").is_none());
+    h.get_by_role_and_label(egui::Role::CheckBox, "painted in ink").click();
+    h.run();
+    assert_eq!(h.state().done, [Command::Ink(Some(true))]);
+    for control in CONTROLS {
+        let slider = h.get_by_role_and_label(egui::Role::Slider, control.name);
+        let node = slider.accesskit_node();
+        let range = node.min_numeric_value().zip(node.max_numeric_value());
+        assert_eq!(range.map(|(a, b)| (a as f32, b as f32)), Some((control.min, control.max)));
+        let before = h.state().state.ink.style.controls.get(control.name).expect("there is one");
+        let key = if before < control.max { Key::ArrowRight } else { Key::ArrowLeft };
+        slider.focus();
+        h.run();
+        h.key_press(key);
+        h.run();
+        let after = h.state().state.ink.style.controls.get(control.name).expect("there is one");
+        assert!(after != before && (control.min..=control.max).contains(&after), "{}: {after}", control.name);
+    }
+    assert_eq!(h.state().done.len(), 1 + CONTROLS.len());
+    assert!(h.state().done[1..].iter().all(|c| matches!(c, Command::Set(..))));
+    // A preset from the list; the next one by key.
+    for label in ["preset", "paper", "pigment", "wash", "wrinkles"] {
+        assert!(h.query_by_role_and_label(egui::Role::ComboBox, label).is_some(), "{label}");
+    }
+    h.get_by_role_and_label(egui::Role::ComboBox, "preset").click();
+    h.run();
+    h.get_by_label("boneless").click();
+    h.run();
+    assert_eq!(h.state().state.ink.name, "boneless");
+    assert_eq!(h.state().state.ink.style.controls.contour, 0.0);
+    // A stroke has controls once it is selected.
+    assert!(h.query_by_role_and_label(egui::Role::Slider, "stroke ink").is_none());
+    h.state_mut().state.ink.stroke = Some(0x0f3a_9c12);
+    h.run();
+    h.get_by_role_and_label(egui::Role::Slider, "stroke ink").focus();
+    h.run();
+    h.key_press(Key::ArrowRight);
+    h.run();
+    h.get_by_role_and_label(egui::Role::CheckBox, "hidden").click_accesskit();
+    h.run();
+    let edit = h.state().state.ink.style.steering.strokes.get(&0x0f3a_9c12).cloned().expect("it has a table");
+    assert!(edit.hide && edit.changes.iter().count() == 1, "{edit:?}");
+    h.get_by_label("As the others").click_accesskit();
+    h.run();
+    assert!(h.state().state.ink.style.steering.is_empty());
+    h.get_by_label("Save the preset").click_accesskit();
+    h.get_by_label("Save .svg").click_accesskit();
+    h.run();
+    let saved = h.state().done.iter().filter(|c| matches!(c, Command::Save(_))).count();
+    assert_eq!(saved, 2, "{:?}", h.state().done);
+}
+
+#[test]
 fn it_speaks_japanese() {
     let mut h = harness(Language::Japanese);
-    for words in ["光源", "材質", "全体を収める", "経路追跡による画像と比べる"] {
+    for words in ["光源", "材質", "全体を収める", "経路追跡による画像と比べる", "水墨で描く"]
+    {
         assert!(h.query_all_by_label(words).next().is_some(), "{words}");
     }
     h.key_press(Key::F1);

@@ -6,8 +6,12 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use yugen_archive::formats::image::{WriteOptions, can_write, is_for_display, write};
 use yugen_archive::formats::{self, load_scene};
+use yugen_archive::{atomic_write, read_bounded};
 use yugen_scene::Scene;
 use yugen_view::{Files, Picture, Report};
+
+/// Most bytes of a preset: a page of text.
+const MOST: u64 = 1 << 16;
 
 /// Scenes and pictures on disk.
 pub struct OnDisk {
@@ -47,6 +51,17 @@ impl Files for OnDisk {
         Ok(path)
     }
 
+    fn save_text(&self, path: &Path, scene: &Path, text: &str) -> Result<PathBuf, String> {
+        let path = named(path, scene);
+        atomic_write(&path, text.as_bytes()).map_err(|e| e.to_string())?;
+        Ok(path)
+    }
+
+    fn read_text(&self, path: &Path) -> Result<String, String> {
+        let bytes = read_bounded(path, MOST).map_err(|e| e.to_string())?;
+        String::from_utf8(bytes).map_err(|_| format!("{}: not UTF-8", path.display()))
+    }
+
     fn report(&self, report: &Report) {
         let passes: Map<_, _> = report.passes.iter().map(|(name, ms)| (name.clone(), (*ms).into())).collect();
         let [width, height] = report.size;
@@ -70,6 +85,15 @@ impl Files for OnDisk {
             })),
             "animation": report.moment.as_ref().map(|(name, _)| name),
             "seconds": report.moment.as_ref().map(|(_, seconds)| seconds),
+            "ink": report.ink.as_ref().map(|ink| json!({
+                "preset": ink.preset,
+                "width": ink.size[0],
+                "height": ink.size[1],
+                "strokes": ink.strokes,
+                "seconds": ink.seconds,
+                "stroke": ink.stroke.as_ref().map(|(id, _)| format!("{id:08x}")),
+                "object": ink.stroke.as_ref().and_then(|(_, object)| object.as_ref()),
+            })),
             "message": report.message,
         }));
         // A script's reader waits for the line; that it cannot be written is said at the end.

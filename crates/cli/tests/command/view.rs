@@ -296,6 +296,87 @@ fn what_cannot_be_shown_is_a_sentence() {
     assert!(!said.success && said.err.contains("no GPU was found"), "{}", said.err);
 }
 
+/// What the window paints is to the bit what `yugen ink` paints from there, and so is what its preset makes of it.
+#[test]
+fn a_scene_is_painted_in_ink_and_one_of_its_strokes_is_hidden() {
+    let Some(display) = Xvfb::start() else { return };
+    let folder = scratch("view_ink");
+    std::fs::write(folder.join("ball.toml"), SCENE).expect("it can be written");
+    let view = |script: &str| {
+        let done = run(&mut display.view(&folder, &["ball.toml", "--do", script, "--size", "320x240"]));
+        assert!(done.success, "{}", done.err);
+        reports(&done.out)
+    };
+    let said = view(
+        "panel off; resolution full; wait 4; save light.png; ink; wait; report; save a.png; save a.exr; save a.svg
+         set size 2; preset dry; set paper silk; set size 2; wait; save dry.png; save dry.toml
+         light lamp off; wait; save dark.png; orbit 30 0; wait; save turned.png; ink off; wait 4; save again.png
+         ink; panel on; wait; window en.png; quit",
+    );
+    let ink = &said[0]["ink"];
+    assert!(ink["preset"] == "sumi" && ink["strokes"].as_u64() > Some(0) && ink["stroke"].is_null(), "{ink}");
+    let (w, h) = (ink["width"].as_u64().expect("pixels"), ink["height"].as_u64().expect("pixels"));
+    let paint = |line: &str| {
+        let done = yugen_in(&folder, &format!("ink ball.toml --size {w}x{h} {line}"));
+        assert!(done.success, "{}", done.err);
+    };
+    let bytes = |name: &str| std::fs::read(folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let text = |name: &str| String::from_utf8(bytes(name)).expect("text");
+    let picture = |name: &str| read(&folder.join(name));
+    paint("-o b.png -o b.exr -o b.svg");
+    assert_eq!(picture("a.png").data, picture("b.png").data);
+    let (a, b) = (picture("a.exr"), picture("b.exr"));
+    assert!(a.channels.iter().any(|c| c == "gou.A") && a.channels == b.channels && a.data == b.data);
+    assert_eq!(text("a.svg"), text("b.svg"));
+    paint("--preset dry.toml -o b.png");
+    assert_eq!(picture("dry.png").data, picture("b.png").data);
+    let all = ["a.png", "dry.png", "dark.png", "turned.png", "light.png"].map(picture);
+    for i in 0..all.len() {
+        assert!((0..i).all(|j| apart(&all[i], &all[j]) > 0.01), "{i}");
+    }
+    assert!(apart(&picture("again.png"), &picture("turned.png")) > 0.05, "it is still painted");
+    let panel = picture("en.png");
+    assert_eq!((panel.width, panel.height), (320, 240));
+
+    // A point of the ball's outline, and what is there when it is clicked.
+    let of_ball = text("a.svg").split("id=\"gou\"").nth(1).expect("contours").to_string();
+    let of_ball = of_ball.split("data-object=\"ball\"").nth(1).expect("the ball's").to_string();
+    let id = &of_ball.split("data-id=\"").nth(1).expect("a stroke")[..8];
+    let centre = of_ball.split("stroke=\"none\" d=\"M").nth(1).expect("a centreline");
+    let places: Vec<&str> =
+        centre.split('"').next().unwrap_or_default().trim_end_matches('Z').split('L').collect();
+    let (x, y) = places[places.len() / 2].split_once(' ').expect("a point");
+    let part = |v: &str, all: u64| v.parse::<f64>().expect("a number") / all as f64;
+    let (x, y) = (part(x, w), part(y, h));
+    let said = view(&format!(
+        "panel off; ink; pick {x} {y}; report; window line.png; stroke ink 0.1; wait; save pale.svg
+         stroke hide; wait; save c.svg; save c.toml; save c.png; pick 0.02 0.02; report; preset c.toml; wait; quit"
+    ));
+    assert!(said[0]["ink"]["stroke"] == id && said[0]["ink"]["object"] == "ball", "{}", said[0]);
+    assert!(said[1]["ink"]["stroke"].is_null(), "{}", said[1]);
+    let stroke = |svg: &str| svg.lines().find(|l| l.contains(&format!("data-id=\"{id}\""))).map(String::from);
+    let (plain, pale) = (stroke(&text("a.svg")), stroke(&text("pale.svg")));
+    assert!(pale.is_some() && pale != plain && stroke(&text("c.svg")).is_none());
+    paint("--preset c.toml -o d.svg -o d.png");
+    assert_eq!(text("c.svg"), text("d.svg"));
+    assert_eq!(picture("c.png").data, picture("d.png").data);
+
+    // What cannot be is a sentence.
+    std::fs::write(folder.join("wrong.toml"), "[object.bal]\nink = 1").expect("it can be written");
+    for (script, words) in [
+        ("preset sumie", "did you mean 'sumi'?"),
+        ("set dryness 2", "out of range"),
+        ("stroke hide", "click on a contour"),
+        ("preset none.toml", "none.toml"),
+        ("preset wrong.toml; wait; quit", "did you mean 'ball'?"),
+        ("ink; save ball.toml", "ball.toml"),
+    ] {
+        let said = run(&mut display.view(&folder, &["ball.toml", "--do", script, "--size", "120x90"]));
+        assert!(!said.success && said.err.contains(words), "{script}: {}", said.err);
+    }
+    assert_eq!(text("ball.toml"), SCENE);
+}
+
 #[test]
 fn an_animation_is_stepped_and_played() {
     let Some(display) = Xvfb::start() else { return };

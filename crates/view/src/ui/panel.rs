@@ -1,6 +1,6 @@
 //! The panel of settings.
 
-use super::{Asked, Seen, look};
+use super::{Asked, Seen, ink, look};
 use crate::action::{Bounces, Command, Compare, LightChange, Resolution};
 use crate::edit::{MaterialItem, models, shown};
 use crate::language::{Language, Words};
@@ -56,6 +56,7 @@ pub fn show(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
                 ui.add_space(4.0);
             };
             section(ui, PICTURE, &mut |ui, asked| picture(ui, state, asked));
+            section(ui, ink::INK, &mut |ui, asked| ink::show(ui, state, asked));
             section(ui, CAMERA, &mut |ui, asked| camera(ui, state, asked));
             section(ui, LIGHTS, &mut |ui, asked| lights(ui, state, asked));
             section(ui, MATERIALS, &mut |ui, asked| materials(ui, state, asked));
@@ -69,7 +70,7 @@ pub fn show(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
 }
 
 /// A name and a control beside it.
-fn row<R>(ui: &mut Ui, name: &str, control: impl FnOnce(&mut Ui) -> R) -> R {
+pub(super) fn row<R>(ui: &mut Ui, name: &str, control: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {
         let width = 96.0;
         ui.allocate_ui_with_layout(
@@ -388,7 +389,7 @@ pub(super) fn named(response: egui::Response, name: &str) -> egui::Response {
 }
 
 /// A number in four digits or so.
-fn short(v: f64) -> String {
+pub(super) fn short(v: f64) -> String {
     let digits = if v.abs() >= 100.0 {
         1
     } else if v.abs() >= 10.0 {

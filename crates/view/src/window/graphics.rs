@@ -16,8 +16,9 @@ use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
-use yugen_optics::Image;
 use yugen_optics::colour::srgb_to_linear;
+use yugen_optics::tonemap::Curve;
+use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::display::DisplaySettings;
 use yugen_realtime::film::Film;
 use yugen_realtime::{Gpu, Stage, StageError, Target};
@@ -39,6 +40,7 @@ pub struct Graphics {
     output: Option<FullOutput>,
     realtime: Option<Shown>,
     reference: Option<(Film, Shown)>,
+    ink: Option<(Film, Shown)>,
     flight: Option<(Arc<AtomicBool>, Instant)>,
     refused: Arc<Mutex<Option<String>>>,
     repaint_at: Option<Instant>,
@@ -137,6 +139,7 @@ impl Graphics {
             output: None,
             realtime: None,
             reference: None,
+            ink: None,
             flight: None,
             refused,
             repaint_at: None,
@@ -258,15 +261,39 @@ impl Graphics {
     }
 
     pub fn set_reference(&mut self, image: &Image) {
+        let before = self.reference.take();
+        self.reference = Some(self.film(image, before));
+    }
+
+    pub fn ink(&self) -> Option<TextureId> {
+        self.ink.as_ref().map(|(_, s)| s.id)
+    }
+
+    /// A painting: its colours are those of the display.
+    pub fn set_ink(&mut self, image: &Image) {
+        let before = self.ink.take();
+        let (film, shown) = self.film(image, before);
+        let settings = DisplaySettings {
+            space: ColourSpace::LinearSrgb,
+            exposure: 0.0,
+            curve: Curve::Clip,
+            origin: [0, 0],
+        };
+        shown.show(&self.gpu.device, &self.gpu.queue, &settings);
+        self.ink = Some((film, shown));
+    }
+
+    /// A picture, to be shown where another was before.
+    fn film(&mut self, image: &Image, before: Option<(Film, Shown)>) -> (Film, Shown) {
         let film = film_of(&self.gpu.device, &self.gpu.queue, image);
-        let shown = match self.reference.take() {
+        let shown = match before {
             Some((_, mut shown)) => {
                 shown.set_film(&self.gpu.device, &mut self.renderer, &film);
                 shown
             }
             None => Shown::new(&self.gpu.device, &mut self.renderer, &film),
         };
-        self.reference = Some((film, shown));
+        (film, shown)
     }
 
     pub fn show_reference(&self, settings: DisplaySettings) {

@@ -1,6 +1,6 @@
 //! Commands one after the other, each when what was before is seen.
 
-use super::{App, MOST_FRAMES};
+use super::App;
 use crate::action::{Command, Step};
 use crate::error::ViewError;
 use std::collections::VecDeque;
@@ -91,7 +91,7 @@ impl App {
                 Command::Wait([frames, samples]) => {
                     let refined = !self.state.reference
                         || self.seen.samples >= *samples as f32 && self.seen.difference.is_some();
-                    self.settled() && self.frames >= (*frames).min(MOST_FRAMES) && refined
+                    self.settled() && self.frames >= (*frames).min(self.enough()) && refined
                 }
                 Command::Save(_) | Command::Window(_) | Command::Pick(_) | Command::Report => self.settled(),
                 Command::Open(_) | Command::Reload => self.settled(),

@@ -1,0 +1,273 @@
+//! Paints in ink beside the window's own work: a thread that paints what was last asked for.
+
+use glam::Vec2;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::{Duration, Instant};
+use wgpu::{Device, Queue};
+use yugen_ink::InkError;
+use yugen_ink::painter::{Painter, Painting, Style};
+use yugen_optics::Image;
+use yugen_scene::{Camera, Scene};
+
+/// Seconds that a painting may take without a smaller one before it: a control can be dragged by what is seen.
+const QUICK: f64 = 0.25;
+/// After a small painting so long is waited for another order before the whole one is begun.
+const REST: Duration = Duration::from_millis(150);
+/// Pixels of the painting across one of the smallest that comes before it.
+const COARSEST: u32 = 4;
+
+/// What is to be painted.
+pub struct Order {
+    /// In its pose, with what was changed.
+    pub scene: Arc<Scene>,
+    /// Count scenes, and other values of the same.
+    pub of: [u64; 2],
+    /// Through which.
+    pub camera: Camera,
+    /// How.
+    pub style: Style,
+    /// What [`Painted`] will call it.
+    pub number: u64,
+}
+
+/// What was painted.
+pub struct Painted {
+    /// Of which order.
+    pub number: u64,
+    /// The picture, or why there is none.
+    pub outcome: Result<Picture, String>,
+}
+
+/// A painting.
+#[derive(Clone)]
+pub struct Picture {
+    /// R, G and B, linear sRGB.
+    pub image: Arc<Image>,
+    /// Its strokes.
+    pub painting: Arc<Painting>,
+    /// In fewer pixels than were asked for; the whole one follows.
+    pub draft: bool,
+    /// That it took.
+    pub seconds: f64,
+}
+
+impl Picture {
+    /// The identity of the contour stroke at a place of the picture, 0 to 1 across and down; within eight pixels of it where
+    /// the picture has 1080 lines, as hands miss so much.
+    pub fn stroke_at(&self, [x, y]: [f32; 2]) -> Option<u32> {
+        let size = Vec2::new(self.image.width as f32, self.image.height as f32);
+        let reach = 8.0 * (size.y / 1080.0).max(0.5);
+        self.painting.stroke_at(Vec2::new(x, y) * size, reach).map(|s| s.id)
+    }
+
+    /// The way of a stroke, in parts of the picture.
+    pub fn way(&self, id: u32) -> Vec<[f32; 2]> {
+        let size = Vec2::new(self.image.width as f32, self.image.height as f32);
+        let Some(stroke) = self.painting.strokes.iter().find(|s| s.id == id && !s.fading) else {
+            return Vec::new();
+        };
+        let closing = stroke.points.first().filter(|_| stroke.closed);
+        stroke.points.iter().chain(closing).map(|p| (p.pixel / size).to_array()).collect()
+    }
+}
+
+#[derive(Default)]
+struct Desk {
+    order: Option<Order>,
+    painted: Option<Painted>,
+    closed: bool,
+}
+
+/// A painter and what it has painted last.
+struct Bench {
+    painter: Painter,
+    of: [u64; 2],
+    scene: Arc<Scene>,
+    painting: Option<Arc<Painting>>,
+}
+
+/// A thread with a painter.
+pub struct InkPainter {
+    desk: Arc<(Mutex<Desk>, Condvar)>,
+    bench: Arc<Mutex<Option<Bench>>>,
+}
+
+const AT_WORK: &str = "the painting is not ready yet: save it when it is";
+
+impl InkPainter {
+    /// On this device. `wake` is called when something was painted.
+    pub fn new(device: &Device, queue: &Queue, wake: impl Fn() + Send + 'static) -> Self {
+        let desk = Arc::new((Mutex::new(Desk::default()), Condvar::new()));
+        let bench = Arc::new(Mutex::new(None));
+        let (at, work) = (desk.clone(), bench.clone());
+        let gpu = (device.clone(), queue.clone());
+        std::thread::spawn(move || {
+            // How long the last whole painting took.
+            let mut took = f64::INFINITY;
+            while let Some(order) = next(&at) {
+                let put = |outcome: Result<Picture, String>| {
+                    lock(&at.0).painted = Some(Painted { number: order.number, outcome });
+                    wake();
+                };
+                let paint = || paint(&gpu, &work, &order, &at, &mut took, &put);
+                // A fault must not leave the window waiting for ever.
+                let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(paint));
+                match done {
+                    Ok(Ok(()) | Err(InkError::Stopped)) => {}
+                    Ok(Err(problem)) => put(Err(problem.to_string())),
+                    Err(_) => {
+                        // What it has on its bench may be half done.
+                        *lock(&work) = None;
+                        put(Err("the scene could not be painted: this is a fault of the program".into()));
+                    }
+                }
+            }
+        });
+        Self { desk, bench }
+    }
+
+    /// Asks for a painting instead of what was asked for before.
+    pub fn ask(&self, order: Order) {
+        lock(&self.desk.0).order = Some(order);
+        self.desk.1.notify_one();
+    }
+
+    /// What was painted last.
+    pub fn take(&self) -> Option<Painted> {
+        lock(&self.desk.0).painted.take()
+    }
+
+    /// The painting with a layer for each kind of stroke.
+    pub fn layers(&self) -> Result<Image, String> {
+        self.with(|bench, _| bench.painter.image(true).map_err(|e| e.to_string()))
+    }
+
+    /// Its strokes as SVG.
+    pub fn svg(&self) -> Result<String, String> {
+        self.with(|bench, painting| {
+            let shapes = &bench.scene.shapes;
+            let name = |shape: u32| shapes.get(shape as usize - 1).map_or(String::new(), |s| s.name.clone());
+            Ok(bench.painter.svg(painting, &name, None, None))
+        })
+    }
+
+    fn with<T>(&self, f: impl FnOnce(&Bench, &Painting) -> Result<T, String>) -> Result<T, String> {
+        let bench = match self.bench.try_lock() {
+            Ok(bench) => bench,
+            Err(TryLockError::Poisoned(e)) => e.into_inner(),
+            Err(TryLockError::WouldBlock) => return Err(AT_WORK.into()),
+        };
+        let ready = bench.as_ref().and_then(|b| Some((b, b.painting.clone()?)));
+        let (bench, painting) = ready.ok_or(AT_WORK)?;
+        f(bench, &painting)
+    }
+}
+
+impl Drop for InkPainter {
+    fn drop(&mut self) {
+        lock(&self.desk.0).closed = true;
+        self.desk.1.notify_one();
+    }
+}
+
+/// Waits for an order; none any more.
+fn next(desk: &(Mutex<Desk>, Condvar)) -> Option<Order> {
+    let mut open = lock(&desk.0);
+    loop {
+        if open.closed {
+            return None;
+        }
+        if let Some(order) = open.order.take() {
+            return Some(order);
+        }
+        open = desk.1.wait(open).unwrap_or_else(PoisonError::into_inner);
+    }
+}
+
+/// Whether something else is wanted.
+fn outdated(desk: &Desk) -> bool {
+    desk.closed || desk.order.is_some()
+}
+
+fn paint(
+    (device, queue): &(Device, Queue),
+    bench: &Mutex<Option<Bench>>,
+    order: &Order,
+    desk: &(Mutex<Desk>, Condvar),
+    took: &mut f64,
+    put: &dyn Fn(Result<Picture, String>),
+) -> Result<(), InkError> {
+    let mut draft = None;
+    {
+        let mut bench = lock(bench);
+        let known = bench.take().filter(|b| b.of[0] == order.of[0]);
+        let ready = match known {
+            Some(mut known) => {
+                if known.of != order.of {
+                    known.painter.refill(&order.scene)?;
+                } else if !Arc::ptr_eq(&known.scene, &order.scene) {
+                    known.painter.pose(&order.scene)?;
+                }
+                let styled = known.painter.restyle(order.style.clone());
+                *bench = Some(Bench { of: order.of, scene: order.scene.clone(), painting: None, ..known });
+                styled?;
+                bench.as_mut()
+            }
+            None => {
+                let threads = std::thread::available_parallelism().map_or(1, usize::from);
+                let (camera, style) = (&order.camera, order.style.clone());
+                let painter = Painter::new(device, queue, &order.scene, camera, style, threads)?;
+                *took = f64::INFINITY;
+                Some(bench.insert(Bench {
+                    painter,
+                    of: order.of,
+                    scene: order.scene.clone(),
+                    painting: None,
+                }))
+            }
+        };
+        let part = (2..COARSEST).find(|p| *took / f64::from(p * p) <= QUICK).unwrap_or(COARSEST);
+        if let (true, Some(bench)) = (*took > QUICK, ready) {
+            let mut small = order.camera.clone();
+            small.resize(small.film.width.div_ceil(part), small.film.height.div_ceil(part));
+            draft = Some(picture(bench, &small, true, &|| true)?);
+        }
+    }
+    let drawn = draft.is_some();
+    if let Some(draft) = draft {
+        put(Ok(draft));
+        let rest = desk.1.wait_timeout_while(lock(&desk.0), REST, |desk| !outdated(desk));
+        let (desk, _) = rest.unwrap_or_else(PoisonError::into_inner);
+        if outdated(&desk) {
+            return Ok(());
+        }
+    }
+    // What has no smaller one before it is not given up: where orders follow one another without end, nothing would be seen.
+    let wanted = || !drawn || !outdated(&lock(&desk.0));
+    let mut bench = lock(bench);
+    let Some(bench) = bench.as_mut() else { return Ok(()) };
+    let whole = picture(bench, &order.camera, false, &wanted)?;
+    *took = whole.seconds;
+    bench.painting = Some(whole.painting.clone());
+    put(Ok(whole));
+    Ok(())
+}
+
+fn picture(
+    bench: &mut Bench,
+    camera: &Camera,
+    draft: bool,
+    wanted: &dyn Fn() -> bool,
+) -> Result<Picture, InkError> {
+    let begun = Instant::now();
+    bench.painting = None;
+    // Each view by itself, as `yugen ink` paints one.
+    bench.painter.forget();
+    let painting = bench.painter.paint_while(camera, wanted)?;
+    let image = Arc::new(bench.painter.image(false)?);
+    Ok(Picture { image, painting: Arc::new(painting), draft, seconds: begun.elapsed().as_secs_f64() })
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,144 @@
+//! The part of the panel about ink.
+
+use super::Asked;
+use super::panel::{named, row, short};
+use crate::action::Command;
+use crate::ink::StrokeChange;
+use crate::language::Words;
+use crate::state::State;
+use egui::{ComboBox, Slider, SliderClamping, Ui};
+use yugen_ink::canvas::Layer;
+use yugen_ink::control::{CONTROLS, Control};
+use yugen_ink::paper::PAPERS;
+use yugen_ink::pigment::PIGMENTS;
+use yugen_ink::wrinkle::MANNERS;
+
+/// The title.
+pub const INK: Words = ["Ink", "水墨"];
+const PAINTED: Words = ["painted in ink", "水墨で描く"];
+const PRESET: Words = ["preset", "プリセット"];
+const PAPER: Words = ["paper", "紙"];
+const PIGMENT: Words = ["pigment", "顔料"];
+const WASH: Words = ["wash", "淡彩"];
+const MANNER: Words = ["wrinkles", "皴法"];
+const STROKE: Words = ["stroke", "筆線"];
+const CLICK: Words = ["click on a contour to steer its stroke", "輪郭の筆線をクリックして調整する"];
+const HIDE: Words = ["hidden", "隠す"];
+const PLAIN: Words = ["As the others", "ほかと同じに戻す"];
+const STEERED: Words = ["steered strokes", "調整した筆線"];
+const SAVE: Words = ["Save", "保存"];
+const SAVE_PRESET: Words = ["Save the preset", "プリセットを保存"];
+
+/// Shows it.
+pub fn show(ui: &mut Ui, state: &State, asked: &mut Asked) {
+    let (l, ink) = (state.language, &state.ink);
+    let mut on = ink.on;
+    if ui.checkbox(&mut on, l.of(PAINTED)).changed() {
+        asked.commands.push(Command::Ink(Some(on)));
+    }
+    if !ink.on {
+        return;
+    }
+    let presets: Vec<_> = ink.presets.iter().map(|p| (p.name.as_str(), p.doc.as_str())).collect();
+    if let Some(name) = choice(ui, l.of(PRESET), &ink.name, &presets) {
+        asked.commands.push(Command::Preset(Some(name)));
+    }
+    let papers: Vec<_> = PAPERS.iter().map(|p| (p.name, p.doc)).collect();
+    let pigments: Vec<_> = PIGMENTS.iter().map(|p| (p.name, p.doc)).collect();
+    let manners: Vec<_> = MANNERS.iter().map(|m| (m.name, m.doc)).collect();
+    let pigment = |layer: Layer| ink.style.pigments[layer as usize].name;
+    for (words, key, now, all) in [
+        (PAPER, "paper", ink.style.paper.name, &papers),
+        (PIGMENT, "pigment", pigment(Layer::Contour), &pigments),
+        (WASH, "wash_pigment", pigment(Layer::Wash), &pigments),
+        (MANNER, "manner", ink.style.manner.name, &manners),
+    ] {
+        if let Some(name) = choice(ui, l.of(words), now, all) {
+            asked.commands.push(Command::Set(key.into(), name));
+        }
+    }
+    ui.add_space(4.0);
+    for control in CONTROLS {
+        let Some(now) = ink.style.controls.get(control.name) else { continue };
+        if let Some(value) = slider(ui, control, control.name, now) {
+            asked.commands.push(Command::Set(control.name.into(), value.to_string()));
+        }
+    }
+    ui.add_space(4.0);
+    stroke(ui, state, asked);
+    ui.horizontal_wrapped(|ui| {
+        if ui.button(format!("{} .svg", l.of(SAVE))).clicked() {
+            asked.commands.push(Command::Save(".svg".into()));
+        }
+        if ui.button(l.of(SAVE_PRESET)).clicked() {
+            asked.commands.push(Command::Save(".toml".into()));
+        }
+    });
+}
+
+/// The stroke that is looked at, and those that are otherwise than the others.
+fn stroke(ui: &mut Ui, state: &State, asked: &mut Asked) {
+    let (l, ink) = (state.language, &state.ink);
+    let mut change = |change: StrokeChange| asked.commands.push(Command::Stroke(change));
+    match ink.of_stroke() {
+        None => drop(ui.weak(l.of(CLICK))),
+        Some((id, hidden, values)) => {
+            let mut hide = hidden;
+            ui.label(format!("{} {id:08x}", l.of(STROKE)));
+            if ui.checkbox(&mut hide, l.of(HIDE)).changed() {
+                change(StrokeChange::Hide(hide));
+            }
+            for (name, now) in values {
+                let Some(control) = CONTROLS.iter().find(|c| c.name == name) else { continue };
+                let label = format!("{} {name}", l.of(STROKE));
+                if let Some(value) = slider(ui, control, &label, now) {
+                    change(StrokeChange::Set(name.into(), value));
+                }
+            }
+            if ink.style.steering.strokes.contains_key(&id) && ui.button(l.of(PLAIN)).clicked() {
+                change(StrokeChange::Plain);
+            }
+        }
+    }
+    if !ink.style.steering.strokes.is_empty() {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(l.of(STEERED));
+            for id in ink.style.steering.strokes.keys() {
+                if ui.selectable_label(ink.stroke == Some(*id), format!("{id:08x}")).clicked() {
+                    change(StrokeChange::Choose(*id));
+                }
+            }
+        });
+    }
+}
+
+/// A list of names and what they are; the one that was chosen.
+fn choice(ui: &mut Ui, label: &str, now: &str, all: &[(&str, &str)]) -> Option<String> {
+    row(ui, label, |ui| {
+        let mut chosen = None;
+        let list = ComboBox::from_id_salt(("ink", label)).selected_text(now).show_ui(ui, |ui| {
+            for (name, doc) in all {
+                if ui.selectable_label(*name == now, *name).on_hover_text(*doc).clicked() {
+                    chosen = Some(name.to_string());
+                }
+            }
+        });
+        named(list.response, label);
+        chosen
+    })
+}
+
+/// The slider of a control; its new value.
+fn slider(ui: &mut Ui, control: &Control, label: &str, now: f32) -> Option<f32> {
+    row(ui, control.name, |ui| {
+        let mut value = now;
+        let slider = Slider::new(&mut value, control.min..=control.max)
+            .logarithmic(control.min > 0.0)
+            .clamping(SliderClamping::Edits)
+            .custom_formatter(|v, _| short(v));
+        ui.spacing_mut().slider_width = 100.0;
+        let about = format!("{}\n{} – {}, {}", control.doc, control.min, control.max, control.default);
+        let changed = named(ui.add(slider), label).on_hover_text(about).changed();
+        (changed && value != now).then_some(value)
+    })
+}
