@@ -5,7 +5,7 @@
 //! core.
 
 use anyhow::Result;
-use glam::{DVec3, UVec3, Vec2, Vec3};
+use glam::{DMat3, DVec3, UVec3, Vec2, Vec3};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use yugen_archive::formats::image::{self, WriteOptions};
@@ -149,11 +149,11 @@ fn draw(burning: &Burning, row: &Row, seconds: f64, size: [usize; 2]) -> Result<
 fn logs(burning: &Burning, grid: &Grid, seconds: f64, row: &Row, size: [usize; 2]) -> (Vec<f32>, Vec<Vec3>) {
     let logs = burning.logs();
     let kelvin = burning.ember_temperatures(&logs, seconds);
-    let blobs = grid.blobs(6, DVec3::Y);
+    let slabs = grid.slabs(6, 1, DVec3::Y, DMat3::IDENTITY);
     let shade = |i: usize| {
         let (p, n) = (logs.positions[i], logs.normals[i]);
         let mut light = 0.9 * burning.glow(kelvin[i]);
-        for blob in &blobs {
+        for blob in slabs.iter().map(|slab| &slab.blob) {
             let to = blob.mean.as_vec3() - p;
             // Blobs are no points: from near they give no more than from their own size.
             let spread = blob.covariance.diagonal().element_sum() as f32;
@@ -212,7 +212,7 @@ fn time() -> Result<()> {
         let grid = flame.grid(cells)?;
         println!("{cells}");
         println!("  Flame::grid          {:>10.2?}", least(|_| flame.grid(cells)));
-        println!("  Grid::blobs          {:>10.2?}", least(|_| grid.blobs(6, DVec3::Y)));
+        println!("  Grid::slabs          {:>10.2?}", least(|_| grid.slabs(6, 32, DVec3::Y, DMat3::IDENTITY)));
         println!("  Grid::power          {:>10.2?}", least(|_| grid.power()));
     }
     Ok(())
