@@ -1,9 +1,12 @@
 //! `yugen ink`: a scene by brush.
 
+mod finish;
+
 use crate::sequence::{Frames, Moments, RATE, Sequence};
 use crate::{argument, json, render};
 use anyhow::{Context, Result, bail};
 use clap::Args;
+use finish::Finish;
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -12,6 +15,7 @@ use yugen_archive::formats::mesh::Up;
 use yugen_archive::formats::{self, image};
 use yugen_archive::{atomic_write, check_outputs, check_writable, read_bounded};
 use yugen_ink::control::CONTROLS;
+use yugen_ink::mount::{MOUNTS, Mount, Mounting};
 use yugen_ink::painter::{Painter, Painting, Style};
 use yugen_ink::paper::PAPERS;
 use yugen_ink::pigment::PIGMENTS;
@@ -61,6 +65,9 @@ pub struct Ink {
     /// How wrinkles are drawn.
     #[arg(long, value_name = "NAME")]
     manner: Option<String>,
+
+    #[command(flatten)]
+    finish: Finish,
 
     /// By the method of the slides of Xu, Yang and Wu (2012) as it stands, to compare with. The controls contour, wrinkle,
     /// rub, wash and dot scale the ink of its five techniques; `--set rub=1` adds rubbing, which is left out where nobody asks.
@@ -124,7 +131,7 @@ const MOST: u64 = 1 << 16;
 type Named = Vec<(String, String)>;
 
 /// What the words of a preset may be, under their titles.
-fn words() -> Result<[(&'static str, Named); 4]> {
+fn words() -> Result<[(&'static str, Named); 5]> {
     let pairs =
         |all: Vec<(&str, &str)>| all.into_iter().map(|(n, d)| (n.to_string(), d.to_string())).collect();
     Ok([
@@ -132,6 +139,7 @@ fn words() -> Result<[(&'static str, Named); 4]> {
         ("Papers", pairs(PAPERS.iter().map(|p| (p.name, p.doc)).collect())),
         ("Pigments", pairs(PIGMENTS.iter().map(|p| (p.name, p.doc)).collect())),
         ("Manners of wrinkles", pairs(MANNERS.iter().map(|m| (m.name, m.doc)).collect())),
+        ("Mountings", pairs(MOUNTS.iter().map(|m| (m.name, m.doc)).collect())),
     ])
 }
 
@@ -204,6 +212,7 @@ impl Ink {
             style.controls.set(name, *value)?;
         }
         style.seed = self.seed;
+        style.signature = self.finish.signature()?;
         Ok(style)
     }
 
@@ -263,6 +272,7 @@ impl Ink {
             outputs: &self.outputs,
             style,
             literal: self.literal,
+            mount: self.finish.mount(),
             size: self.size,
             crop: None,
             camera: self.camera.as_deref(),
@@ -291,6 +301,8 @@ pub struct Brush<'a> {
     pub style: Style,
     /// By the method of the slides.
     pub literal: bool,
+    /// What it is mounted in.
+    pub mount: Option<&'static Mount>,
     /// Pixels, instead of the camera's.
     pub size: Option<[u32; 2]>,
     /// Only this part of the picture.
@@ -316,6 +328,7 @@ struct Session<'a> {
     names: Vec<String>,
     picture: Option<Image>,
     painting: Option<Painting>,
+    mounting: Option<Mounting>,
     /// Frames of a replay that are made.
     shown: u32,
 }
@@ -326,15 +339,16 @@ impl<'a> Session<'a> {
         let (camera, style) = (brush.look(scene)?, brush.style.clone());
         let painter = Painter::new(&gpu.device, &gpu.queue, scene, &camera, style, brush.threads)?;
         let names = scene.shapes.iter().map(|s| s.name.clone()).collect();
-        Ok(Self { brush, painter, names, picture: None, painting: None, shown: 0 })
+        let mounting = brush.mounting(scene)?;
+        Ok(Self { brush, painter, names, picture: None, painting: None, mounting, shown: 0 })
     }
 
     /// Paints a scene in the pose that the painter has.
     fn paint(&mut self, scene: &Scene) -> Result<()> {
         let camera = self.brush.look(scene)?;
         if self.brush.literal {
-            self.picture = Some(self.painter.paint_literally(scene, &camera)?);
-            return Ok(());
+            let picture = self.painter.paint_literally(scene, &camera)?;
+            return self.mount(picture);
         }
         if !self.brush.replay || self.painting.is_none() {
             self.painting = Some(self.painter.paint(&camera)?);
@@ -344,7 +358,15 @@ impl<'a> Session<'a> {
             self.painter.repaint(f64::from(self.shown) / f64::from(self.brush.parts()));
         }
         let layers = self.brush.outputs.iter().any(|o| extension(o) == "exr");
-        self.picture = Some(self.painter.image(layers)?);
+        let picture = self.painter.image(layers)?;
+        self.mount(picture)
+    }
+
+    fn mount(&mut self, picture: Image) -> Result<()> {
+        self.picture = Some(match &self.mounting {
+            Some(mounting) => mounting.frame(&picture).context("the painting does not fit its mounting")?,
+            None => picture,
+        });
         Ok(())
     }
 
@@ -356,7 +378,10 @@ impl<'a> Session<'a> {
         if is_svg(output) {
             let painting = self.painting.as_ref().context("nothing was painted")?;
             let name = |shape: u32| self.names.get(shape as usize - 1).cloned().unwrap_or_default();
-            return Ok(atomic_write(output, self.painter.svg(painting, &name, frame).as_bytes())?);
+            return Ok(atomic_write(
+                output,
+                self.painter.svg(painting, &name, self.mounting.as_ref(), frame).as_bytes(),
+            )?);
         }
         let picture = self.last()?;
         let whole = if extension(output) == "exr" { None } else { picture.select(&["R", "G", "B"]) };
@@ -416,6 +441,17 @@ impl Brush<'_> {
         Ok(scene.look_through(self.camera, self.size, self.crop)?)
     }
 
+    /// Pixels of the painting.
+    fn size(&self, scene: &Scene) -> Result<[u32; 2]> {
+        let film = self.look(scene)?.film;
+        Ok(film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]))
+    }
+
+    fn mounting(&self, scene: &Scene) -> Result<Option<Mounting>> {
+        let size = self.size(scene)?;
+        Ok(self.mount.map(|m| m.around(size)).transpose()?)
+    }
+
     /// Paints it.
     pub fn run(&self, mut scene: Scene) -> Result<()> {
         if self.moments.is_sequence(self.outputs) {
@@ -432,10 +468,7 @@ impl Brush<'_> {
                 by: "ink",
                 json: self.json,
             };
-            let size = |scene: &Scene| {
-                let film = self.look(scene)?.film;
-                Ok(film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]))
-            };
+            let size = |scene: &Scene| Ok(self.mounting(scene)?.map_or(self.size(scene)?, |m| m.size));
             return sequence.run(scene, size, |scene| Session::new(self, scene));
         }
         check_outputs(self.outputs)?;

@@ -9,6 +9,7 @@ mod brdf;
 mod capture;
 mod figure;
 mod film;
+mod font;
 mod info;
 mod ink;
 mod json;

@@ -23,7 +23,9 @@ use yugen_optics::Image;
 use yugen_realtime::device::{checked, map};
 
 /// How many layers there are.
-pub const LAYERS: usize = 5;
+pub const LAYERS: usize = 7;
+/// How many of them are painted by brush, the first ones; the others are laid on.
+pub const BRUSHED: usize = 5;
 
 /// Layers of ink, in the order in which they are painted, light to dark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,11 +40,16 @@ pub enum Layer {
     Contour,
     /// Dots (dian).
     Dot,
+    /// An inscription (ti).
+    Inscription,
+    /// A seal (yin).
+    Seal,
 }
 
 impl Layer {
     /// All, in order.
-    pub const ALL: [Self; LAYERS] = [Self::Wash, Self::Wrinkle, Self::Rub, Self::Contour, Self::Dot];
+    pub const ALL: [Self; LAYERS] =
+        [Self::Wash, Self::Wrinkle, Self::Rub, Self::Contour, Self::Dot, Self::Inscription, Self::Seal];
 
     /// Part of the ink of a wet place that flows: a wash is mostly water, a line of thick ink keeps its edge.
     pub(crate) fn mobile(self) -> f32 {
@@ -51,6 +58,8 @@ impl Layer {
             Self::Wrinkle => 0.25,
             // A brush that was wiped off has no water that runs.
             Self::Rub => 0.0,
+            // Laid on dry.
+            Self::Inscription | Self::Seal => 0.0,
             Self::Contour => 0.3,
             Self::Dot => 0.4,
         }
@@ -64,6 +73,8 @@ impl Layer {
             Self::Rub => "ca",
             Self::Contour => "gou",
             Self::Dot => "dian",
+            Self::Inscription => "ti",
+            Self::Seal => "yin",
         }
     }
 }
@@ -179,6 +190,7 @@ impl Canvas {
                 format,
                 usage: TextureUsages::RENDER_ATTACHMENT
                     | TextureUsages::TEXTURE_BINDING
+                    | TextureUsages::COPY_DST
                     | TextureUsages::COPY_SRC,
                 view_formats: &[],
             })
@@ -358,8 +370,24 @@ impl Canvas {
         self.queue.write_texture(self.shapes.as_image_copy(), bytemuck::cast_slice(shapes), layout, size);
     }
 
+    /// Lays ink or paste on a layer that is not painted by brush, in place of what was there: a load for each pixel.
+    pub fn lay(&self, layer: Layer, loads: &[f32]) {
+        let [width, height] = self.size;
+        if loads.len() != width as usize * height as usize {
+            return;
+        }
+        let texels: Vec<[half::f16; 4]> =
+            loads.iter().map(|v| [*v, 0.0, 0.0, 0.0].map(half::f16::from_f32)).collect();
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * width), rows_per_image: None };
+        let size = Extent3d { width, height, depth_or_array_layers: 1 };
+        let mut to = self.dried.as_image_copy();
+        to.origin.z = layer as u32;
+        self.queue.write_texture(to, bytemuck::cast_slice(&texels), layout, size);
+    }
+
     /// Paints: the stamps of each layer, in place of what was there.
-    pub fn paint(&self, layers: &[Vec<Stamp>; LAYERS]) {
+    pub fn paint(&self, layers: &[Vec<Stamp>; BRUSHED]) {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         for (layer, stamps) in (0..).zip(layers) {
             let [view, dried] = [&self.loads, &self.dried].map(|t| one_layer(t, layer));

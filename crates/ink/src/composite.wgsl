@@ -1,6 +1,6 @@
 // Layers of ink over paper, light to dark, by Kubelka and Munk in eight bands: twin of pigment.rs.
 
-const LAYERS: u32 = 5u;
+const LAYERS: u32 = 7u;
 
 struct Layer {
     // a, b and S of the first four bands and of the last.
@@ -10,7 +10,7 @@ struct Layer {
 }
 
 struct Composite {
-    layers: array<Layer, 5>,
+    layers: array<Layer, 7>,
     // Reflectance of the paper.
     paper: array<vec4<f32>, 2>,
     // From bands to red, green and blue.

@@ -1,6 +1,6 @@
 //! From stamps to dry ink: water and ink go from the pixels of a layer to the cells of the flow, run, and come back.
 
-use crate::canvas::{LAYERS, LOADS, Layer, Materials};
+use crate::canvas::{BRUSHED, LOADS, Layer, Materials};
 use crate::dispersion::Dispersion;
 use crate::flow::FlowRow;
 use crate::paper::Sheet;
@@ -19,7 +19,7 @@ pub(crate) struct Drying {
     cells: [u32; 2],
     steps: u32,
     /// Of each layer.
-    mobile: [f32; LAYERS],
+    mobile: [f32; BRUSHED],
 }
 
 #[repr(C)]
@@ -66,7 +66,7 @@ impl Drying {
     ) -> Self {
         let row = FlowRow::new(cells);
         let dispersion = Dispersion::new(device, &row, &open);
-        let mobile = Layer::ALL.map(|l| l.mobile() * m.bleed);
+        let mobile: [f32; BRUSHED] = std::array::from_fn(|i| Layer::ALL[i].mobile() * m.bleed);
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("dry"),
             source: wgpu::ShaderSource::Wgsl(include_str!("dry.wgsl").into()),

@@ -22,7 +22,9 @@
 //! | [`canvas`], [`resolve`] | stamps to loads of ink to a picture, on the GPU |
 //! | [`flow`], [`dispersion`] | water and ink that run in paper, on the processor and on the GPU |
 //! | [`paper`], [`pigment`] | what is painted on and with |
-//! | [`svg`] | strokes as vectors |
+//! | [`signature`] | an inscription and the artist's seal |
+//! | [`mount`] | what a painting hangs, rolls or folds in |
+//! | [`svg`], `path` | strokes as vectors, closed curves |
 //! | [`literal`] | the slides of Xu, Yang and Wu 2012 as they stand, for comparison |
 //! | [`control`], [`preset`] | what is steered, and ways of painting |
 //! | [`steering`] | what of single objects and strokes is otherwise |
@@ -42,9 +44,11 @@ mod error;
 pub mod flow;
 pub mod footprint;
 pub mod literal;
+pub mod mount;
 pub mod painter;
 pub mod paper;
 mod passes;
+mod path;
 pub mod piece;
 pub mod pigment;
 pub mod preset;
@@ -53,6 +57,7 @@ pub mod resolve;
 pub mod rub;
 pub mod scatter;
 pub mod select;
+pub mod signature;
 pub mod stamp;
 pub mod steering;
 pub mod stroke;

@@ -1,12 +1,13 @@
 //! From a scene to its painting.
 
 use crate::InkError;
-use crate::canvas::{Canvas, LAYERS, Layer, Materials};
+use crate::canvas::{BRUSHED, Canvas, LAYERS, Layer, Materials};
 use crate::contour::MeshPoint;
 use crate::contour::{Surface, to_world};
 use crate::control::Controls;
 use crate::depth::DepthMap;
 use crate::dot;
+use crate::mount::Mounting;
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
 use crate::projection::Projection;
@@ -14,6 +15,7 @@ use crate::resolve::Resolve;
 use crate::rub;
 use crate::scatter::Surfaces;
 use crate::select::select;
+use crate::signature::{Mark, Signature};
 use crate::stamp::{self, Stamp};
 use crate::steering::{Steering, StrokeEdit};
 use crate::stroke::{Hand, Stroke};
@@ -54,6 +56,8 @@ pub struct Style {
     pub creases: Creases,
     /// What is otherwise of single objects and strokes.
     pub steering: Steering,
+    /// Inscription and seal.
+    pub signature: Option<Arc<Signature>>,
     /// Same seed, same painting.
     pub seed: u32,
 }
@@ -63,10 +67,11 @@ impl Default for Style {
         Self {
             controls: Controls::default(),
             paper: &PAPERS[0],
-            pigments: [&PIGMENTS[0]; LAYERS],
+            pigments: pigments(&PIGMENTS[0]),
             manner: &MANNERS[0],
             creases: Creases::default(),
             steering: Steering::default(),
+            signature: None,
             seed: 0,
         }
     }
@@ -90,8 +95,10 @@ pub struct Painter {
     spare: Option<Canvas>,
     /// What was seen last in this pose, by different cameras.
     sights: Vec<Sight>,
+    /// What is written and pressed on the canvas.
+    marks: Vec<Mark>,
     /// The prints of the last painting.
-    stamps: [Vec<Stamp>; LAYERS],
+    stamps: [Vec<Stamp>; BRUSHED],
     style: Style,
     /// Names of shapes.
     names: Vec<String>,
@@ -127,8 +134,8 @@ pub struct Painting {
     pub strokes: Vec<Stroke>,
     /// The strokes of wrinkles.
     pub wrinkles: Vec<Stroke>,
-    /// Stamps of each layer, in the order of [`Layer::ALL`].
-    pub stamps: [usize; LAYERS],
+    /// Stamps of each layer that is painted by brush, in the order of [`Layer::ALL`].
+    pub stamps: [usize; BRUSHED],
     /// What became of the strokes of the frame before.
     pub change: Change,
 }
@@ -186,6 +193,7 @@ impl Painter {
             canvas,
             spare: None,
             sights: Vec::new(),
+            marks: Vec::new(),
             stamps: Default::default(),
             style,
             names,
@@ -197,6 +205,7 @@ impl Painter {
             tracker: Tracker::default(),
         };
         painter.find_topologies();
+        painter.mark()?;
         Ok(painter)
     }
 
@@ -329,7 +338,7 @@ impl Painter {
         let hand = self.hand(depths(map));
         let (strokes, dots) = self.strokes(projection, map, &hand);
         go_on(wanted)?;
-        let mut layers: [Vec<Stamp>; LAYERS] = Default::default();
+        let mut layers: [Vec<Stamp>; BRUSHED] = Default::default();
         let (unit, seed) = (hand.unit, self.style.seed);
         let small: HashSet<u32> = dots.iter().map(|(draw, _)| *draw).collect();
         let near = |depth| hand.nearness(depth);
@@ -372,9 +381,10 @@ impl Painter {
     /// Paints the last painting anew up to a part of its prints, 0 to 1, in the order in which they are put down; wet ink dries as it
     /// does in the whole.
     pub fn repaint(&self, part: f64) {
+        self.lay(part >= 1.0);
         let all: usize = self.stamps.iter().map(Vec::len).sum();
         let mut left = (part.clamp(0.0, 1.0) * all as f64).ceil() as usize;
-        let layers: [Vec<Stamp>; LAYERS] = std::array::from_fn(|i| {
+        let layers: [Vec<Stamp>; BRUSHED] = std::array::from_fn(|i| {
             let count = self.stamps[i].len().min(left);
             left -= count;
             self.stamps[i][..count].to_vec()
@@ -454,12 +464,21 @@ impl Painter {
     }
 
     /// The strokes of a painting as SVG. `name`: of a shape by its number, counted from one.
-    pub fn svg(&self, painting: &Painting, name: &dyn Fn(u32) -> String, frame: Option<u32>) -> String {
+    pub fn svg(
+        &self,
+        painting: &Painting,
+        name: &dyn Fn(u32) -> String,
+        mounting: Option<&Mounting>,
+        frame: Option<u32>,
+    ) -> String {
         let drawing = Drawing {
             size: self.size,
             paper: self.style.paper.rgb(),
             shade: &|load| self.canvas.shade(Layer::Contour, load),
             name,
+            marks: &self.marks,
+            of_marks: &|layer| self.canvas.shade(layer, 1.0),
+            mounting,
             frame,
         };
         svg(&[(Layer::Wrinkle, &painting.wrinkles), (Layer::Contour, &painting.strokes)], &drawing)
@@ -471,8 +490,9 @@ impl Painter {
         if !layers {
             return Ok(picture);
         }
-        let parts = Layer::ALL.map(|l| self.canvas.layer(l).map(|image| (l, image)));
-        let parts: Vec<(Layer, Image)> = parts.into_iter().collect::<Result<_, _>>()?;
+        let used = |l: &Layer| (*l as usize) < BRUSHED || self.marks.iter().any(|m| m.layer == *l);
+        let parts = Layer::ALL.into_iter().filter(used).map(|l| Ok((l, self.canvas.layer(l)?)));
+        let parts: Vec<(Layer, Image)> = parts.collect::<Result<_, InkError>>()?;
         let names = parts.iter().flat_map(|(l, _)| ["R", "G", "B", "A"].map(|c| format!("{}.{c}", l.name())));
         let channels: Vec<String> = picture.channels.iter().cloned().chain(names).collect();
         let mut data = Vec::with_capacity(picture.width * picture.height * channels.len());
@@ -507,6 +527,13 @@ fn small_camera(camera: &Camera) -> Camera {
 /// Pixels that stand for one in a picture of 1080 lines.
 pub fn unit(size: [u32; 2]) -> f32 {
     size[1] as f32 / 1080.0
+}
+
+/// One for all that is painted and written with ink; seals are cinnabar.
+pub(crate) fn pigments(ink: &'static Pigment) -> [&'static Pigment; LAYERS] {
+    let mut pigments = [ink; LAYERS];
+    pigments[Layer::Seal as usize] = Pigment::find("cinnabar").unwrap_or(ink);
+    pigments
 }
 
 /// [`InkError::Stopped`] where it is not wanted any more.

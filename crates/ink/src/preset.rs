@@ -1,9 +1,9 @@
 //! Ways of painting, from a small text file.
 
 use crate::InkError;
-use crate::canvas::{LAYERS, Layer};
+use crate::canvas::Layer;
 use crate::control::CONTROLS;
-use crate::painter::Style;
+use crate::painter::{Style, pigments};
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
 use crate::steering::{self, Steering, StrokeEdit};
@@ -211,7 +211,7 @@ pub fn set_name(style: &mut Style, key: &str, word: &str) -> Result<(), InkError
             // A wash of its own stays.
             let wash = style.pigments[Layer::Wash as usize];
             let own = wash != style.pigments[Layer::Contour as usize];
-            style.pigments = [pigment()?; LAYERS];
+            style.pigments = pigments(pigment()?);
             if own {
                 style.pigments[Layer::Wash as usize] = wash;
             }

@@ -4,6 +4,9 @@
 //! pressure at each of its points, identity and length. Outlines are smooth: the radius is sampled as densely as it changes.
 
 use crate::canvas::Layer;
+use crate::mount::{self, Mounting};
+use crate::path;
+use crate::signature::{self, Mark};
 use crate::stroke::{Stroke, StrokePoint, tangent};
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -24,19 +27,33 @@ pub struct Drawing<'a> {
     pub shade: &'a dyn Fn(f32) -> Vec3,
     /// Name of a shape by its number, counted from one.
     pub name: &'a dyn Fn(u32) -> String,
+    /// Inscription and seal.
+    pub marks: &'a [Mark],
+    /// Colours of their layers.
+    pub of_marks: &'a dyn Fn(Layer) -> Vec3,
+    /// What it is mounted in.
+    pub mounting: Option<&'a Mounting>,
     /// Number of the frame, of a sequence.
     pub frame: Option<u32>,
 }
 
 /// The text of a file. Layers are in the order in which they are painted.
 pub fn svg(layers: &[(Layer, &[Stroke])], drawing: &Drawing) -> String {
-    let [w, h] = drawing.size;
+    let [w, h] = drawing.mounting.map_or(drawing.size, |m| m.size);
     let mut out = String::new();
     let _ = writeln!(
         out,
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" \
          width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\">"
     );
+    if let Some(mounting) = drawing.mounting {
+        write_figures(&mut out, mounting);
+        write_parts(&mut out, mounting, false);
+        let [x, y] = mounting.at;
+        let clip = mounting.leaf.as_ref().map_or("", |_| " clip-path=\"url(#leaf)\"");
+        let _ = writeln!(out, "<g id=\"painting\"{clip}><g transform=\"translate({x} {y})\">");
+    }
+    let [w, h] = drawing.size;
     let _ =
         writeln!(out, "<rect id=\"paper\" width=\"{w}\" height=\"{h}\" fill=\"{}\"/>", hex(drawing.paper));
     let frame = drawing.frame.map_or(String::new(), |f| format!(" data-frame=\"{f}\""));
@@ -55,8 +72,101 @@ pub fn svg(layers: &[(Layer, &[Stroke])], drawing: &Drawing) -> String {
         }
         out.push_str("</g>\n");
     }
+    for layer in [Layer::Inscription, Layer::Seal] {
+        write_marks(&mut out, layer, drawing);
+    }
+    if let Some(mounting) = drawing.mounting {
+        out.push_str("</g></g>\n");
+        write_parts(&mut out, mounting, true);
+    }
     out.push_str("</svg>\n");
     out
+}
+
+fn write_marks(out: &mut String, layer: Layer, drawing: &Drawing) {
+    let marks: Vec<&Mark> = drawing.marks.iter().filter(|m| m.layer == layer).collect();
+    if marks.is_empty() {
+        return;
+    }
+    let (name, fill) = (layer.name(), hex((drawing.of_marks)(layer)));
+    let _ = writeln!(out, "<g id=\"{name}\" inkscape:groupmode=\"layer\" inkscape:label=\"{name}\">");
+    for (i, mark) in marks.into_iter().enumerate() {
+        let (text, mut mask) = (escape(&mark.text), String::new());
+        if let (Some(cut), Some(around)) = (&mark.cut, signature::around(mark)) {
+            mask = format!(" mask=\"url(#{name}-{i}-cut)\"");
+            let (around, cut) = (path::svg(&around), path::svg(cut));
+            let _ = writeln!(
+                out,
+                "<mask id=\"{name}-{i}-cut\" maskUnits=\"userSpaceOnUse\"><path fill=\"#fff\" d=\"{around}\"/>\
+                 <path fill=\"#000\" d=\"{cut}\"/></mask>"
+            );
+        }
+        let d = path::svg(&mark.form);
+        let _ = writeln!(out, "<path data-text=\"{text}\" fill=\"{fill}\"{mask} d=\"{d}\"/>");
+    }
+    out.push_str("</g>\n");
+}
+
+/// Figures of brocade, shades of rods, and the leaf of a fan, to be referred to.
+fn write_figures(out: &mut String, mounting: &Mounting) {
+    out.push_str("<defs>\n");
+    if let Some(leaf) = &mounting.leaf {
+        let _ = writeln!(out, "<clipPath id=\"leaf\"><path d=\"{}\"/></clipPath>", path::svg(leaf));
+    }
+    for (i, part) in mounting.parts.iter().enumerate() {
+        let (fill, b) = (hex(part.cloth.colour), part.path.bounds());
+        if let Some(figure) = part.cloth.figure {
+            let ring = mounting.unit.max(2.0);
+            let step = ring * std::f32::consts::SQRT_2;
+            let (r, side, thin) = (number(ring), number(step), number(0.2 * ring));
+            let rings = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[x, y]: [f32; 2]| {
+                let [x, y] = [x, y].map(|v| number(v * step));
+                format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>")
+            });
+            let _ = writeln!(
+                out,
+                "<pattern id=\"cloth-{i}\" patternUnits=\"userSpaceOnUse\" width=\"{side}\" height=\"{side}\">\
+                 <rect width=\"{side}\" height=\"{side}\" fill=\"{fill}\"/>\
+                 <g fill=\"none\" stroke=\"{}\" stroke-width=\"{thin}\">{}</g></pattern>",
+                hex(figure),
+                rings.concat()
+            );
+        } else if part.cloth.rod {
+            let flat = b.width() > b.height();
+            let stops = (0..=8).map(|k| {
+                let t = k as f32 / 8.0;
+                format!(
+                    "<stop offset=\"{}\" stop-color=\"{}\"/>",
+                    number(t),
+                    hex(part.cloth.colour * mount::round(t))
+                )
+            });
+            let (x, y) = if flat { (0, 1) } else { (1, 0) };
+            let stops = stops.collect::<String>();
+            let _ = writeln!(
+                out,
+                "<linearGradient id=\"cloth-{i}\" x1=\"0\" y1=\"0\" x2=\"{x}\" y2=\"{y}\">{stops}</linearGradient>"
+            );
+        }
+    }
+    out.push_str("</defs>\n");
+}
+
+fn write_parts(out: &mut String, mounting: &Mounting, over: bool) {
+    let _ = writeln!(out, "<g id=\"mount{}\">", if over { "-over" } else { "" });
+    for (i, part) in mounting.parts.iter().enumerate().filter(|(_, p)| p.over == over) {
+        let fill = match part.cloth.figure.is_some() || part.cloth.rod {
+            true => format!("url(#cloth-{i})"),
+            false => hex(part.cloth.colour),
+        };
+        let cover = match part.cloth.cover {
+            1.0 => String::new(),
+            part => format!(" fill-opacity=\"{part}\""),
+        };
+        let (label, d) = (part.name, path::svg(&part.path));
+        let _ = writeln!(out, "<path inkscape:label=\"{label}\" fill=\"{fill}\"{cover} d=\"{d}\"/>");
+    }
+    out.push_str("</g>\n");
 }
 
 fn write_stroke(out: &mut String, stroke: &Stroke, drawing: &Drawing) {
@@ -68,7 +178,7 @@ fn write_stroke(out: &mut String, stroke: &Stroke, drawing: &Drawing) {
     let list = |value: &dyn Fn(&StrokePoint) -> f32| {
         points.iter().map(|p| number(value(p))).collect::<Vec<_>>().join(" ")
     };
-    let mut line = path(points.iter().map(|p| p.pixel));
+    let mut line = through(points.iter().map(|p| p.pixel));
     if stroke.closed {
         line.push('Z');
     }
@@ -104,8 +214,8 @@ fn outline(points: &[StrokePoint], closed: bool) -> String {
         points[i].pixel + way.perp() * sign * points[i].radius
     };
     if closed {
-        let out = path((0..n).map(|i| side(i, 1.0)));
-        let back = path((0..n).rev().map(|i| side(i, -1.0)));
+        let out = through((0..n).map(|i| side(i, 1.0)));
+        let back = through((0..n).rev().map(|i| side(i, -1.0)));
         return format!("{out}Z{back}Z");
     }
     // Round ends: a half circle about each.
@@ -118,10 +228,10 @@ fn outline(points: &[StrokePoint], closed: bool) -> String {
     };
     let there = (0..n).map(|i| side(i, -1.0));
     let back = (0..n).rev().map(|i| side(i, 1.0));
-    path(there.chain(cap(n - 1, 1.0)).chain(back).chain(cap(0, -1.0))) + "Z"
+    through(there.chain(cap(n - 1, 1.0)).chain(back).chain(cap(0, -1.0))) + "Z"
 }
 
-fn path(points: impl Iterator<Item = Vec2>) -> String {
+fn through(points: impl Iterator<Item = Vec2>) -> String {
     let mut out = String::new();
     for (i, p) in points.enumerate() {
         let _ = write!(out, "{}{} {}", if i == 0 { "M" } else { "L" }, number(p.x), number(p.y));
@@ -130,7 +240,7 @@ fn path(points: impl Iterator<Item = Vec2>) -> String {
 }
 
 /// Two digits after the point, none that say nothing.
-fn number(v: f32) -> String {
+pub(crate) fn number(v: f32) -> String {
     let text = format!("{:.2}", if v.is_finite() { v } else { 0.0 });
     let short = text.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".into() } else { short.into() }
@@ -205,6 +315,9 @@ mod tests {
             paper: Vec3::ONE,
             shade: &|load| Vec3::splat(1.0 - load),
             name: &|shape| format!("<{shape}> & \"co\""),
+            marks: &[],
+            of_marks: &|_| Vec3::ZERO,
+            mounting: None,
             frame: Some(7),
         };
         let text = svg(&[(Layer::Contour, &strokes)], &drawing);

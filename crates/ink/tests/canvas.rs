@@ -1,7 +1,7 @@
 //! The canvas on a GPU against what it must be.
 
 use glam::Vec2;
-use yugen_ink::canvas::{Canvas, LAYERS, Layer, Materials};
+use yugen_ink::canvas::{BRUSHED, Canvas, LAYERS, Layer, Materials};
 use yugen_ink::contour::LineKind;
 use yugen_ink::dispersion::Dispersion;
 use yugen_ink::flow::{Flow, FlowRow};
@@ -46,8 +46,8 @@ fn stroke(dryness: f32, ink: f32, id: u32) -> Stroke {
     Stroke { kind: LineKind::Contour, shape: 1, id, seed: id, points, closed: false, fading: false }
 }
 
-fn stamps(strokes: &[Stroke]) -> [Vec<Stamp>; LAYERS] {
-    let mut layers: [Vec<Stamp>; LAYERS] = Default::default();
+fn stamps(strokes: &[Stroke]) -> [Vec<Stamp>; BRUSHED] {
+    let mut layers: [Vec<Stamp>; BRUSHED] = Default::default();
     strokes.iter().for_each(|s| stamp::along(s, FULL, &mut layers[Layer::Contour as usize]));
     layers
 }
@@ -84,7 +84,7 @@ fn a_wash_ends_at_the_outline_of_its_shape() {
 fn flying_white_is_of_the_stroke_and_not_of_its_stamps() {
     let Some(gpu) = Gpu::for_tests() else { return };
     let canvas = canvas(&gpu, 0.2, 0.0);
-    let white = |layers: &[Vec<Stamp>; LAYERS]| {
+    let white = |layers: &[Vec<Stamp>; BRUSHED]| {
         canvas.paint(layers);
         let loads = inside(&canvas.load(Layer::Contour).unwrap());
         loads.iter().filter(|l| **l < 0.05).count() as f32 / loads.len() as f32
@@ -131,7 +131,7 @@ fn stamps_may_come_in_any_order_and_the_same_give_the_same_bits() {
     let Some(gpu) = Gpu::for_tests() else { return };
     let canvas = canvas(&gpu, 0.5, 0.0);
     let layers = stamps(&[stroke(0.5, 0.9, 1), stroke(0.7, 0.4, 2)]);
-    let load = |layers: &[Vec<Stamp>; LAYERS]| {
+    let load = |layers: &[Vec<Stamp>; BRUSHED]| {
         canvas.paint(layers);
         canvas.load(Layer::Contour).unwrap()
     };
@@ -229,7 +229,7 @@ fn a_layer_that_flows_keeps_its_ink() {
     let Some(gpu) = Gpu::for_tests() else { return };
     let sum = |bleed: f32| {
         let canvas = canvas(&gpu, 0.2, bleed);
-        let mut layers: [Vec<Stamp>; LAYERS] = Default::default();
+        let mut layers: [Vec<Stamp>; BRUSHED] = Default::default();
         layers[Layer::Wash as usize] = stamps(&[stroke(0.1, 0.4, 5)])[Layer::Contour as usize].clone();
         canvas.paint(&layers);
         canvas.load(Layer::Wash).unwrap().iter().map(|l| f64::from(l[0])).sum::<f64>()

@@ -147,7 +147,7 @@ impl InkPainter {
         self.with(|bench, painting| {
             let shapes = &bench.scene.shapes;
             let name = |shape: u32| shapes.get(shape as usize - 1).map_or(String::new(), |s| s.name.clone());
-            Ok(bench.painter.svg(painting, &name, None))
+            Ok(bench.painter.svg(painting, &name, None, None))
         })
     }
 

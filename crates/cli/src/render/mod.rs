@@ -331,6 +331,7 @@ impl Render {
             outputs: std::slice::from_ref(&self.output),
             style: ink::plain(self.seed)?,
             literal: false,
+            mount: None,
             size: self.size,
             crop: self.crop,
             camera: self.camera.as_deref(),

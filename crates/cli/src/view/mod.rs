@@ -2,8 +2,6 @@
 
 #[cfg(feature = "view")]
 mod files;
-#[cfg(feature = "view")]
-mod font;
 
 #[cfg(feature = "view")]
 pub use with_window::View;
@@ -12,8 +10,8 @@ pub use without_window::View;
 
 #[cfg(feature = "view")]
 mod with_window {
-    use super::{files::OnDisk, font};
-    use crate::argument;
+    use super::files::OnDisk;
+    use crate::{argument, font};
     use anyhow::{Context, Result, bail};
     use clap::Args;
     use std::path::PathBuf;
@@ -23,6 +21,7 @@ mod with_window {
     use yugen_archive::read_bounded;
     use yugen_view::action::script;
     use yugen_view::language::Language;
+    use yugen_view::ui::Font;
     use yugen_view::{Files, Options};
 
     /// Most bytes of a script.
@@ -97,6 +96,7 @@ mod with_window {
             if let Some(font) = &font {
                 tracing::info!("Japanese characters are from {}", font.name);
             }
+            let font = font.map(|f| Font { name: f.name, bytes: f.bytes, index: f.index });
             let options = Options { scene, file: self.scene, size: self.size, language, font, script };
             Ok(yugen_view::run(options, Arc::new(files))?)
         }

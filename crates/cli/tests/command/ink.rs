@@ -136,6 +136,85 @@ fn single_objects_and_strokes_are_steered() {
 }
 
 /// Print by print: darker with each frame, and the last is the picture.
+/// Inscription, seal and mounting, as pixels, layers and vectors.
+#[test]
+fn a_painting_is_signed_and_mounted() {
+    let folder = scratch("ink-mount");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    std::fs::write(folder.join("hack.ttf"), epaint_default_fonts::HACK_REGULAR).unwrap();
+    let paint =
+        |line: &str| report(yugen_in(&folder, &format!("ink ball.toml --size 240x160 {line} --json")));
+    paint("-o plain.exr -o plain.svg");
+    let signed = "--seal AB --inscription abc --font hack.ttf --seal-size 150 --inscription-size 90";
+    paint(&format!("{signed} -o signed.exr -o signed.svg"));
+    let made = paint(&format!("{signed} --mount hanging -o m.exr -o m.svg -o m.png"));
+    let size = [made["width"].as_u64().unwrap() as usize, made["height"].as_u64().unwrap() as usize];
+    assert!(size[0] > 240 && size[1] > 480, "{made}");
+    let read = |name: &str| {
+        yugen_archive::formats::image::read(&folder.join(name), &Default::default())
+            .unwrap_or_else(|e| panic!("{e}"))
+    };
+    let [plain, signed_picture, mounted] = ["plain.exr", "signed.exr", "m.exr"].map(read);
+    assert!(plain.channel("yin.A").is_none() && plain.channel("mount.A").is_none());
+    let (yin, ti) = (signed_picture.channel("yin.A").unwrap(), signed_picture.channel("ti.A").unwrap());
+    let (mut red, mut dark) = (0, 0);
+    for y in 0..160 {
+        for x in 0..240 {
+            let (before, after) = (plain.pixel(x, y), signed_picture.pixel(x, y));
+            let rgb = |p: &[f32], image: &yugen_optics::Image| {
+                ["R", "G", "B"].map(|c| p[image.channel(c).unwrap()])
+            };
+            let ([r, g, _], was) = (rgb(after, &signed_picture), rgb(before, &plain));
+            if after[yin] == 0.0 && after[ti] == 0.0 {
+                assert_eq!(rgb(after, &signed_picture), was, "{x} {y}");
+            }
+            red += usize::from(after[yin] > 0.5 && r > 3.0 * g);
+            dark += usize::from(after[ti] > 0.8 && r < 0.1);
+        }
+    }
+    assert!(red > 100 && dark > 20, "{red} {dark}");
+    assert_eq!([mounted.width, mounted.height], size);
+    assert!(["mount.A", "yin.A", "ti.A", "gou.A"].iter().all(|c| mounted.channel(c).is_some()));
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+    let (signed_svg, svg) = (text("signed.svg"), text("m.svg"));
+    assert!(signed_svg.contains("data-text=\"AB\"") && signed_svg.contains("<mask id=\"yin-0-cut\""));
+    assert!(!text("plain.svg").contains("yin") && !signed_svg.contains("mount"));
+    assert!(
+        svg.contains("id=\"mount\"")
+            && svg.contains("inkscape:label=\"wind band\"")
+            && svg.contains("pattern")
+    );
+    assert_eq!(svg.matches("<g").count(), svg.matches("</g>").count());
+    // A film has the mounting in each frame; a replay the seal in its last.
+    good(yugen_in(
+        &folder,
+        &format!("ink ball.toml --size 120x80 --mount album {signed} --turn 1 --frames 0-1 -o f_%d.exr"),
+    ));
+    let [a, b] = ["f_0.exr", "f_1.exr"].map(read);
+    assert!((a.width, a.height) == (b.width, b.height) && a.data != b.data);
+    good(yugen_in(
+        &folder,
+        &format!("ink ball.toml --size 120x80 {signed} --replay --frames 0-1 -o p_%d.exr"),
+    ));
+    let [a, b] = ["p_0.exr", "p_1.exr"].map(read);
+    let sealed = |i: &yugen_optics::Image| {
+        i.data.iter().skip(i.channel("yin.A").unwrap()).step_by(i.channels.len()).sum::<f32>()
+    };
+    assert!(sealed(&a) == 0.0 && sealed(&b) > 10.0);
+    for (line, words) in [
+        ("--mount hangin -o x.png", "hanging"),
+        ("--seal 山 --font hack.ttf -o x.png", "no character '山'"),
+        ("--seal A --font none.ttf -o x.png", "none.ttf"),
+        ("--font hack.ttf -o x.png", "nothing is written with it"),
+        ("--seal A --font hack.ttf --mount fan -o x.png", "cuts off the corners"),
+        ("--seal A --font hack.ttf --literal -o x.png", "--literal"),
+        ("--seal A --seal-size 2 --font hack.ttf -o x.png", "4 to 540"),
+    ] {
+        refused(yugen_in(&folder, &format!("ink ball.toml --size 240x160 {line}")), &[words]);
+        assert!(!folder.join("x.png").exists());
+    }
+}
+
 #[test]
 fn a_painting_is_replayed() {
     let folder = scratch("ink-replay");

@@ -308,7 +308,7 @@ fn a_scene_is_painted_in_ink_and_one_of_its_strokes_is_hidden() {
         reports(&done.out)
     };
     let said = view(
-        "panel off; wait 4; save light.png; ink; wait; report; save a.png; save a.exr; save a.svg
+        "panel off; resolution full; wait 4; save light.png; ink; wait; report; save a.png; save a.exr; save a.svg
          set size 2; preset dry; set paper silk; set size 2; wait; save dry.png; save dry.toml
          light lamp off; wait; save dark.png; orbit 30 0; wait; save turned.png; ink off; wait 4; save again.png
          ink; panel on; wait; window en.png; quit",

@@ -1,8 +1,8 @@
 //! A painter at work while somebody changes style, size, or the scene's values.
 
-use super::{FRAMES, Painter, Stage, Style, go_on, materials, of_draws, small_camera};
+use super::{FRAMES, Painter, Stage, Style, go_on, materials, of_draws, small_camera, unit};
 use crate::InkError;
-use crate::canvas::Canvas;
+use crate::canvas::{BRUSHED, Canvas, Layer};
 use crate::depth::DepthMap;
 use crate::projection::Projection;
 use crate::resolve::Resolve;
@@ -26,9 +26,10 @@ pub(super) struct Sight {
 }
 
 impl Painter {
-    /// Takes over another style, but for its creases and its seed. After an error it has the one before.
+    /// Takes over another style, but for its creases, its seed and its signature. After an error it has the one before.
     pub fn restyle(&mut self, style: Style) -> Result<(), InkError> {
-        let style = Style { creases: self.style.creases, seed: self.style.seed, ..style };
+        let signature = self.style.signature.clone();
+        let style = Style { creases: self.style.creases, seed: self.style.seed, signature, ..style };
         self.of_draws = of_draws(&style, &self.rows, &self.names)?;
         self.edits = Arc::new(style.steering.strokes.clone());
         self.unmet = self.edits.keys().copied().collect();
@@ -63,9 +64,32 @@ impl Painter {
             };
             self.spare = Some(std::mem::replace(&mut self.canvas, canvas));
             self.stamps = Default::default();
+            self.size = size;
+            self.mark()?;
         }
-        self.size = size;
         Ok(())
+    }
+
+    /// Finds where inscription and seal are on the canvas, and lays them on.
+    pub(super) fn mark(&mut self) -> Result<(), InkError> {
+        let signature = self.style.signature.as_ref();
+        self.marks = signature.map_or(Ok(Vec::new()), |s| s.marks(self.size, unit(self.size)))?;
+        self.lay(true);
+        Ok(())
+    }
+
+    /// Lays inscription and seal on, or takes them away.
+    pub(super) fn lay(&self, on: bool) {
+        let mut layers: Vec<Layer> = self.marks.iter().map(|m| m.layer).collect();
+        layers.dedup();
+        debug_assert!(layers.iter().all(|l| *l as usize >= BRUSHED));
+        for layer in layers {
+            let mut loads = vec![0.0; self.size[0] as usize * self.size[1] as usize];
+            for mark in self.marks.iter().filter(|m| on && m.layer == layer) {
+                mark.print(self.size, unit(self.size), &mut loads);
+            }
+            self.canvas.lay(layer, &loads);
+        }
     }
 
     /// What the camera sees, as it was seen before where nothing has moved since.
