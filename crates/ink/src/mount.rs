@@ -64,11 +64,17 @@ impl Mount {
         let shift = Transform::from_translate(-from.x, -from.y);
         let moved = |p: Path| p.transform(shift);
         let parts = plan.parts.into_iter().filter_map(|p| Some(Part { path: p.path.transform(shift)?, ..p }));
+        let mut parts: Vec<Part> = parts.collect();
+        // What is behind it all reaches to the edges of whole pixels.
+        let behind = rectangle(Vec2::ZERO, Vec2::from(whole.map(|n| n as f32)));
+        if let (Some(first), Some(path)) = (parts.first_mut(), behind) {
+            first.path = path;
+        }
         Ok(Mounting {
             size: whole,
             at: (-from).to_array().map(|v| v as u32),
             painting: size,
-            parts: parts.collect(),
+            parts,
             leaf: plan.leaf.and_then(moved),
             unit: plan.unit,
         })
@@ -254,10 +260,10 @@ fn fan([w, h]: [f32; 2]) -> Plan {
     let margin = 0.09 * radius;
     let low = pivot.y + 0.13 * radius;
     let reach = radius * OPEN.sin();
-    let table = (
-        vec2((w / 2.0 - reach).min(0.0) - margin, pivot.y - radius - margin),
-        vec2((w / 2.0 + reach).max(w) + margin, low),
-    );
+    // The whole painting as well, of which most may be cut off.
+    let first = vec2(w / 2.0 - reach, pivot.y - radius).min(Vec2::ZERO) - margin;
+    let last = vec2((w / 2.0 + reach).max(w) + margin, low.max(h + margin));
+    let table = (first, last);
     let stick = |a: f32, wide: f32, to: f32| {
         let [p, q] = [at(-0.05 * radius, a), at(to, a)];
         let across = (q - p).perp().normalize_or_zero() * wide;
@@ -269,10 +275,14 @@ fn fan([w, h]: [f32; 2]) -> Plan {
             .collect();
     let guards = [0.0, 2.0 * RIBS as f32].map(angle);
     for i in 1..RIBS {
-        parts.extend(part("rib", stick(angle(2.0 * i as f32), 0.009 * radius, inner * 1.01), rod(0xa8865a)));
+        parts.extend(part(
+            "rib",
+            stick(angle(2.0 * i as f32), 0.009 * radius, inner * 1.01),
+            plain(0xa8865a),
+        ));
     }
     for a in guards {
-        parts.extend(part("guard", stick(a, 0.017 * radius, 0.985 * radius), rod(0x5b3a22)));
+        parts.extend(part("guard", stick(a, 0.017 * radius, 0.985 * radius), plain(0x5b3a22)));
     }
     // Every other side of a fold is turned away from the light.
     for i in 0..RIBS {
@@ -482,7 +492,8 @@ mod tests {
                             }
                             Some(own) => assert!(pixel[ink] <= own[6]),
                             None => {
-                                assert!(pixel[alpha] == 1.0 && pixel[ink] == 0.0, "{} {x} {y}", mount.name)
+                                assert!(pixel[alpha] == 1.0 && pixel[ink] == 0.0, "{} {x} {y}", mount.name);
+                                assert!(pixel[0] > 0.01, "nothing is behind {}: {x} {y}", mount.name);
                             }
                         }
                     }

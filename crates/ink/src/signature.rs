@@ -265,7 +265,7 @@ fn worn(at: Vec2, side: f32, seed: f32) -> Option<Path> {
         // Corners are rounded, edges waver by a hundredth.
         let round = 0.035 * ((2.0 * out.abs().min_element()).powi(10));
         let waver = 0.012 * noise(Vec3::new(3.1 * p.x + seed, 3.1 * p.y, 0.7)).0
-            + 0.006 * noise(Vec3::new(17.0 * p.x, 17.0 * p.y, seed)).0;
+            + 0.003 * noise(Vec3::new(9.0 * p.x, 9.0 * p.y, seed)).0;
         at + side * (0.5 + out * (1.0 - 2.0 * round + waver))
     });
     polygon(points)
@@ -429,7 +429,7 @@ mod tests {
             loads.iter().filter(|v| **v > 0.3).count() as f32 / area
         };
         let [white, red] = [Carving::White, Carving::Red].map(|c| inked(c, "HM"));
-        let [white_i, red_i] = [Carving::White, Carving::Red].map(|c| inked(c, "."));
+        let [white_i, red_i] = [Carving::White, Carving::Red].map(|c| inked(c, "|"));
         println!("printed of the square: white {white} and {white_i}, red {red} and {red_i}");
         assert!((0.35..0.85).contains(&white) && (0.3..0.75).contains(&red), "{white} {red}");
         // Less is cut away of a white one, and less stands in a red one.

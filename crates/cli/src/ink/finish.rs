@@ -65,6 +65,11 @@ impl Finish {
 
     /// Inscription and seal, where there are any.
     pub fn signature(&self) -> Result<Option<Arc<Signature>>> {
+        if self.mount.as_deref() == Some("fan") && (self.inscription.is_some() || self.seal.is_some()) {
+            bail!(
+                "--mount fan cuts off the corners, where inscription and seal stand: leave them out or mount it otherwise"
+            );
+        }
         let text = |text: &Option<String>| text.as_deref().map(str::trim).unwrap_or_default().to_string();
         let (inscription, seal) = (text(&self.inscription), text(&self.seal));
         for (option, given, text) in

@@ -188,7 +188,7 @@ fn a_painting_is_signed_and_mounted() {
     // A film has the mounting in each frame; a replay the seal in its last.
     good(yugen_in(
         &folder,
-        &format!("ink ball.toml --size 120x80 --mount fan {signed} --turn 1 --frames 0-1 -o f_%d.exr"),
+        &format!("ink ball.toml --size 120x80 --mount album {signed} --turn 1 --frames 0-1 -o f_%d.exr"),
     ));
     let [a, b] = ["f_0.exr", "f_1.exr"].map(read);
     assert!((a.width, a.height) == (b.width, b.height) && a.data != b.data);
@@ -206,6 +206,7 @@ fn a_painting_is_signed_and_mounted() {
         ("--seal 山 --font hack.ttf -o x.png", "no character '山'"),
         ("--seal A --font none.ttf -o x.png", "none.ttf"),
         ("--font hack.ttf -o x.png", "nothing is written with it"),
+        ("--seal A --font hack.ttf --mount fan -o x.png", "cuts off the corners"),
         ("--seal A --font hack.ttf --literal -o x.png", "--literal"),
         ("--seal A --seal-size 2 --font hack.ttf -o x.png", "4 to 540"),
     ] {

@@ -28,9 +28,8 @@ pub(super) struct Sight {
 impl Painter {
     /// Takes over another style, but for its creases, its seed and its signature. After an error it has the one before.
     pub fn restyle(&mut self, style: Style) -> Result<(), InkError> {
-        let signature = self.style.signature.take();
-        let kept = Style { creases: self.style.creases, seed: self.style.seed, signature, ..style };
-        let style = kept;
+        let signature = self.style.signature.clone();
+        let style = Style { creases: self.style.creases, seed: self.style.seed, signature, ..style };
         self.of_draws = of_draws(&style, &self.rows, &self.names)?;
         self.edits = Arc::new(style.steering.strokes.clone());
         self.unmet = self.edits.keys().copied().collect();
