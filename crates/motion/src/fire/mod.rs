@@ -202,7 +202,8 @@ pub enum FireError {
     },
     /// So dense that its soot was not found in a few rounds.
     #[error(
-        "how much soot gives a fire of {diameter} m and {power} kW its {candela} cd/kW was not found in {} rounds, the last of          which changed it by {change:.1} %: its flame is so dense that more soot hardly makes it brighter; lower candela",
+        "how much soot gives a fire of {diameter} m and {power} kW its {candela} cd/kW was not found in {} rounds, the last of \
+         which changed it by {change:.1} %: its flame is so dense that more soot hardly makes it brighter; lower candela",
         ROUNDS
     )]
     Unsettled {
