@@ -1,11 +1,13 @@
 //! What several verbs read from the command line.
 
-use anyhow::{Result as Outcome, bail};
+use anyhow::{Context, Result as Outcome, bail};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use yugen_archive::formats;
 use yugen_archive::formats::film;
 use yugen_archive::formats::image::{WriteOptions, is_for_display};
+use yugen_archive::read_bounded;
+use yugen_motion::garment::{self, Garment};
 use yugen_optics::adaptation::Adaptation;
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Vec3};
@@ -103,6 +105,26 @@ impl FilmDisplayOptions {
         let adaptation = asked.unwrap_or(own.adaptation);
         Ok(WriteOptions { adaptation, ..self.each.of(output, space, own)? })
     }
+}
+
+/// Length of a garment's edges, mm.
+pub fn edge(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|v: &f32| (5.0..=60.0).contains(v));
+    number.ok_or_else(|| "expected millimetres from 5 to 60, as in 25".into())
+}
+
+/// What `--garment` says: its words, or those of the file that it names.
+pub fn garment_words(text: &str) -> Outcome<String> {
+    let path = Path::new(text);
+    if !path.is_file() {
+        return Ok(text.into());
+    }
+    String::from_utf8(read_bounded(path, 1 << 16)?).ok().context("a garment is a line of text")
+}
+
+/// The garment of `--garment`, for a wearer so many times as tall as a player of Noh.
+pub fn garment(text: &str, size: f32) -> Outcome<Garment> {
+    garment::parse_for(&garment_words(text)?, size).with_context(|| format!("--garment {text}"))
 }
 
 /// So many numbers with commas between them.

@@ -85,6 +85,15 @@ impl Influences {
         }
         Ok(Self { per_vertex, joints, weights })
     }
+
+    /// Of each vertex the joint of the skin that bends it most.
+    pub fn strongest(&self) -> impl Iterator<Item = usize> {
+        let each = self.joints.chunks_exact(self.per_vertex).zip(self.weights.chunks_exact(self.per_vertex));
+        each.map(|(joints, weights)| {
+            let most = joints.iter().zip(weights).max_by(|a, b| a.1.total_cmp(b.1));
+            most.map_or(0, |(j, _)| *j as usize)
+        })
+    }
 }
 
 impl Vertices {

@@ -19,6 +19,6 @@ mod take;
 
 pub use clip::{Clip, Curve, CurveError, Interpolation, Property};
 pub use deform::{Influences, MorphTarget, Skin, SkinError, Vertices};
-pub use skeletal::{SkeletalMotion, continuous, sampled, seconds};
+pub use skeletal::{SkeletalMotion, continuous, rigid, sampled, seconds};
 pub use skeleton::{Joint, Placement, Pose, Skeleton, SkeletonError, Transform};
 pub use take::{RigidPose, Take, Track, Tracks, reaxis};

@@ -42,14 +42,7 @@ impl SkeletalMotion {
     }
 
     fn rigid(&self, pose: &Pose) -> Result<Vec<RigidPose>, SkeletonError> {
-        let joints = self.skeleton.to_skeleton(pose)?;
-        let rigid = |m: &Mat4| {
-            let (_, rotation, position) = m.to_scale_rotation_translation();
-            // A joint that is scaled to nothing has no direction.
-            let rotation = if rotation.is_finite() { rotation.normalize() } else { Quat::IDENTITY };
-            RigidPose { position, rotation }
-        };
-        Ok(joints.iter().map(rigid).collect())
+        Ok(rigid(&self.skeleton.to_skeleton(pose)?))
     }
 
     /// Its joints as rigid bodies; one frame where it does not move.
@@ -113,6 +106,17 @@ impl SkeletalMotion {
         }
         Ok(())
     }
+}
+
+/// Where joints are, without scale.
+pub fn rigid(joints: &[Mat4]) -> Vec<RigidPose> {
+    let of = |m: &Mat4| {
+        let (_, rotation, position) = m.to_scale_rotation_translation();
+        // A joint that is scaled to nothing has no direction.
+        let rotation = if rotation.is_finite() { rotation.normalize() } else { Quat::IDENTITY };
+        RigidPose { position, rotation }
+    };
+    joints.iter().map(of).collect()
 }
 
 /// When a frame is; the first where there is no rate.

@@ -149,6 +149,11 @@ impl Skeleton {
         &self.joints
     }
 
+    /// Their indices, parents before children.
+    pub fn order(&self) -> &[usize] {
+        &self.order
+    }
+
     /// The pose in which nothing moves.
     pub fn rest(&self) -> Pose {
         Pose { placements: self.joints.iter().map(|j| j.rest).collect(), weights: BTreeMap::new() }

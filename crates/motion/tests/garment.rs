@@ -99,26 +99,33 @@ fn what_is_no_garment_is_told() {
 /// Two measures at the ends of their ranges at once: told, or cut.
 #[test]
 fn what_is_read_can_be_cut() {
-    let measures = CUTS[0].measures;
-    let ends: Vec<(&str, f32)> = measures.iter().flat_map(|m| m.range.map(|v| (m.name, v))).collect();
-    let mut told = 0;
-    for (a, x) in &ends {
-        for (b, y) in &ends {
-            match parse(&format!("kosode {a}={x} {b}={y}")) {
-                Ok(garment) => assert!(garment.cut(0.03).is_ok(), "{a}={x} {b}={y}"),
-                Err(e) => {
-                    assert!(e.to_string().contains("line 1"), "{e}");
-                    told += 1;
+    for cut in CUTS {
+        let ends: Vec<(&str, f32)> = cut.measures.iter().flat_map(|m| m.range.map(|v| (m.name, v))).collect();
+        let mut told = 0;
+        for (a, x) in &ends {
+            for (b, y) in &ends {
+                let text = format!("{} {a}={x} {b}={y}", cut.name);
+                match parse(&text) {
+                    Ok(garment) => assert!(garment.cut(0.03).is_ok(), "{text}"),
+                    Err(e) => {
+                        assert!(e.to_string().contains("line 1"), "{text}: {e}");
+                        told += 1;
+                    }
                 }
             }
         }
+        println!("{}: {told} of {} are told", cut.name, ends.len() * ends.len());
+        // Measured 44 of 484 of a kosode: a wide back beside a narrow front, a belt below the hem.
+        assert!(told < ends.len() * ends.len() / 4, "{told}");
     }
-    println!("{told} of {} are told", ends.len() * ends.len());
-    // Measured 44 of 484: a wide back beside a narrow front, a belt below the hem.
-    assert!((1..121).contains(&told), "{told}");
     let said = |text: &str| parse(text).unwrap_err().to_string();
     assert!(said("kosode back=.5").contains("do not go together"), "{}", said("kosode back=.5"));
     assert!(said("kosode length=.8 belt=.9").contains("meets no robe"));
+    assert!(said("kosode length=.8 belt=.7 tsubo-ori").contains("meets no robe"));
+    assert!(said("kosode kimono").contains("kinagashi"));
+    let [straight, up] =
+        ["kosode kinagashi", "kosode tsubo-ori length=1.4"].map(|t| parse(t).unwrap().wear.belt[0]);
+    assert!((up - straight - 0.2).abs() < 1e-6);
 }
 
 #[test]
@@ -153,6 +160,47 @@ fn a_body_that_cannot_wear_it_is_told() {
     body = Body::player();
     body.capsules[0].radii = [0.9; 2];
     assert!(wear(&body).unwrap().contains("deep"));
+}
+
+/// A costume whose memory is taken up by another one that has not been put on goes on alike.
+#[test]
+fn a_costume_that_is_recalled_goes_on_to_the_same_bits() {
+    let motion = danced("hakobi steps=1 seconds=.6");
+    let garment = parse("kosode").unwrap();
+    let fitting = Fitting { edge: 0.06, substeps: 24, dressing: [0.5, 0.2], ..Fitting::default() };
+    let mut costume = dress(&garment, &motion, &fitting).unwrap();
+    let step = |costume: &mut Costume, frame| costume.step(&motion.poses(frame).unwrap(), Vec3::X);
+    (1..10).for_each(|frame| step(&mut costume, frame));
+    costume.look_anew();
+    let memory = costume.solver().memory();
+    let rest = motion.approach(0.0).unwrap();
+    let other = Fitting { threads: 2, ..fitting };
+    let mut recalled = Costume::recall(&garment, &Body::player(), &other, &rest, &memory).unwrap().unwrap();
+    assert_eq!(recalled.points(), costume.points());
+    for frame in 10..25 {
+        step(&mut costume, frame);
+        step(&mut recalled, frame);
+        assert!(recalled.points() == costume.points(), "frame {frame}");
+    }
+    let less = &memory[1..];
+    assert!(Costume::recall(&garment, &Body::player(), &other, &rest, less).unwrap().is_none());
+}
+
+/// What the dance below does not wear, coarse: put on without passing through itself or the body.
+#[test]
+fn every_cut_and_way_to_wear_it_is_put_on() {
+    let motion = danced("kamae seconds=1");
+    for text in ["choken", "kosode tsubo-ori"] {
+        let garment = parse(text).unwrap();
+        let fitting = Fitting { edge: 0.04, threads: 2, dressing: [1.2, 1.0], ..Fitting::default() };
+        let costume = dress(&garment, &motion, &fitting).unwrap();
+        let x = costume.solver().positions();
+        let (least, crossed) =
+            (nearest(&costume, &motion.poses(0).unwrap()), costume.solver().cloth().crossings(x).len());
+        let stretch = costume.solver().cloth().stretch(x, |a| a != Along::Bias);
+        println!("{text}: {} vertices, nearest {least} m, {crossed} edges cross, {stretch:?}", x.len());
+        assert!(least > -1e-3 && crossed <= 4 && stretch.median < 0.01, "{text}");
+    }
 }
 
 #[test]

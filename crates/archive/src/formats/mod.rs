@@ -1,5 +1,6 @@
 //! One file per format.
 
+pub mod abc;
 pub mod btf;
 pub mod colour_chart;
 mod corners;

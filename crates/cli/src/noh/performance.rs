@@ -5,13 +5,13 @@ use crate::{argument, json, progress};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde_json::json;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use yugen_archive::formats::toml;
 use yugen_archive::{check_outputs, check_writable, read_bounded};
 use yugen_capture::weave::{Cloth, Fabric, Irregularity};
 use yugen_motion::cloth::{Fabric as Material, PRESETS};
-use yugen_motion::garment::{self, Fitting};
+use yugen_motion::garment::Fitting;
 use yugen_motion::{SkeletalMotion, dance};
 use yugen_noh::player::{MASKS, Mask};
 use yugen_noh::{Costume, FireLight, Hour, Performance, Preset, Robe, Stage};
@@ -72,7 +72,7 @@ pub struct PerformanceVerb {
     fabric: String,
 
     /// Edges of the robe's triangles, mm; half as long takes some eight times as long.
-    #[arg(long, default_value_t = 25.0, value_name = "MM", value_parser = edge)]
+    #[arg(long, default_value_t = 25.0, value_name = "MM", value_parser = argument::edge)]
     edge: f32,
 
     /// Threads [default: as many as there are cores]; the result does not depend on them.
@@ -88,24 +88,13 @@ pub struct PerformanceVerb {
     json: bool,
 }
 
-fn edge(text: &str) -> Result<f32, String> {
-    let number = text.parse().ok().filter(|v: &f32| (5.0..=60.0).contains(v));
-    number.ok_or_else(|| "expected millimetres from 5 to 60, as in 25".into())
-}
-
 impl PerformanceVerb {
     /// The robe, danced in; nothing where nobody wears one.
     fn costume(&self, moved: &SkeletalMotion) -> Result<Option<Costume>> {
         if self.garment == "none" {
             return Ok(None);
         }
-        let path = Path::new(&self.garment);
-        let words = if path.is_file() {
-            String::from_utf8(read_bounded(path, 1 << 16)?).ok().context("a garment is a line of text")?
-        } else {
-            self.garment.clone()
-        };
-        let garment = garment::parse(&words).with_context(|| format!("--garment {}", self.garment))?;
+        let garment = argument::garment(&self.garment, 1.0)?;
         let fabric = Material::preset(&self.fabric).map(|p| p.fabric).context("--fabric is a preset")?;
         let fitting = Fitting {
             edge: 1e-3 * self.edge,

@@ -1,6 +1,6 @@
 //! `yugen render`: a scene file to a picture.
 
-mod checkpoint;
+pub mod checkpoint;
 mod frames;
 pub mod interrupt;
 mod parse;

@@ -3,6 +3,8 @@
 use super::{good, refused, report, scratch, yugen_in};
 use std::fmt::Write;
 use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// A level sheet of 0.6 m above a ball, with (u, v) from 0 to 1; the ball is a sphere of the scene.
 fn scene(folder: &Path) {
@@ -76,7 +78,9 @@ fn what_is_no_cloth_is_said_before_anything_is_written() {
     for (line, words) in [
         ("simulate a.toml -o a.pc2", &["which shapes are cloth", "--cloth"][..]),
         ("simulate a.toml --cloth clth -o a.pc2", &["no mesh or rectangle of a.toml", "'clth'"]),
-        ("simulate a.toml --cloth cloth -o a.abc", &["written as .pc2 or"]),
+        ("simulate a.toml --cloth cloth -o a.fbx", &["written as .abc, .pc2 or"]),
+        ("simulate a.toml --garment kosode -o a.abc", &["nobody in a.toml could wear a garment"]),
+        ("simulate a.toml --garment kosode --cloth cloth -o a.abc", &["--garment", "--cloth"]),
         ("simulate a.toml --cloth cloth -o a.obj", &["needs a number in its name"]),
         ("simulate a.toml --cloth cloth --fabric sil -o a.pc2", &["silk"]),
         ("simulate a.toml --cloth cloth --set mass=1 -o a.pc2", &["no quantity 'mass'"]),
@@ -94,4 +98,110 @@ fn what_is_no_cloth_is_said_before_anything_is_written() {
         refused(yugen_in(&folder, line), words);
     }
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), before);
+}
+
+/// A dance of another tool: a skeleton with other names, in centimetres, turned away and elsewhere.
+fn dance(folder: &Path) {
+    std::fs::write(folder.join("list.txt"), "turn degrees=100 seconds=.4\nhakobi steps=1 seconds=.5\n")
+        .unwrap();
+    good(yugen_in(folder, "motion dance list.txt -o own.bvh --rate 60"));
+    let text = std::fs::read_to_string(folder.join("own.bvh")).unwrap();
+    let names = [
+        ("upper_arm", "Arm"),
+        ("forearm", "ForeArm"),
+        ("hand", "Hand"),
+        ("thigh", "UpLeg"),
+        ("shank", "Leg"),
+        ("foot", "Foot"),
+    ];
+    let mut text = text.replace("JOINT head", "JOINT mixamorig:Head");
+    for (side, other) in [("left_", "mixamorig:Left"), ("right_", "mixamorig:Right")] {
+        for (name, theirs) in names {
+            text = text.replace(&format!("JOINT {side}{name}\n"), &format!("JOINT {other}{theirs}\n"));
+        }
+    }
+    std::fs::write(folder.join("dance.bvh"), text).unwrap();
+}
+
+#[test]
+fn a_figure_of_another_make_dances_in_a_garment() {
+    let folder = scratch("simulate-garment");
+    dance(&folder);
+    let garment = "simulate dance.bvh --garment kosode --edge 45 --substeps 24 --frames 33 --fabric karaori";
+    let said = report(yugen_in(&folder, &format!("{garment} --json -o a.pc2")));
+    let number = |name: &str| said[name].as_f64().unwrap();
+    assert!((number("wearer") - 1.0).abs() < 0.1 && number("bodies") == 25.0, "{said}");
+    assert!(number("held") > 20.0 && number("crossings") <= 8.0, "{said}");
+    let bytes = std::fs::read(folder.join("a.pc2")).unwrap();
+    let count = u32::from_le_bytes(bytes[16..20].try_into().unwrap()) as usize;
+    let points: Vec<f32> =
+        bytes[32..].chunks_exact(4).map(|w| f32::from_le_bytes(w.try_into().unwrap())).collect();
+    assert_eq!(points.len(), 33 * count * 3);
+    let bounds = |k: usize| {
+        let last = points[32 * count * 3..].chunks_exact(3).map(|p| p[k]);
+        [last.clone().fold(f32::INFINITY, f32::min), last.fold(f32::NEG_INFINITY, f32::max)]
+    };
+    // On the shoulders, above the floor, about the player.
+    let [low, high] = bounds(1);
+    assert!((0.0..0.3).contains(&low) && (1.3..1.65).contains(&high), "{low} {high}");
+    assert!(bounds(0).iter().chain(&bounds(2)).all(|v| v.abs() < 1.2));
+    // The mesh beside it is of those vertices, and the same comes as Alembic.
+    assert!(good(yugen_in(&folder, "info a.obj")).contains(&count.to_string()));
+    good(yugen_in(&folder, &format!("{garment} --threads 1 -o a.abc")));
+    let abc = std::fs::read(folder.join("a.abc")).unwrap();
+    assert!(abc.starts_with(b"Ogawa\xff"));
+    let last = &bytes[bytes.len() - 12 * count..];
+    assert!(abc.windows(last.len()).any(|w| w == last), "the last frame is another one");
+    // A scene takes both.
+    let scene = "[[shape]]\ntype = \"file\"\nfile = \"a.obj\"\ncache = { file = \"a.pc2\", fps = 60, space = \"world\" }\n";
+    std::fs::write(folder.join("s.toml"), scene).unwrap();
+    assert!(good(yugen_in(&folder, "info s.toml")).contains("cache"));
+    for (line, words) in [
+        ("simulate dance.bvh --garment yukata -o b.abc", &["'yukata' is no cut"][..]),
+        ("simulate dance.bvh --garment kosode --joint left_hand=hook -o b.abc", &["no joint called 'hook'"]),
+        ("simulate dance.bvh --garment kosode --joint hook -o b.abc", &["PART=JOINT"]),
+        ("simulate dance.bvh --garment kosode --animation x -o b.abc", &["no animation called 'x'"]),
+        ("simulate own.bvh --garment kosode --girth 3 -o b.abc", &["deep from front to back"]),
+    ] {
+        refused(yugen_in(&folder, line), words);
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_simulation_that_was_stopped_goes_on_to_the_same_bits() {
+    let folder = scratch("simulate-resume");
+    scene(&folder);
+    let line = "simulate a.toml --cloth cloth --ground -0.2 --fabric hemp";
+    let checkpoint = folder.join("b.pc2.checkpoint");
+    let words = format!("{line} --frames 100000 --checkpoint 0.01 -o b.pc2");
+    let child = Command::new(env!("CARGO_BIN_EXE_yugen"))
+        .current_dir(&folder)
+        .args(words.split(' '))
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    while !checkpoint.exists() && begun.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let out = child.wait_with_output().unwrap();
+    let said = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(130), "{said}");
+    assert!(
+        said.contains("goes on from frame") && said.contains("--resume") && !folder.join("b.pc2").exists(),
+        "{said}"
+    );
+    let done = u32::from_le_bytes(std::fs::read(&checkpoint).unwrap()[20..24].try_into().unwrap());
+    assert!(done % 30 == 1, "{done}");
+    // Neither lost unasked nor taken for another.
+    refused(yugen_in(&folder, &format!("{line} -o b.pc2")), &["has not ended", "--resume"]);
+    refused(yugen_in(&folder, &format!("{line} --wind 1,0,0 --resume -o b.pc2")), &["of another simulation"]);
+    let frames = done + 75;
+    good(yugen_in(&folder, &format!("{line} --frames {frames} --resume --threads 1 -o b.pc2")));
+    assert!(!checkpoint.exists());
+    good(yugen_in(&folder, &format!("{line} --frames {frames} --checkpoint 0 -o c.pc2")));
+    assert!(std::fs::read(folder.join("b.pc2")).unwrap() == std::fs::read(folder.join("c.pc2")).unwrap());
 }

@@ -298,6 +298,11 @@ impl Contacts {
         })
     }
 
+    /// Leaves are compared again at the next look, as if there had been none before.
+    pub fn forget(&mut self) {
+        self.far.store(true, Ordering::Relaxed);
+    }
+
     /// For the threads of a step.
     pub fn shared(&mut self) -> Shared<'_> {
         Shared {

@@ -13,7 +13,7 @@ use super::order::Order;
 use super::sweep::{Hinges, Link, Springs};
 use super::team::{Parts, Team};
 use super::{Cloth, ClothError, Hinge, Step};
-use glam::{Vec3, Vec4};
+use glam::{Quat, Vec3, Vec4};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -267,6 +267,57 @@ impl SmallSteps {
             }
         }
         self.stale.store(true, Ordering::Relaxed);
+    }
+
+    /// What it needs besides how it was made to go on with the same bits, if pairs of contact are found anew
+    /// ([`SmallSteps::look_anew`]) before the next step of both.
+    pub fn memory(&self) -> Vec<f32> {
+        let of = |all: &[Vec4]| all.iter().flat_map(|v| v.truncate().to_array()).collect::<Vec<f32>>();
+        let mut memory = [&self.x, &self.v, &self.lost].map(|all| of(all)).concat();
+        memory.extend_from_slice(&self.give);
+        memory.extend(self.attached.iter().flat_map(|a| a.2.truncate().to_array()));
+        memory.extend(
+            self.stances.iter().flat_map(|s| s.rotation.to_array().into_iter().chain(s.origin.to_array())),
+        );
+        memory
+    }
+
+    /// Takes up a memory; whether it is of a cloth that was made as this one.
+    #[must_use]
+    pub fn recall(&mut self, memory: &[f32]) -> bool {
+        let (n, held) = (self.x.len(), self.attached.len());
+        if memory.len() != 10 * n + 3 * held + 7 * self.stances.len() || memory.iter().any(|v| !v.is_finite())
+        {
+            return false;
+        }
+        let (all, rest) = memory.split_at(9 * n);
+        let point = |v: &[f32]| Vec3::from_slice(v).extend(0.0);
+        for (to, from) in [&mut self.x, &mut self.v, &mut self.lost].into_iter().zip(all.chunks_exact(3 * n))
+        {
+            to.iter_mut().zip(from.chunks_exact(3)).for_each(|(to, from)| *to = point(from));
+        }
+        let (give, rest) = rest.split_at(n);
+        self.give.copy_from_slice(give);
+        let (held, stances) = rest.split_at(3 * held);
+        self.attached.iter_mut().zip(held.chunks_exact(3)).for_each(|(a, v)| a.2 = point(v));
+        for (stance, v) in self.stances.iter_mut().zip(stances.chunks_exact(7)) {
+            let rotation = Quat::from_xyzw(v[0], v[1], v[2], v[3]);
+            *stance = Stance { rotation, origin: Vec3::from_slice(&v[4..]) };
+        }
+        for (x, v) in self.x.iter().zip(&self.order.vertex) {
+            self.positions[*v as usize] = x.truncate();
+        }
+        self.look_anew();
+        true
+    }
+
+    /// Finds pairs of contact anew in the next step, as a cloth does that has just been made: what follows then depends on nothing but
+    /// its memory.
+    pub fn look_anew(&mut self) {
+        self.stale.store(true, Ordering::Relaxed);
+        if let Some(contacts) = &mut self.contacts {
+            contacts.forget();
+        }
     }
 
     /// Takes from all velocities but this part.

@@ -24,8 +24,10 @@ pub struct Body {
     pub capsules: Vec<Capsule>,
     /// The joint that carries the belt: the pelvis.
     pub pelvis: usize,
-    /// The joints of the left and the right upper arm, which tell where the shoulders are.
-    pub arms: [usize; 2],
+    /// The joints of the left and the right arm, at the upper arm, which tells where the shoulder is, the forearm and the hand.
+    pub arms: [[usize; 3]; 2],
+    /// How far above the pelvis' joint a robe is tied, m.
+    pub tied: f32,
 }
 
 /// Radii of the player of [`crate::dance`] as dressed, m: by index of the joint in [`crate::solve::PERFORMER`], at it and at where
@@ -88,7 +90,7 @@ impl Body {
                 capsules.push(Capsule { joint, ends, radii });
             }
         }
-        Self { capsules, pelvis: 0, arms: [6, 10] }
+        Self { capsules, pelvis: 0, arms: [[6, 7, 8], [10, 11, 12]], tied: 0.04 }
     }
 
     /// Whether it can be dressed: at most 63 capsules, on joints that there are.
@@ -97,7 +99,8 @@ impl Body {
         if self.capsules.is_empty() || self.capsules.len() > 63 {
             return wrong(format!("has {} capsules; 1 to 63 were expected", self.capsules.len()));
         }
-        let named = self.capsules.iter().map(|c| c.joint).chain([self.pelvis]).chain(self.arms);
+        let named =
+            self.capsules.iter().map(|c| c.joint).chain([self.pelvis]).chain(self.arms.into_iter().flatten());
         if let Some(joint) = named.into_iter().find(|j| *j >= joints) {
             return wrong(format!("names joint {joint}, but there are only {joints} poses"));
         }

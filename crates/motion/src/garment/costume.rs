@@ -1,6 +1,6 @@
 //! A garment on a body that moves.
 
-use super::place::{Spread, Tie, spots};
+use super::place::{Belt, Spread, Tie, spots};
 use super::{Body, Cut, Garment, GarmentError};
 use crate::RigidPose;
 use crate::cloth::{Cloth, Fabric, Settings, SmallSteps, Solid, Stance, Step};
@@ -101,18 +101,41 @@ impl Costume {
         fitting: &Fitting,
         mut approach: impl FnMut(f32) -> Vec<RigidPose>,
     ) -> Result<Self, GarmentError> {
-        fitting.check()?;
         let poses = approach(0.0);
+        let (mut costume, belt) = Self::spread(garment, body, fitting, &poses)?;
+        let steps = fitting.dressing.map(|s| (s / fitting.seconds).round().clamp(1.0, 1e5) as u32);
+        for step in 1..=steps[0] {
+            let t = smoothstep(0.0, TYING * steps[0] as f32, step as f32);
+            costume.hold(belt.at(t));
+            costume.advance(&poses, Vec3::ZERO);
+            costume.solver.slow(CALM.powf(60.0 * fitting.seconds));
+        }
+        for step in 1..=steps[1] {
+            // On the way for three quarters of the time.
+            let t = smoothstep(0.0, 0.75 * steps[1] as f32, step as f32);
+            costume.step(&approach(t), Vec3::ZERO);
+        }
+        Ok(costume)
+    }
+
+    /// About a body with its arms spread, and the belt that is to be tied.
+    fn spread(
+        garment: &Garment,
+        body: &Body,
+        fitting: &Fitting,
+        poses: &[RigidPose],
+    ) -> Result<(Self, Belt), GarmentError> {
+        fitting.check()?;
         body.check(poses.len())?;
         if poses.iter().any(|p| !p.position.is_finite() || !p.rotation.is_finite()) {
             return Err(GarmentError::Body("has a joint at no place".into()));
         }
         let mut cut = garment.cut(fitting.edge)?;
         let spots = spots(garment, &cut);
-        let spread = Spread::new(&garment.wear, body, &poses)?;
+        let spread = Spread::new(&garment.wear, body, poses)?;
         let layers = [fitting.clearance + fitting.fabric.thickness, LAYER * fitting.edge];
-        let start = spread.place(garment, &cut, &spots, body, &poses, layers[0]);
-        let belt = spread.belt(&cut, &spots, body, &poses, layers);
+        let start = spread.place(garment, &cut, &spots, body, poses, layers[0]);
+        let belt = spread.belt(&cut, &spots, body, poses, layers);
         let attached: Vec<u32> = belt.vertices().collect();
         if attached.is_empty() {
             return Err(GarmentError::Body("is where the belt meets no cloth".into()));
@@ -128,14 +151,14 @@ impl Costume {
             ..Settings::default()
         };
         let floor = fitting.floor.map(|y| Stance { origin: Vec3::Y * y, ..Stance::default() });
-        let solids = body.solids(fitting.clearance).zip(body.stances(&poses));
+        let solids = body.solids(fitting.clearance).zip(body.stances(poses));
         let ground = floor.map(|stance| (Solid::Ground, stance));
         let solver =
             SmallSteps::new(cloth, &attached, settings)?.with_bodies(solids.chain(ground).collect())?;
         let pelvis = poses[body.pelvis];
         let back = pelvis.rotation.inverse();
         let local = |tie: Tie| Tie { to: back * (tie.to - pelvis.position), along: back * tie.along };
-        let mut costume = Self {
+        let costume = Self {
             body: body.clone(),
             solver,
             belt: {
@@ -150,19 +173,23 @@ impl Costume {
             stances: Vec::with_capacity(body.capsules.len() + 1),
             cut,
         };
-        let steps = fitting.dressing.map(|s| (s / fitting.seconds).round().clamp(1.0, 1e5) as u32);
-        for step in 1..=steps[0] {
-            let t = smoothstep(0.0, TYING * steps[0] as f32, step as f32);
-            costume.hold(belt.at(t));
-            costume.advance(&poses, Vec3::ZERO);
-            costume.solver.slow(CALM.powf(60.0 * fitting.seconds));
-        }
-        for step in 1..=steps[1] {
-            // On the way for three quarters of the time.
-            let t = smoothstep(0.0, 0.75 * steps[1] as f32, step as f32);
-            costume.step(&approach(t), Vec3::ZERO);
-        }
-        Ok(costume)
+        Ok((costume, belt))
+    }
+
+    /// As [`Costume::dress`], for a costume that was worn before: from what [`SmallSteps::memory`] said of it, with all joints where
+    /// they were at 0 of its approach. `None` where the memory is of another one.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn recall(
+        garment: &Garment,
+        body: &Body,
+        fitting: &Fitting,
+        poses: &[RigidPose],
+        memory: &[f32],
+    ) -> Result<Option<Self>, GarmentError> {
+        let (mut costume, _) = Self::spread(garment, body, fitting, poses)?;
+        Ok(costume.solver.recall(memory).then_some(costume))
     }
 
     /// One step: to where all joints are at its end, in air that moves at `wind`, m/s. Poses that are too few or no numbers are
@@ -225,6 +252,11 @@ impl Costume {
     /// The cloth and what moves it.
     pub fn solver(&self) -> &SmallSteps {
         &self.solver
+    }
+
+    /// As [`SmallSteps::look_anew`].
+    pub fn look_anew(&mut self) {
+        self.solver.look_anew();
     }
 
     /// How many vertices of the cloth the belt holds.

@@ -2,7 +2,7 @@
 //! wearing, by simulation on a body of capsules that moves.
 //!
 //! ```text
-//! kosode length=1.40 back=.34 front=.30     # a line of [`CUTS`], as [`parse`] reads it
+//! kosode length=1.40 back=.34 front=.30 tsubo-ori   # a line of [`CUTS`] and one of [`STYLES`], as [`parse`] reads it
 //! ```
 //! A [`Garment`] is flat. [`Garment::cut`] makes triangles of it, sewn along its seams; [`Costume::dress`] puts it about a
 //! [`Body`] with its arms spread, ties it, and lets it settle while the body goes to where a dance begins;
@@ -12,17 +12,23 @@
 //! weft) runs to the right and v (the warp) down, so that a pattern stands upright and lies straight on the grain.
 
 mod body;
+mod bolt;
+mod choken;
 mod costume;
 mod cut;
 mod place;
 mod robe;
+mod style;
+mod wearer;
 mod words;
 
 pub use body::{Body, Capsule};
 pub use costume::{Costume, Fitting};
 pub use cut::Cut;
 pub use robe::{CUTS, Cutting};
-pub use words::parse;
+pub use style::{STYLES, Style};
+pub use wearer::Wearer;
+pub use words::{parse, parse_for};
 
 use crate::cloth::ClothError;
 use glam::Vec2;
@@ -125,8 +131,10 @@ pub struct Wear {
     pub hem: f32,
     /// From the side to the cuff, m; none for a garment without sleeves.
     pub sleeve: f32,
-    /// How far below the shoulder the sleeve ends, and the side begins to be sewn, m.
+    /// How far below the shoulder front and back begin to be one tube about the trunk, m.
     pub armhole: f32,
+    /// How far below the shoulder the sleeve ends, m.
+    pub depth: f32,
     /// How far below the shoulder the cuff is open, m.
     pub cuff: f32,
     /// Half the width of the neck, m.

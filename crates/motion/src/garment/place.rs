@@ -23,6 +23,8 @@ pub(super) struct Spot {
 
 /// What lies on top is so far outside as it begins, m: several times what contact keeps.
 const OVER: f32 = 0.015;
+/// Within so much of the body sleeves that are deeper than where they are sewn come apart, m.
+const LEAVES: f32 = 0.05;
 /// From the body to the spread cloth, m.
 const ROOM: f32 = 0.03;
 /// What the belt takes of the way around the body for either front, at the most: each then ends at the other side.
@@ -85,7 +87,7 @@ pub(super) struct Spread {
 
 impl Spread {
     pub fn new(wear: &Wear, body: &Body, poses: &[RigidPose]) -> Result<Self, GarmentError> {
-        let arms = body.capsules.iter().filter(|c| body.arms.contains(&c.joint));
+        let arms = body.capsules.iter().filter(|c| body.arms.iter().any(|arm| arm[0] == c.joint));
         let tops = arms.flat_map(|c| {
             let y = c.ends.map(|p| (poses[c.joint].position + poses[c.joint].rotation * p).y);
             [y[0] + c.radii[0], y[1] + c.radii[1]]
@@ -97,7 +99,7 @@ impl Spread {
         let hem = top - wear.length + 0.1;
         let discs = body.discs(poses, [hem.min(top - 0.3), top]);
         // Hands and feet reach where the garment does not.
-        let x = 0.5 * (poses[body.arms[0]].position.x + poses[body.arms[1]].position.x);
+        let x = 0.5 * (poses[body.arms[0][0]].position.x + poses[body.arms[1][0]].position.x);
         let trunk = discs.iter().filter(|(p, _)| (p.x - x).abs() < wear.half);
         let (low, high) =
             trunk.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), (p, r)| (l.min(p.y - r), h.max(p.y + r)));
@@ -175,7 +177,7 @@ impl Spread {
 
     /// A spot in the world.
     pub fn at(&self, spot: &Spot) -> Vec3 {
-        let Wear { half, sleeve, armhole, cuff, .. } = self.wear;
+        let Wear { half, sleeve, armhole, depth, cuff, .. } = self.wear;
         let d = self.depth;
         let drawn = self.back * (1.0 - smoothstep(0.3 * half, half, spot.x.abs()));
         let way = if spot.front { spot.s - drawn } else { spot.s + drawn };
@@ -201,6 +203,13 @@ impl Spread {
             let x = spot.x.abs() - (half - straight - d) * closed;
             let end = smoothstep(half + 0.2 * sleeve, half + sleeve, spot.x.abs());
             let shut = end * smoothstep(0.5 * cuff, cuff, spot.s);
+            // Where it is deeper than it is sewn it leaves the body's side, which on the left lies on top.
+            let over = if spot.x > 0.0 { OVER * closed } else { 0.0 };
+            let leaves = over + LEAVES * smoothstep(0.6 * armhole, 1.2 * armhole, spot.s);
+            let x = if depth > armhole { x + leaves } else { x };
+            // Where it leaves the body it is as shut as that.
+            let own = smoothstep(0.1 * depth, depth, spot.s);
+            let closed = closed + (own - closed) * smoothstep(half, half + LEAVES, spot.x.abs());
             p = Vec2::new(x * spot.x.signum(), flat * (1.0 - closed) * (1.0 - shut));
             n = Vec2::ZERO;
         }
@@ -276,7 +285,7 @@ impl Spread {
     ) -> Belt {
         let [from, to] = self.wear.belt;
         let half_width = 0.5 * (to - from);
-        let height = poses[body.pelvis].position.y + ABOVE;
+        let height = poses[body.pelvis].position.y + body.tied;
         let discs = body.discs(poses, [height - half_width, height + half_width]);
         let hull = Hull::new(&discs, clearance);
         let mut known = vec![false; cut.sheet.positions.len()];
@@ -297,8 +306,6 @@ impl Spread {
 
 /// How far fronts are drawn up at the middle, m.
 const DRAWN_UP: f32 = 0.09;
-/// Above the joint of the pelvis a robe is tied, m.
-const ABOVE: f32 = 0.04;
 
 /// Where a belt holds a vertex.
 #[derive(Clone, Copy, Debug)]

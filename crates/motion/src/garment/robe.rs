@@ -4,9 +4,10 @@
 //! (okumi), a collar; where cloth is folded away along the collar it is cut here. Each length of cloth is two panels, before and
 //! behind the shoulder, so that its pattern stands upright on both.
 
-use super::{Edge, Garment, Hang, Mark, Panel, Seam, Side, Wear};
+use super::bolt::{Bolt, Levels, edge, flat};
+use super::choken::choken;
+use super::{Garment, Side, Wear};
 use crate::dance::Parameter;
-use glam::Vec2;
 
 /// A cut: its name, its measures and what it is.
 pub struct Cutting {
@@ -27,55 +28,54 @@ const fn measure(name: &'static str, default: f32, low: f32, high: f32, doc: &'s
 /// All cuts.
 ///
 /// Lengths and spans are of robes in museums: a karaori of the 17th century is 1.400 m long and .712 m from the middle of the back
-/// to the cuff, a kariginu 1.66 and .82 m; looms wove .36 to .42 m. The defaults are for the player of 1.7 m: 10 cm longer and 4 cm
-/// wider. Collars, cuffs and overlaps are assumed.
-pub const CUTS: &[Cutting] = &[Cutting {
-    name: "kosode",
-    measures: &[
-        measure("length", 1.50, 0.8, 2.0, "from shoulder to hem"),
-        measure("back", 0.33, 0.2, 0.5, "half the back, m"),
-        measure("front", 0.27, 0.15, 0.5, "each front at the hem, m"),
-        measure("okumi", 0.14, 0.05, 0.4, "the strip at the edge of each front, m"),
-        measure("sleeve", 0.42, 0.1, 0.6, "from side to cuff, m"),
-        measure("depth", 0.50, 0.2, 0.8, "of the sleeves, from top to bottom"),
-        measure("cuff", 0.22, 0.1, 0.5, "how much of the depth is open for the hand"),
-        measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
-        measure("collar", 0.07, 0.03, 0.15, "width of the collar, m"),
-        measure("collar_end", 0.78, 0.6, 1.2, "where the collar ends, below the shoulder, m"),
-        measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
-    ],
-    doc: "karaori, atsuita, nuihaku: sleeves sewn to the body along their depth, their edges shut up to the hand",
-    make: kosode,
-}];
+/// to the cuff, a kariginu 1.66 and .82 m; looms wove .36 to .42 m. The defaults are for the player of 1.7 m: a kosode 10 cm longer and 4 cm
+/// wider. Collars, cuffs, overlaps and the choken are assumed.
+pub const CUTS: &[Cutting] = &[
+    Cutting {
+        name: "kosode",
+        measures: &[
+            measure("length", 1.50, 0.8, 2.0, "from shoulder to hem"),
+            measure("back", 0.33, 0.2, 0.5, "half the back, m"),
+            measure("front", 0.27, 0.15, 0.5, "each front at the hem, m"),
+            measure("okumi", 0.14, 0.05, 0.4, "the strip at the edge of each front, m"),
+            measure("sleeve", 0.42, 0.1, 0.6, "from side to cuff, m"),
+            measure("depth", 0.50, 0.2, 0.8, "of the sleeves, from top to bottom"),
+            measure("cuff", 0.22, 0.1, 0.5, "how much of the depth is open for the hand"),
+            measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
+            measure("collar", 0.07, 0.03, 0.15, "width of the collar, m"),
+            measure("collar_end", 0.78, 0.6, 1.2, "where the collar ends, below the shoulder, m"),
+            measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
+        ],
+        doc: "karaori, atsuita, nuihaku: sleeves sewn to the body along their depth, their edges shut up to the hand",
+        make: kosode,
+    },
+    Cutting {
+        name: "choken",
+        measures: &[
+            measure("length", 1.15, 0.7, 1.6, "from shoulder to hem"),
+            measure("back", 0.33, 0.2, 0.5, "half the back, m"),
+            measure("sleeve", 0.52, 0.2, 0.8, "from side to cuff, m"),
+            measure("depth", 0.72, 0.4, 0.9, "of the sleeves, from top to bottom"),
+            measure("armhole", 0.36, 0.25, 0.6, "how much of the depth is sewn to the body"),
+            measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
+            measure(
+                "neckline",
+                0.26,
+                0.15,
+                0.5,
+                "where the fronts come to the middle, below the shoulder, m",
+            ),
+            measure("collar", 0.06, 0.03, 0.12, "width of the collar, m"),
+            measure("collar_end", 0.80, 0.5, 1.2, "where the collar ends, below the shoulder, m"),
+            measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
+        ],
+        doc: "choken, maiginu: sleeves wide and open at the hand, sides open, fronts that meet",
+        make: choken,
+    },
+];
 
 /// What a belt takes, m.
-const BELT: f32 = 0.03;
-
-/// Pieces as they are laid on the bolt, side by side.
-struct Bolt {
-    panels: Vec<Panel>,
-    seams: Vec<Seam>,
-    used: f32,
-}
-
-impl Bolt {
-    /// Cuts a panel; returns its number.
-    fn cut(&mut self, name: &str, across: &[f32], along: Vec<Mark>, hang: Hang) -> usize {
-        let width = across[across.len() - 1] - across[0];
-        let bolt = Vec2::new(self.used - across[0], 0.0);
-        self.used += width + 0.1;
-        self.panels.push(Panel { name: name.into(), bolt, across: across.to_vec(), along, hang });
-        self.panels.len() - 1
-    }
-
-    fn sew(&mut self, a: Edge, b: Edge) {
-        self.seams.push([a, b]);
-    }
-}
-
-fn edge(panel: usize, side: Side, from: f32, to: f32) -> Edge {
-    Edge { panel, side, from, to }
-}
+pub(super) const BELT: f32 = 0.03;
 
 fn kosode(m: &[f32]) -> Garment {
     let [length, back, front, okumi, sleeve, depth, cuff, neck, collar, collar_end, belt] =
@@ -87,22 +87,13 @@ fn kosode(m: &[f32]) -> Garment {
     let slope = (neck + okumi) / collar_end;
     let begin = neck / slope;
     let collar_at = |v: f32| neck - slope * v;
-    let mut levels = vec![0.0, cuff, begin, depth, collar_end, length];
-    levels.sort_by(f32::total_cmp);
-    levels.dedup_by(|a, b| (*a - *b).abs() < 5e-3);
-    // What was merged with a neighbour is where that is.
-    let near =
-        |v: f32| levels.iter().copied().min_by(|a, b| (a - v).abs().total_cmp(&(b - v).abs())).unwrap_or(v);
-    let (cuff, begin, depth, collar_end) = (near(cuff), near(begin), near(depth), near(collar_end));
-    let marks = |from: f32, to: f32, of: &dyn Fn(f32) -> [f32; 2]| -> Vec<Mark> {
-        let within = levels.iter().filter(|v| (from..=to).contains(*v));
-        within.map(|v| (*v, of(*v))).map(|(v, [left, right])| Mark { v, left, right }).collect()
-    };
+    let levels = Levels::new(vec![0.0, cuff, begin, depth, collar_end, length]);
+    let [cuff, begin, depth, collar_end] = [cuff, begin, depth, collar_end].map(|v| levels.near(v));
+    let marks = |from: f32, to: f32, of: &dyn Fn(f32) -> [f32; 2]| levels.marks(from, to, of);
     let whole = |width: f32| move |_: f32| [0.0, width];
     // A front is as wide as the back at the shoulder, and narrows below the sleeve.
     let side = |v: f32| back - (back - front) * ((v - depth) / (length - depth)).clamp(0.0, 1.0);
-    let mut bolt = Bolt { panels: Vec::new(), seams: Vec::new(), used: 0.0 };
-    let flat = |left: f32, run: f32, front: bool, over: bool| Hang::Flat { left, run, front, over };
+    let mut bolt = Bolt::default();
     let b_left = bolt.cut(
         "left back",
         &[0.0, back - neck, back],
@@ -181,20 +172,7 @@ fn kosode(m: &[f32]) -> Garment {
         edge(f_right, Right, 0.0, begin),
         edge(o_right, Right, begin, collar_end),
     ];
-    let strip = |v: f32| Mark { v, left: 0.0, right: collar };
-    let mut along = vec![strip(0.0)];
-    let mut ends = vec![0.0];
-    for edge in &path {
-        // Marks are where this cut has put them.
-        for length in bolt.panels[edge.panel].lengths(edge).unwrap_or_default() {
-            along.push(strip(along[along.len() - 1].v + length));
-        }
-        ends.push(along[along.len() - 1].v);
-    }
-    let strip = bolt.cut("collar", &[0.0, collar], along, Hang::Along);
-    for (edge_of, ends) in path.into_iter().zip(ends.windows(2)) {
-        bolt.sew(edge(strip, Left, ends[0], ends[1]), edge_of);
-    }
+    bolt.strip("collar", collar, &path);
     Garment {
         name: "kosode".into(),
         panels: bolt.panels,
@@ -205,6 +183,7 @@ fn kosode(m: &[f32]) -> Garment {
             hem: front,
             sleeve,
             armhole: depth,
+            depth,
             cuff,
             neck,
             belt: [belt, belt + BELT],

@@ -1,0 +1,30 @@
+//! What is simulated, whatever it is.
+
+use super::output::Surface;
+use anyhow::Result;
+use yugen_motion::cloth::SmallSteps;
+use yugen_optics::Vec3;
+
+/// A cloth that moves frame by frame.
+pub trait Subject {
+    /// Its mesh.
+    fn surface(&self) -> &Surface;
+
+    /// What moves it.
+    fn solver(&self) -> &SmallSteps;
+
+    /// As [`SmallSteps::look_anew`].
+    fn look_anew(&mut self);
+
+    /// How many frames there are where nobody says it.
+    fn frames(&self) -> u32;
+
+    /// Where the vertices of the mesh are, in the world, m.
+    fn points(&self) -> Vec<Vec3>;
+
+    /// To a frame from the one before; the first is 0.
+    fn step(&mut self, frame: u32) -> Result<()>;
+
+    /// What a report says besides.
+    fn report(&self) -> serde_json::Value;
+}

@@ -1,0 +1,612 @@
+//! Who wears a garment: a skeleton of any make, which of its joints is what of a body, and how it stands with its arms spread.
+//!
+//! Joints of limbs are known by their names (Mixamo, SMPL, Acclaim, Blender's and the performer's of [`crate::solve`] among others);
+//! pelvis and chest are what carries both legs and both arms. About these lie the capsules of [`Body::player`], as long as the bones
+//! are and as thick as the figure is large, or as the mesh is that hangs on them ([`Wearer::fill`]).
+
+use super::{Body, Capsule, GarmentError};
+use crate::dance::BONES;
+use crate::solve::PERFORMER;
+use crate::{RigidPose, Skeleton};
+use glam::{Mat3, Quat, Vec3};
+
+/// A figure that puts a garment on. In its own coordinates it faces +z in the first frame, its pelvis above the origin.
+#[derive(Clone, Debug)]
+pub struct Wearer {
+    /// What cloth meets.
+    pub body: Body,
+    /// Its height to the player's, by what is between ankles and shoulders.
+    pub size: f32,
+    /// Parents before children, each with its parent.
+    tree: Vec<(usize, Option<usize>)>,
+    /// With the arms spread, and in the first frame.
+    spread: Vec<RigidPose>,
+    first: Vec<RigidPose>,
+    /// From the world to its own coordinates: a turn about y, then a shift.
+    turn: Quat,
+    shift: Vec3,
+}
+
+/// Which side of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    Left,
+    Right,
+    Middle,
+}
+
+/// Parts that are known by their names: as the performer's are called, and what else joints at which they begin are called,
+/// what is surer first.
+const PARTS: [(&str, &[&str]); 7] = [
+    ("upper_arm", &["upperarm", "uparm", "arm", "humerus", "shoulder"]),
+    ("forearm", &["forearm", "lowerarm", "lowarm", "radius", "elbow"]),
+    ("hand", &["hand", "wrist", "palm"]),
+    ("thigh", &["thigh", "upperleg", "upleg", "femur", "hip"]),
+    ("shank", &["shank", "shin", "calf", "lowerleg", "lowleg", "tibia", "knee", "leg"]),
+    ("foot", &["ankle", "foot"]),
+    ("head", &["head"]),
+];
+/// Index of the head among them.
+const HEAD: usize = 6;
+
+/// What programs write before the names of all joints.
+const PREFIXES: [&str; 6] = ["mixamorig", "bip01", "bip001", "def", "jnt", "joint"];
+
+/// Side and plain word of a joint's name.
+fn words(name: &str) -> (Side, String) {
+    let own: Vec<char> = name.rsplit(':').next().unwrap_or(name).chars().collect();
+    let mut tokens = vec![String::new()];
+    for (i, c) in own.iter().enumerate() {
+        let before = i.checked_sub(1).map(|k| own[k]);
+        // `LeftArm`, `LHand`.
+        let begins = c.is_uppercase()
+            && (before.is_some_and(char::is_lowercase)
+                || before.is_some_and(char::is_uppercase)
+                    && own.get(i + 1).is_some_and(|n| n.is_lowercase()));
+        if begins || !c.is_alphanumeric() {
+            tokens.push(String::new());
+        }
+        if c.is_alphanumeric() {
+            let at = tokens.len() - 1;
+            tokens[at].extend(c.to_lowercase());
+        }
+    }
+    let of_side = |t: &str| match t {
+        "left" | "l" => Some(Side::Left),
+        "right" | "r" => Some(Side::Right),
+        _ => None,
+    };
+    let side = tokens.iter().find_map(|t| of_side(t));
+    let kept =
+        |t: &&String| of_side(t).is_none() && !PREFIXES.contains(&t.as_str()) && t.parse::<u32>().is_err();
+    let word: String = tokens.iter().filter(kept).map(String::as_str).collect();
+    if let Some(side) = side {
+        return (side, word);
+    }
+    // `leftarm`, `lfemur`.
+    let known = |rest: &&str| PARTS.iter().any(|(_, words)| words.contains(rest));
+    for (short, long, side) in [("l", "left", Side::Left), ("r", "right", Side::Right)] {
+        if let Some(rest) = word.strip_prefix(long).or(word.strip_prefix(short)).filter(known) {
+            return (side, rest.into());
+        }
+    }
+    (Side::Middle, word)
+}
+
+/// Joints of a body: of the left and the right the six parts of limbs, then what is in the middle.
+struct Found {
+    limbs: [[usize; 6]; 2],
+    head: usize,
+    pelvis: usize,
+    chest: usize,
+}
+
+impl Found {
+    /// By their names, but for those that are `named` as the performer's.
+    fn new(skeleton: &Skeleton, named: &[(String, String)]) -> Result<Self, GarmentError> {
+        let joints = skeleton.joints();
+        let known: Vec<(Side, String)> = joints.iter().map(|j| words(&j.name)).collect();
+        let mut missing = Vec::new();
+        let mut find = |side: Side, part: usize| -> Result<usize, GarmentError> {
+            let (name, others) = PARTS[part];
+            let full = match side {
+                Side::Left => format!("left_{name}"),
+                Side::Right => format!("right_{name}"),
+                Side::Middle => name.to_string(),
+            };
+            if let Some((_, joint)) = named.iter().find(|(part, _)| *part == full) {
+                return joints.iter().position(|j| j.name == *joint).ok_or_else(|| {
+                    GarmentError::Body(format!("has no joint called '{joint}', which should be its {full}"))
+                });
+            }
+            let of = |word: &&str| {
+                skeleton.order().iter().copied().find(|j| known[*j].0 == side && known[*j].1 == **word)
+            };
+            let found = others.iter().find_map(|w| of(w));
+            if found.is_none() {
+                missing.push(full);
+            }
+            Ok(found.unwrap_or(0))
+        };
+        let mut limbs = [[0; 6]; 2];
+        for (limb, side) in limbs.iter_mut().zip([Side::Left, Side::Right]) {
+            for (part, joint) in limb.iter_mut().enumerate() {
+                *joint = find(side, part)?;
+            }
+        }
+        let head = find(Side::Middle, HEAD)?;
+        if let Some((part, _)) = named.iter().find(|(p, _)| !parts().any(|known| known == *p)) {
+            let all: Vec<String> = parts().collect();
+            return Err(GarmentError::Body(format!(
+                "has no part '{part}'; expected one of {}",
+                all.join(", ")
+            )));
+        }
+        if !missing.is_empty() {
+            let names: Vec<&str> = joints.iter().map(|j| j.name.as_str()).take(80).collect();
+            return Err(GarmentError::Body(format!(
+                "needs joints for {}; say which they are (the figure has {})",
+                missing.join(", "),
+                names.join(", ")
+            )));
+        }
+        let above = |mut j: usize| {
+            // No longer than there are joints, for they are a tree.
+            let mut all = vec![j];
+            while let Some(parent) = joints[j].parent {
+                all.push(parent);
+                j = parent;
+            }
+            all
+        };
+        for limb in &limbs {
+            for pair in [[0, 1], [1, 2], [3, 4], [4, 5]] {
+                let [from, to] = pair.map(|k| limb[k]);
+                if from == to || !above(to).contains(&from) {
+                    let [from, to] = [from, to].map(|j| &joints[j].name);
+                    return Err(GarmentError::Body(format!(
+                        "has '{to}' at a limb that does not begin with '{from}'"
+                    )));
+                }
+            }
+        }
+        let common = |a: usize, b: usize| {
+            let of = above(b);
+            above(a).into_iter().find(|j| of.contains(j))
+        };
+        let pelvis = common(limbs[0][3], limbs[1][3]);
+        let chest = common(limbs[0][0], limbs[1][0]);
+        let trunk = pelvis.zip(chest).filter(|(p, c)| above(*c).contains(p) && above(head).contains(c));
+        let (pelvis, chest) = trunk.ok_or_else(|| {
+            GarmentError::Body(
+                "has no joint that carries both legs and, above it, one that carries arms and head".into(),
+            )
+        })?;
+        Ok(Self { limbs, head, pelvis, chest })
+    }
+}
+
+/// What may be named.
+fn parts() -> impl Iterator<Item = String> {
+    let sided = |side: &'static str| PARTS[..HEAD].iter().map(move |(name, _)| format!("{side}_{name}"));
+    sided("left").chain(sided("right")).chain([PARTS[HEAD].0.to_string()])
+}
+
+fn mean(points: [Vec3; 2]) -> Vec3 {
+    0.5 * (points[0] + points[1])
+}
+
+/// Where the joints of the player are with the arms spread.
+fn player() -> [Vec3; 19] {
+    let mut at = [Vec3::ZERO; 19];
+    for i in 0..19 {
+        let parent = PERFORMER.iter().position(|(name, _)| *name == PERFORMER[i].1);
+        at[i] = Vec3::from(BONES[i]) + parent.map_or(Vec3::ZERO, |p| at[p]);
+    }
+    at
+}
+
+/// From the player's hand to where it ends, and from the ankle to the toes, m.
+const HAND: f32 = 0.17;
+const TOES: Vec3 = Vec3::new(0.0, -0.06, 0.15);
+
+impl Wearer {
+    /// A figure whose joints are at `rest` where nothing moves them and at `first` in the first frame, both in the world, m. `named`
+    /// says which joints are what (`left_upper_arm`, and the joint's name), where names do not.
+    ///
+    /// # Errors
+    /// A skeleton of which limbs, head or trunk are not found, or have no length.
+    pub fn new(
+        skeleton: &Skeleton,
+        rest: &[RigidPose],
+        first: &[RigidPose],
+        named: &[(String, String)],
+    ) -> Result<Self, GarmentError> {
+        let count = skeleton.joints().len();
+        let finite = |p: &RigidPose| p.position.is_finite() && p.rotation.is_finite();
+        if rest.len() != count || first.len() != count || !rest.iter().chain(first).all(finite) {
+            return Err(GarmentError::Body("has a joint at no place".into()));
+        }
+        let found = Found::new(skeleton, named)?;
+        let tree: Vec<_> = skeleton.order().iter().map(|j| (*j, skeleton.joints()[*j].parent)).collect();
+        let mut spread = spread(&found, &tree, rest)?;
+        let [left, right] = found.limbs;
+        let of = |poses: &[RigidPose], k: usize| [poses[left[k]].position, poses[right[k]].position];
+        // Its left in the first frame.
+        let thighs = of(first, 3);
+        let across = (thighs[0] - thighs[1]).with_y(0.0).normalize_or(Vec3::X);
+        let turn = Quat::from_rotation_y(across.z.atan2(across.x));
+        let shift = -(turn * first[found.pelvis].position).with_y(0.0);
+        let place =
+            |p: &RigidPose| RigidPose { position: turn * p.position + shift, rotation: turn * p.rotation };
+        let first: Vec<RigidPose> = first.iter().map(place).collect();
+        let lowest =
+            |poses: &[RigidPose]| of(poses, 5).map(|p| p.y).into_iter().fold(f32::INFINITY, f32::min);
+        let (up, pelvis) = (lowest(&first) - lowest(&spread), spread[found.pelvis].position);
+        spread.iter_mut().for_each(|p| p.position += Vec3::new(-pelvis.x, up, -pelvis.z));
+        let tall = |arms: Vec3, ankles: Vec3| arms.y - ankles.y;
+        let at = player();
+        let size = tall(mean(of(&spread, 0)), mean(of(&spread, 5))) / tall(at[6], at[15]);
+        if !(0.02..=50.0).contains(&size) {
+            return Err(GarmentError::Body(format!(
+                "is {:.3} times as tall as a player; .02 to 50 were expected",
+                size
+            )));
+        }
+        let body = body(&found, &tree, &spread, size);
+        Ok(Self { body, size, tree, spread, first, turn, shift })
+    }
+
+    /// Makes the body as thick as a mesh that hangs on its joints: of each of its vertices the joint that moves it most and where it is in
+    /// the coordinates of that joint, m.
+    pub fn fill(&mut self, vertices: impl IntoIterator<Item = (usize, Vec3)>) {
+        let mut parent = vec![None; self.spread.len()];
+        self.tree.iter().for_each(|(j, p)| parent[*j] = *p);
+        // Of each joint's vertices nearer to the first or the second end of what they lie about: distances to radii there.
+        let mut ratios: Vec<[Vec<f32>; 2]> = vec![Default::default(); self.spread.len()];
+        for (joint, p) in vertices {
+            let Some(pose) = self.spread.get(joint) else { continue };
+            let world = pose.rotation * p + pose.position;
+            let mut at = Some(joint);
+            let own = std::iter::from_fn(|| {
+                let now = at?;
+                at = parent[now];
+                Some(now)
+            })
+            .find(|j| self.body.capsules.iter().any(|c| c.joint == *j));
+            let Some(own) = own else { continue };
+            let local = self.spread[own].rotation.inverse() * (world - self.spread[own].position);
+            let of = self.body.capsules.iter().filter(|c| c.joint == own).map(|c| {
+                let along = c.ends[1] - c.ends[0];
+                let t = ((local - c.ends[0]).dot(along) / along.length_squared().max(1e-12)).clamp(0.0, 1.0);
+                let radius = c.radii[0] + (c.radii[1] - c.radii[0]) * t;
+                (local.distance(c.ends[0] + along * t) / radius, usize::from(t > 0.5))
+            });
+            if let Some((ratio, end)) = of.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                ratios[own][end].push(ratio);
+            }
+        }
+        for (joint, mut both) in ratios.into_iter().enumerate() {
+            let thick = both.each_mut().map(|ratios| {
+                ratios.sort_unstable_by(f32::total_cmp);
+                let most = ratios.get((ratios.len().max(1) - 1) * 9 / 10).filter(|_| ratios.len() >= FEW);
+                most.copied().filter(|t| *t >= STICK).map(|t| t.min(THICKEST))
+            });
+            let Some(other) = thick[0].or(thick[1]) else { continue };
+            for c in self.body.capsules.iter_mut().filter(|c| c.joint == joint) {
+                let of = |end: usize| c.radii[end] * thick[end].unwrap_or(other);
+                c.radii = [of(0), of(1)];
+            }
+        }
+    }
+
+    /// On the way from how it stands with its arms spread, at 0, to the first frame, at 1; in its own coordinates.
+    pub fn approach(&self, t: f32) -> Vec<RigidPose> {
+        let mut all = self.first.clone();
+        let local = |poses: &[RigidPose], j: usize, parent: Option<usize>| match parent {
+            None => poses[j],
+            Some(p) => {
+                let back = poses[p].rotation.inverse();
+                RigidPose {
+                    position: back * (poses[j].position - poses[p].position),
+                    rotation: back * poses[j].rotation,
+                }
+            }
+        };
+        for (j, parent) in &self.tree {
+            let [a, b] = [&self.spread, &self.first].map(|poses| local(poses, *j, *parent));
+            let (position, rotation) = (a.position.lerp(b.position, t), a.rotation.slerp(b.rotation, t));
+            all[*j] = match parent {
+                None => RigidPose { position, rotation },
+                Some(p) => RigidPose {
+                    position: all[*p].rotation * position + all[*p].position,
+                    rotation: (all[*p].rotation * rotation).normalize(),
+                },
+            };
+        }
+        all
+    }
+
+    /// Poses of the world in its own coordinates.
+    pub fn own(&self, poses: &mut [RigidPose]) {
+        for p in poses {
+            *p =
+                RigidPose { position: self.turn * p.position + self.shift, rotation: self.turn * p.rotation };
+        }
+    }
+
+    /// A direction of the world in its own coordinates.
+    pub fn own_direction(&self, direction: Vec3) -> Vec3 {
+        self.turn * direction
+    }
+
+    /// A point of its own coordinates in the world.
+    pub fn to_world(&self, p: Vec3) -> Vec3 {
+        self.turn.inverse() * (p - self.shift)
+    }
+
+    /// The lowest point of the body in the first frame, m.
+    pub fn sole(&self) -> f32 {
+        let of = |c: &Capsule| {
+            let pose = &self.first[c.joint];
+            let ends = [0, 1].map(|k| (pose.rotation * c.ends[k] + pose.position).y - c.radii[k]);
+            ends[0].min(ends[1])
+        };
+        self.body.capsules.iter().map(of).fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// Fewer vertices than these tell nothing of how thick a limb is.
+const FEW: usize = 8;
+/// What is thinner than so many times the player is sticks, and no body; hats and weapons are none either.
+const STICK: f32 = 0.4;
+const THICKEST: f32 = 2.5;
+
+/// How it stands upright with its arms spread to the sides and its legs together, facing +z, wherever.
+fn spread(
+    found: &Found,
+    tree: &[(usize, Option<usize>)],
+    rest: &[RigidPose],
+) -> Result<Vec<RigidPose>, GarmentError> {
+    let [left, right] = found.limbs;
+    let at = |j: usize| rest[j].position;
+    let middle = |k: usize| mean([at(left[k]), at(right[k])]);
+    let up = (middle(0) - middle(3)).normalize_or_zero();
+    let across = mean([at(left[0]), at(left[3])]) - mean([at(right[0]), at(right[3])]);
+    let across = across.reject_from_normalized(up).normalize_or_zero();
+    if up == Vec3::ZERO || across == Vec3::ZERO {
+        return Err(GarmentError::Body("has its arms where its legs are, or both sides in one place".into()));
+    }
+    let upright = Quat::from_mat3(&Mat3::from_cols(across, up, across.cross(up)).transpose()).normalize();
+    let mut turns: Vec<Option<Quat>> = vec![None; rest.len()];
+    for (limb, out) in [(left, Vec3::X), (right, Vec3::NEG_X)] {
+        for (from, to, way) in [(0, 1, out), (1, 2, out), (3, 4, Vec3::NEG_Y), (4, 5, Vec3::NEG_Y)] {
+            let bone = (upright * (at(limb[to]) - at(limb[from]))).normalize_or_zero();
+            if bone == Vec3::ZERO {
+                return Err(GarmentError::Body(format!("has a {} of no length", PARTS[from].0)));
+            }
+            turns[limb[from]] = Some(Quat::from_rotation_arc(bone, way) * upright);
+        }
+        turns[limb[5]] = Some(upright);
+    }
+    let mut poses = rest.to_vec();
+    for (j, parent) in tree {
+        let carried = parent.and_then(|p| turns[p]).unwrap_or(upright);
+        let turn = *turns[*j].get_or_insert(carried);
+        poses[*j].rotation = (turn * rest[*j].rotation).normalize();
+        poses[*j].position = match parent {
+            None => carried * at(*j),
+            Some(p) => poses[*p].position + carried * (at(*j) - at(*p)),
+        };
+    }
+    Ok(poses)
+}
+
+/// Capsules about the joints of a figure that stands with its arms spread.
+fn body(found: &Found, tree: &[(usize, Option<usize>)], spread: &[RigidPose], size: f32) -> Body {
+    let [left, right] = found.limbs;
+    let parent = |j: usize| tree.iter().find(|(k, _)| *k == j).and_then(|(_, p)| *p);
+    let at = |j: usize| spread[j].position;
+    let middle = |k: usize| mean([at(left[k]), at(right[k])]);
+    // From the chest down to the pelvis, and from the head to the chest.
+    let path = |from: usize, to: usize| {
+        let mut all = vec![from];
+        while let Some(p) = all.last().and_then(|j| parent(*j)).filter(|_| all.last() != Some(&to)) {
+            all.push(p);
+        }
+        all
+    };
+    let trunk = path(found.chest, found.pelvis);
+    let neck = path(found.head, found.chest).iter().rev().nth(1).copied().filter(|j| *j != found.head);
+    let player = player();
+    let (hips, shoulders) = (middle(3), middle(0));
+    // A point in the trunk of the player, in this one's.
+    let within = |p: Vec3| {
+        let t = (p.y - player[13].y) / (player[6].y - player[13].y);
+        let axis = hips + (shoulders - hips) * t;
+        axis + Vec3::new(p.x, 0.0, p.z) * size
+    };
+    let mut capsules = Vec::new();
+    for c in Body::player().capsules {
+        let (name, limb) = match PERFORMER[c.joint].0 {
+            name if name.starts_with("left_") => (&name[5..], left),
+            name if name.starts_with("right_") => (&name[6..], right),
+            name => (name, left),
+        };
+        let side = if limb == left { Vec3::X } else { Vec3::NEG_X };
+        let inside = c.ends.map(|p| within(player[c.joint] + p));
+        let part = PARTS.iter().position(|(n, _)| *n == name);
+        let (joint, ends) = match (name, part) {
+            ("clavicle", _) => (parent(limb[0]).unwrap_or(found.chest), [inside[0], at(limb[0])]),
+            ("neck", _) => (neck.unwrap_or(found.chest), [neck.map_or(inside[0], at), at(found.head)]),
+            ("head", _) => (found.head, c.ends.map(|p| at(found.head) + p * size)),
+            ("hand", _) => (limb[2], [at(limb[2]), at(limb[2]) + side * (HAND * size)]),
+            ("foot", _) => (limb[5], [at(limb[5]), at(limb[5]) + TOES * size]),
+            (_, Some(k)) => (limb[k], [at(limb[k]), at(limb[k + 1])]),
+            _ => {
+                let y = mean(inside).y;
+                let carried = trunk.iter().find(|j| at(**j).y <= y + 1e-4);
+                (*carried.unwrap_or(&found.pelvis), inside)
+            }
+        };
+        let back = spread[joint].rotation.inverse();
+        let ends = ends.map(|p| back * (p - at(joint)));
+        capsules.push(Capsule { joint, ends, radii: c.radii.map(|r| r * size) });
+    }
+    let tied = Body::player().tied;
+    let tied = within(player[0] + Vec3::Y * tied).y - at(found.pelvis).y;
+    Body { capsules, pelvis: found.pelvis, arms: [left, right].map(|l| [l[0], l[1], l[2]]), tied }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dance;
+    use crate::{Joint, Placement, Transform};
+
+    #[test]
+    fn names_of_many_makes_are_known() {
+        for (name, side, word) in [
+            ("mixamorig:LeftForeArm", Side::Left, "forearm"),
+            ("mixamorig:RightUpLeg", Side::Right, "upleg"),
+            ("upperarm.l", Side::Left, "upperarm"),
+            ("Left_elbow", Side::Left, "elbow"),
+            ("LHand", Side::Left, "hand"),
+            ("rfemur", Side::Right, "femur"),
+            ("Bip01 R Calf", Side::Right, "calf"),
+            ("leftarm", Side::Left, "arm"),
+            ("head", Side::Middle, "head"),
+            ("Leg", Side::Middle, "leg"),
+            ("LeftHandIndex1", Side::Left, "handindex1"),
+            ("IK-foot.r", Side::Right, "ikfoot"),
+        ] {
+            assert_eq!(words(name), (side, word.to_string()), "{name}");
+        }
+    }
+
+    fn at(bone: Vec3) -> Placement {
+        Placement::Parts(Transform { translation: bone, ..Transform::IDENTITY })
+    }
+
+    fn rest(skeleton: &Skeleton) -> Vec<RigidPose> {
+        crate::skeletal::rigid(&skeleton.to_skeleton(&skeleton.rest()).unwrap())
+    }
+
+    /// The player as a skeleton of another make: other names, arms that hang, twice as large, lying on its back, far away.
+    #[test]
+    fn a_body_is_the_same_whatever_its_skeleton() {
+        let names = [
+            ("left_upper_arm", "LeftArm"),
+            ("left_forearm", "LeftForeArm"),
+            ("left_thigh", "LeftUpLeg"),
+            ("left_shank", "LeftLeg"),
+        ];
+        let hanging = Quat::from_rotation_z(-1.2);
+        let joints: Vec<Joint> = dance::player()
+            .into_iter()
+            .map(|mut j| {
+                let Placement::Parts(mut parts) = j.rest else { panic!() };
+                parts.translation *= 2.0;
+                match j.name.as_str() {
+                    "left_upper_arm" => parts.rotation = hanging,
+                    "right_upper_arm" => parts.rotation = hanging.inverse(),
+                    "pelvis" => parts.rotation = Quat::from_rotation_x(-1.5) * Quat::from_rotation_y(2.0),
+                    _ => {}
+                }
+                let name = names.iter().find(|(n, _)| *n == j.name).map_or(j.name.as_str(), |n| n.1);
+                j = Joint { name: format!("rig:{name}"), rest: Placement::Parts(parts), ..j };
+                j
+            })
+            .collect();
+        let other = Skeleton::new(joints).unwrap();
+        let plain = Skeleton::new(dance::player()).unwrap();
+        let [a, b] = [&plain, &other].map(|s| Wearer::new(s, &rest(s), &rest(&plain), &[]).unwrap());
+        assert!((a.size - 1.0).abs() < 1e-3 && (b.size - 2.0).abs() < 1e-3, "{} {}", a.size, b.size);
+        assert_eq!(a.body.capsules.len(), Body::player().capsules.len());
+        let world = |w: &Wearer, c: &Capsule| {
+            c.ends.map(|p| w.spread[c.joint].rotation * p + w.spread[c.joint].position)
+        };
+        let mut worst = 0.0f32;
+        for (a_capsule, (b_capsule, own)) in
+            a.body.capsules.iter().zip(b.body.capsules.iter().zip(Body::player().capsules))
+        {
+            let ([a0, a1], [b0, b1]) = (world(&a, a_capsule), world(&b, b_capsule));
+            let up = b.spread[0].position.y - 2.0 * a.spread[0].position.y;
+            assert!(
+                (b0 - Vec3::Y * up).distance(2.0 * a0) < 1e-2
+                    && (b1 - Vec3::Y * up).distance(2.0 * a1) < 1e-2
+            );
+            assert!((b_capsule.radii[0] / a_capsule.radii[0] - 2.0).abs() < 1e-3);
+            // Of the player itself nearly what it has by hand.
+            let pose = rest(&plain)[own.joint];
+            for (have, want) in [a0, a1].into_iter().zip(own.ends) {
+                worst = worst.max(have.distance(pose.rotation * want + pose.position));
+            }
+        }
+        // Measured 3 cm, where the trunk leans back to the shoulders.
+        assert!(worst < 0.06, "{worst}");
+        println!("{worst} m from the player's own");
+        assert!((a.body.tied - Body::player().tied).abs() < 1e-3, "{}", a.body.tied);
+    }
+
+    #[test]
+    fn on_its_way_bones_keep_their_lengths_and_the_world_is_found_again() {
+        let motion = dance::dance(&dance::parse("turn degrees=90\nhakobi steps=2").unwrap(), 60.0).unwrap();
+        let last = motion.poses(motion.frames - 1).unwrap();
+        let wearer = Wearer::new(&motion.skeleton, &rest(&motion.skeleton), &last, &[]).unwrap();
+        let parts = wearer.approach(0.4);
+        for (j, joint) in motion.skeleton.joints().iter().enumerate().filter(|(_, j)| j.parent.is_some()) {
+            let parent = joint.parent.unwrap();
+            let [want, have] = [&last, &parts].map(|p| p[j].position.distance(p[parent].position));
+            assert!((want - have).abs() < 1e-4, "{}", joint.name);
+        }
+        let mut own = last.clone();
+        wearer.own(&mut own);
+        let end = wearer.approach(1.0);
+        for ((own, end), world) in own.iter().zip(&end).zip(&last) {
+            assert!(own.position.distance(end.position) < 1e-4);
+            assert!(wearer.to_world(own.position).distance(world.position) < 1e-4);
+        }
+        // It faces +z: the left thigh is on its left.
+        assert!(
+            own[13].position.x > 0.05 && own[13].position.z.abs() < 0.01 && own[0].position.x.abs() < 1e-4
+        );
+    }
+
+    #[test]
+    fn a_mesh_says_how_thick_it_is() {
+        let plain = Skeleton::new(dance::player()).unwrap();
+        let mut wearer = Wearer::new(&plain, &rest(&plain), &rest(&plain), &[]).unwrap();
+        let before = wearer.body.clone();
+        // A shank of 8 cm all along, and one vertex of nothing.
+        let ring = (0..64).map(|k| {
+            let a = k as f32;
+            (14, Vec3::new(0.08 * a.cos(), -0.38 * (k as f32 / 64.0), 0.08 * a.sin()))
+        });
+        wearer.fill(ring.chain([(99, Vec3::ZERO)]));
+        for (now, then) in wearer.body.capsules.iter().zip(&before.capsules) {
+            if now.joint == 14 {
+                assert!((now.radii[0] - 0.08).abs() < 0.02 && now.radii[0] > then.radii[0], "{now:?}");
+            } else {
+                assert_eq!(now, then);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_figure_is_told() {
+        let said = |joints: Vec<Joint>, named: &[(&str, &str)]| {
+            let skeleton = Skeleton::new(joints).unwrap();
+            let named: Vec<_> = named.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect();
+            Wearer::new(&skeleton, &rest(&skeleton), &rest(&skeleton), &named).unwrap_err().to_string()
+        };
+        let fox = vec![Joint { name: "tail".into(), parent: None, rest: at(Vec3::Y) }];
+        assert!(said(fox, &[]).contains("left_upper_arm"));
+        assert!(said(dance::player(), &[("left_hand", "hook")]).contains("no joint called 'hook'"));
+        assert!(said(dance::player(), &[("tail", "head")]).contains("no part 'tail'"));
+        assert!(said(dance::player(), &[("left_hand", "head")]).contains("does not begin"));
+        let mut short = dance::player();
+        short[7].rest = at(Vec3::ZERO);
+        assert!(said(short, &[]).contains("no length"));
+    }
+}
