@@ -199,6 +199,7 @@ fn every_cut_and_way_to_wear_it_is_put_on() {
             (nearest(&costume, &motion.poses(0).unwrap()), costume.solver().cloth().crossings(x).len());
         let stretch = costume.solver().cloth().stretch(x, |a| a != Along::Bias);
         println!("{text}: {} vertices, nearest {least} m, {crossed} edges cross, {stretch:?}", x.len());
+        // Measured 4.5 mm, no crossing and .0006.
         assert!(least > -1e-3 && crossed <= 4 && stretch.median < 0.01, "{text}");
     }
 }
