@@ -122,7 +122,7 @@ impl Found {
             let of = |word: &&str| {
                 skeleton.order().iter().copied().find(|j| known[*j].0 == side && known[*j].1 == **word)
             };
-            let found = others.iter().find_map(|w| of(w));
+            let found = others.iter().find_map(of);
             if found.is_none() {
                 missing.push(full);
             }
