@@ -17,6 +17,16 @@ pub enum StrokeChange {
     Set(String, f32),
 }
 
+/// A stroke that is selected.
+pub struct SelectedStroke {
+    /// Its identity.
+    pub id: u32,
+    /// It is not painted.
+    pub hidden: bool,
+    /// Controls that a stroke has of its own, and their values.
+    pub controls: Vec<(&'static str, f32)>,
+}
+
 /// Of the window.
 pub struct Ink {
     /// The picture is a painting.
@@ -114,14 +124,14 @@ impl Ink {
         Ok(())
     }
 
-    /// The controls of the stroke that is looked at, and whether it is hidden.
-    pub fn of_stroke(&self) -> Option<(u32, bool, Vec<(&'static str, f32)>)> {
+    /// The stroke that is selected, as it is painted.
+    pub fn selected(&self) -> Option<SelectedStroke> {
         let id = self.stroke?;
         let edit = self.style.steering.strokes.get(&id);
         let mut controls = self.style.controls;
         edit.iter().for_each(|e| e.changes.apply(&mut controls));
         let values = OF_STROKES.iter().filter_map(|name| Some((*name, controls.get(name)?)));
-        Some((id, edit.is_some_and(|e| e.hide), values.collect()))
+        Some(SelectedStroke { id, hidden: edit.is_some_and(|e| e.hide), controls: values.collect() })
     }
 
     /// Another scene: nothing is known of its objects and strokes.
@@ -154,10 +164,9 @@ mod tests {
         ink.change_stroke(&StrokeChange::Choose(0xabc)).unwrap();
         ink.change_stroke(&StrokeChange::Set("ink".into(), 1.25)).unwrap();
         ink.change_stroke(&StrokeChange::Hide(true)).unwrap();
-        let (id, hidden, values) = ink.of_stroke().unwrap();
-        assert!(
-            id == 0xabc && hidden && values.contains(&("ink", 1.25)) && values.contains(&("dryness", 0.25))
-        );
+        let selected = ink.selected().unwrap();
+        assert!(selected.id == 0xabc && selected.hidden);
+        assert!([("ink", 1.25), ("dryness", 0.25)].iter().all(|c| selected.controls.contains(c)));
         let read = preset::read(&ink.file(), "own").unwrap();
         assert!(read.doc.contains("mogu"));
         assert_eq!((read.style.controls, &read.style.steering), (ink.style.controls, &ink.style.steering));

@@ -3,7 +3,7 @@
 use super::Asked;
 use super::panel::{named, row, short};
 use crate::action::Command;
-use crate::ink::StrokeChange;
+use crate::ink::{SelectedStroke, StrokeChange};
 use crate::language::Words;
 use crate::state::State;
 use egui::{ComboBox, Slider, SliderClamping, Ui};
@@ -80,15 +80,15 @@ pub fn show(ui: &mut Ui, state: &State, asked: &mut Asked) {
 fn stroke(ui: &mut Ui, state: &State, asked: &mut Asked) {
     let (l, ink) = (state.language, &state.ink);
     let mut change = |change: StrokeChange| asked.commands.push(Command::Stroke(change));
-    match ink.of_stroke() {
+    match ink.selected() {
         None => drop(ui.weak(l.of(CLICK))),
-        Some((id, hidden, values)) => {
+        Some(SelectedStroke { id, hidden, controls }) => {
             let mut hide = hidden;
             ui.label(format!("{} {id:08x}", l.of(STROKE)));
             if ui.checkbox(&mut hide, l.of(HIDE)).changed() {
                 change(StrokeChange::Hide(hide));
             }
-            for (name, now) in values {
+            for (name, now) in controls {
                 let Some(control) = CONTROLS.iter().find(|c| c.name == name) else { continue };
                 let label = format!("{} {name}", l.of(STROKE));
                 if let Some(value) = slider(ui, control, &label, now) {
