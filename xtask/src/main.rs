@@ -14,7 +14,7 @@ cargo xtask <what>
             bench denoise             error of denoised pictures, beside Open Image Denoise
             bench realtime            error of real-time pictures, beside the reference's
             bench stage [PART]        milliseconds of the real-time passes, by pixels, triangles, lights and samples
-            bench stage --peer        error and time of a frame, beside Filament
+            bench stage --peer        error and time of a frame, beside Filament (PyPI: filly)
             bench bsdf [--peer]       nanoseconds to evaluate and sample each reflectance model
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
