@@ -1,4 +1,4 @@
-//! How whoever watches a film gets used to its light.
+//! Adaptation of the eye to the luminance of a film's frames.
 
 use crate::{ColourSpace, Image};
 use glam::Vec3;
@@ -39,29 +39,28 @@ const MESOPIC: f64 = 0.04;
 /// Luminance that is added to every pixel before logarithms, cd/m², for those that are black.
 const LEAST: f64 = 1e-4;
 
-/// An eye that is shown one frame after another. It is used to the first as soon as it sees it; from then on the luminance
-/// that it is used to follows the geometric mean of each frame's exponentially, within .1 s by day and .4 s in the dark.
-/// Frames are brightened until what it is used to looks as bright as it does to an eye that had the time: bright
-/// things brighter than dark ones, less so than they are.
+/// The adaptation luminance of an eye that watches one frame after another. It starts at the geometric mean luminance of the
+/// first frame and follows that of each later one exponentially, with a time constant from .1 s (cones, by day) to .4 s (rods,
+/// in the dark). The exposure of a frame shows the adaptation luminance at its key value, which grows with it, but less.
 #[derive(Clone, Copy, Debug)]
 pub struct Eye {
     space: ColourSpace,
     /// Of a frame, s.
     seconds: f64,
-    /// Luminance that it is used to, cd/m², and stops of the first frame.
-    used_to: Option<(f64, f64)>,
+    /// Adaptation luminance, cd/m², and the stops of the first frame.
+    adapted: Option<(f64, f64)>,
 }
 
 impl Eye {
     /// For pictures of `space`, their luminance in cd/m², so many a second.
     pub fn new(space: ColourSpace, rate: f64) -> Self {
-        Self { space, seconds: 1.0 / rate, used_to: None }
+        Self { space, seconds: 1.0 / rate, adapted: None }
     }
 
     /// By how many stops more than the first frame this one is brightened, which is the next.
     pub fn stops(&mut self, picture: &Image) -> f32 {
         let seen = mean_luminance(picture, self.space);
-        let (used_to, first) = match self.used_to {
+        let (adapted, first) = match self.adapted {
             None => (seen, brightening(seen)),
             Some((last, first)) => {
                 // Rods and cones by the share that they have in seeing.
@@ -70,13 +69,13 @@ impl Eye {
                 (last + (seen - last) * -(-self.seconds / constant).exp_m1(), first)
             }
         };
-        self.used_to = Some((used_to, first));
-        (brightening(used_to) - first) as f32
+        self.adapted = Some((adapted, first));
+        (brightening(adapted) - first) as f32
     }
 }
 
-/// Stops by which a picture of this mean luminance is brightened: its mean is to be shown as bright as the key of a scene
-/// like it, .03 of white by night and up to 1.03 in the brightest sun.
+/// Stops that show this adaptation luminance, cd/m², at the key value of Krawczyk and others: .03 of white by night, towards 1.03
+/// in the brightest sun.
 fn brightening(luminance: f64) -> f64 {
     let key = 1.03 - 2.0 / (2.0 + (luminance + 1.0).log10());
     (key / luminance).log2()
@@ -118,7 +117,7 @@ mod tests {
         }
     }
 
-    /// After a step what the eye is used to has done 1 − 1/e of the way when the time constant has passed.
+    /// After a step the adaptation luminance has done 1 − 1/e of the way when the time constant has passed.
     #[test]
     fn the_eye_takes_a_tenth_of_a_second_by_day_and_four_in_the_dark() {
         for (from, to, constant) in [(1e3, 4e3, 0.1), (4e3, 1e3, 0.1), (0.2, 1e-3, 0.3902)] {
@@ -128,9 +127,9 @@ mod tests {
             for _ in 0..(constant * rate) as u32 {
                 eye.stops(&grey(to));
             }
-            let (used_to, _) = eye.used_to.unwrap();
+            let (adapted, _) = eye.adapted.unwrap();
             let [from, to] = [from, to].map(|v| f64::from(v) + LEAST);
-            let way = (used_to - from) / (to - from);
+            let way = (adapted - from) / (to - from);
             assert!((way - (1.0 - (-1f64).exp())).abs() < 2e-3, "{from} to {to}: {way}");
         }
     }
