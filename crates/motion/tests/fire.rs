@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, UVec3, Vec3};
 use std::f64::consts::{PI, TAU};
-use yugen_motion::fire::{Blob, Burning, Fire, FireError, Flicker, Grid, Slab};
+use yugen_motion::fire::{Blob, Burning, Directivity, Fire, FireError, Flicker, Grid, Slab};
 use yugen_optics::ColourSpace;
 
 const SPACE: ColourSpace = ColourSpace::LinearRec2020;
@@ -268,25 +268,6 @@ fn blobs_have_the_light_of_the_grid_and_follow_it_without_jumps() {
     assert!(far < 0.15, "{far}");
 }
 
-/// Of the 81 nodes of the net of directions, in the mean over the sphere; those that look the same way share.
-fn weights_of_the_net() -> Vec<f64> {
-    let at = |k: usize| 0.25 * k as f64 - 1.0;
-    let looks = |node: usize| {
-        let (u, v) = (at(node % 9), at(node / 9));
-        let y = 1.0 - u.abs() - v.abs();
-        let side = |a: f64, b: f64| if y < 0.0 { (1.0 - b.abs()) * a.signum() } else { a };
-        DVec3::new(side(u, v), y, side(v, u)).normalize()
-    };
-    let all: Vec<DVec3> = (0..81).map(looks).collect();
-    let weigh = |d: &DVec3| {
-        let triangles = if d.abs().max_element() > 1.0 - 1e-9 { 4.0 } else { 6.0 };
-        let alike = all.iter().filter(|other| other.distance(*d) < 1e-9).count();
-        d.abs().element_sum().powi(3) * triangles / alike as f64
-    };
-    let sum: f64 = all.iter().map(weigh).sum();
-    all.iter().map(|d| weigh(d) / sum).collect()
-}
-
 #[test]
 fn slabs_share_the_light_of_the_grid_among_their_points() {
     let flame = burn(Fire::default());
@@ -309,7 +290,7 @@ fn slabs_share_the_light_of_the_grid_among_their_points() {
     println!("the lowest eighth shines up from {:.3} m, to a side from {:.3} m", height(40), height(44));
     assert!(height(44) > height(40) + 0.005);
     // Points as a whole, each direction by how much goes there, lie as the light does.
-    let weights = weights_of_the_net();
+    let weights: Vec<f64> = Directivity::nodes().map(|(_, weight)| weight).collect();
     let points = || {
         slabs.iter().flat_map(|s| {
             let shine = s.directivity.values().iter().zip(&weights).map(|(v, w)| f64::from(*v) * w / 4096.0);

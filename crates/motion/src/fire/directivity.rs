@@ -48,6 +48,14 @@ impl Directivity {
     pub fn values(&self) -> &[f32] {
         &self.0
     }
+
+    /// Unit directions of the nodes, in the order of the values, and their weights in the mean over the sphere, which nodes of
+    /// one direction share.
+    pub fn nodes() -> impl Iterator<Item = (DVec3, f64)> {
+        let alike = |node: usize| (0..NODES).filter(|&n| first_alike(n) == first_alike(node)).count() as f64;
+        let all: f64 = (0..NODES).map(|node| weigh(node) / alike(node)).sum();
+        (0..NODES).map(move |node| (looks(node), weigh(node) / (alike(node) * all)))
+    }
 }
 
 /// The point of the octahedron |x| + |y| + |z| = 1 at (u, v) of the square from −1 to 1.
@@ -75,15 +83,17 @@ pub(super) fn first_alike(node: usize) -> usize {
     }
 }
 
-/// Directions of the net, each once, and their weights in the mean over the sphere: by how far the points of the octahedron
-/// are, of which four triangles meet in a corner and six elsewhere. The mean of x⁴ is .1972 with them, of .2.
+/// The weight of a node's direction, up to a factor: by how far the points of the octahedron are, of which four triangles meet
+/// in a corner and six elsewhere. The mean of x⁴ over the sphere is .1972 with them, of .2.
+fn weigh(node: usize) -> f64 {
+    let d = looks(node);
+    let triangles = if d.abs().max_element() > 1.0 - 1e-9 { 4.0 } else { 6.0 };
+    // Unit length over the distance of the plane point, cubed.
+    d.abs().element_sum().powi(3) * triangles
+}
+
+/// Directions of the net, each once, and their weights in the mean over the sphere.
 pub(super) fn directions() -> impl Iterator<Item = (DVec3, f64)> {
-    let weigh = |node| {
-        let d = looks(node);
-        let triangles = if d.abs().max_element() > 1.0 - 1e-9 { 4.0 } else { 6.0 };
-        // Unit length over the distance of the plane point, cubed.
-        d.abs().element_sum().powi(3) * triangles
-    };
     let nodes = || (0..NODES).filter(|&node| first_alike(node) == node);
     let all: f64 = nodes().map(weigh).sum();
     nodes().map(move |node| (looks(node), weigh(node) / all))
@@ -103,6 +113,10 @@ mod tests {
             assert!((mean(&|d| d.dot(axis).powi(2)) - 1.0 / 3.0).abs() < 1e-12);
             assert!((mean(&|d| d.dot(axis).powi(4)) - 0.2).abs() < 4e-3);
         }
+        // The same where nodes that look alike share.
+        let shared = |axis: DVec3| Directivity::nodes().map(|(d, w)| w * d.dot(axis).powi(4)).sum::<f64>();
+        assert!((shared(DVec3::X) - mean(&|d| d.x.powi(4))).abs() < 1e-12);
+        assert!((Directivity::nodes().map(|(_, w)| w).sum::<f64>() - 1.0).abs() < 1e-12);
         let own = Directivity::new(std::array::from_fn(|n| {
             let d = looks(n);
             (1.0 + 0.5 * d.x + 0.25 * d.y - d.z * d.y) as f32

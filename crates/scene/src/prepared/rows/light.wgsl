@@ -160,12 +160,14 @@ fn slab_mean(e: u32) -> vec3<f32> {
     return vec3_at(e + 18u);
 }
 
-// What comes of it at most to a surface at `position`, roughly; `facing`: the side that light has to come to, zero for both.
+// A rough estimate of the irradiance by a slab at `position`, to choose among slabs by; `facing`: the normal of the side that is
+// lit, zero for both. Above zero everywhere (.05 of the intensity, .02 of the cosine), so that nothing that shines is left out.
 fn slab_estimate(e: u32, position: vec3<f32>, facing: vec3<f32>) -> f32 {
     let to = slab_mean(e) - position;
     let d2 = dot(to, to) + float_at(e + 16u);
     let wi = to * inverseSqrt(d2);
-    // As wide as it is, a part of it may be above the horizon of its middle.
+    // Its radius over its distance (float 16 is a quarter of its variance): so much of it may be above the horizon while its
+    // middle is below.
     let sine = min(sqrt(8.0 * float_at(e + 16u) / d2), 1.0);
     let turned = max((dot(facing, wi) + sine) / (1.0 + sine), 0.0);
     let intensity = slab_intensity(e);
