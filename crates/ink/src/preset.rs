@@ -190,6 +190,9 @@ fn steer(steering: &mut Steering, kind: &str, all: &DeTable) -> Result<(), InkEr
     Ok(())
 }
 
+/// What of a style is chosen by a name: [`set_name`]'s keys.
+pub const NAMED: [&str; 4] = ["paper", "pigment", "wash_pigment", "manner"];
+
 /// Gives a style a paper, a manner of wrinkles or a pigment by its name.
 pub fn set_name(style: &mut Style, key: &str, word: &str) -> Result<(), InkError> {
     let unknown = |what: &str, hint: String| InkError::Preset(format!("there is no {what} '{word}'{hint}"));
@@ -207,7 +210,7 @@ pub fn set_name(style: &mut Style, key: &str, word: &str) -> Result<(), InkError
             style.manner = Manner::find(word).ok_or_else(|| unknown("manner", suggest(word, names)))?;
         }
         "wash_pigment" => style.pigments[Layer::Wash as usize] = pigment()?,
-        _ => {
+        "pigment" => {
             // A wash of its own stays.
             let wash = style.pigments[Layer::Wash as usize];
             let own = wash != style.pigments[Layer::Contour as usize];
@@ -215,6 +218,10 @@ pub fn set_name(style: &mut Style, key: &str, word: &str) -> Result<(), InkError
             if own {
                 style.pigments[Layer::Wash as usize] = wash;
             }
+        }
+        _ => {
+            let hint = suggest(key, NAMED);
+            return Err(InkError::Preset(format!("'{key}' is not chosen by name{hint}")));
         }
     }
     Ok(())

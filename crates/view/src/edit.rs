@@ -60,17 +60,17 @@ pub struct Swapped {
     table: Arc<[f32]>,
 }
 
-/// Parameters of different names that mean the same in different models, so that a colour outlives a change of model.
+/// Parameters of different names that mean the same in different models, so that a colour outlives a change of model. What is
+/// only a factor on a reflection (`specular_reflectance`) is not its strength.
 const ALIKE: &[&[&str]] = &[
     &["reflectance", "diffuse_reflectance", "diffuse", "rho_d", "base_color", "body_colour"],
-    &["specular", "specular_reflectance", "rho_s", "f0", "interface_colour"],
+    &["specular", "rho_s", "f0", "interface_colour"],
     &["alpha_x", "sigma_x", "alpha", "m"],
-    &["alpha_y", "sigma_y"],
-    &["roughness"],
+    &["alpha_y", "sigma_y", "alpha", "m"],
 ];
 
-/// The models that a material may become: those that need no measured file.
-pub fn models() -> impl Iterator<Item = Kind> {
+/// The models that any material may become: those that need no measured file.
+fn free_models() -> impl Iterator<Item = Kind> {
     Kind::ALL.iter().copied().filter(|kind| !matches!(kind.data(), Data::Required(_)))
 }
 
@@ -142,39 +142,50 @@ impl Edits {
         Ok(())
     }
 
+    /// The models that a material may become: its own, and those that need no measured file.
+    pub fn models(scene: &Scene, id: MaterialId) -> impl Iterator<Item = Kind> {
+        let own = match scene.materials.get(id) {
+            Some(Material::Model { kind, .. }) => Some(*kind),
+            _ => None,
+        };
+        own.into_iter().chain(free_models().filter(move |kind| Some(*kind) != own))
+    }
+
     /// Makes a material one of another model. What both have (a parameter of the same name, or of the same meaning) is kept,
     /// the rest has its defaults; back in the scene's own model, it is as the scene says.
     pub fn change_model(&mut self, scene: &Scene, item: &MaterialItem, kind: Kind) -> Result<(), String> {
         let Some(Material::Model { kind: own, .. }) = scene.materials.get(item.id) else { return Ok(()) };
+        if kind == item.kind {
+            return Ok(());
+        }
+        if kind == *own {
+            self.parameters.retain(|(id, _), _| *id != item.id);
+            self.models.remove(&item.id);
+            return Ok(());
+        }
         let mut builder = ModelBuilder::new(kind);
-        for (to, param) in kind.params().iter().enumerate() {
-            let same = |name: &str| name == param.name;
+        let old = item.kind.params();
+        for param in kind.params() {
             let alike = |name: &str| ALIKE.iter().any(|all| all.contains(&name) && all.contains(&param.name));
-            let of = item.kind.params();
-            let from = of.iter().position(|p| same(p.name)).or_else(|| of.iter().position(|p| alike(p.name)));
-            let Some((value, old)) = from.and_then(|i| Some((self.value(scene, item.id, i)?, of[i]))) else {
-                continue;
-            };
+            let same = old.iter().position(|p| p.name == param.name);
+            let Some(i) = same.or_else(|| old.iter().position(|p| alike(p.name))) else { continue };
+            let Some(value) = self.value(scene, item.id, i) else { continue };
             // What the other model does not take stays at its default.
-            let _ = match (param.kind, old.kind, value) {
+            let _ = match (param.kind, old[i].kind, value) {
                 (ParamType::Choice(_), ParamType::Choice(names), Value::Number(n)) => {
-                    builder.choose(param.name, names.get(n as usize).unwrap_or(&"")).map(drop)
+                    builder.choose(param.name, names.get(n as usize).unwrap_or(&""))
                 }
                 (ParamType::Choice(_), ..) | (_, ParamType::Choice(_), _) => continue,
-                (_, _, Value::Rgb(c)) if kind.params()[to].width() == 1 => {
-                    builder.set(param.name, Value::Number(c.element_sum() / 3.0)).map(drop)
+                (_, _, Value::Rgb(c)) if param.width() == 1 => {
+                    builder.set(param.name, Value::Number(c.element_sum() / 3.0))
                 }
-                (_, _, value) => builder.set(param.name, value).map(drop),
+                (_, _, value) => builder.set(param.name, value),
             };
         }
         let built = builder.build().map_err(|e| e.to_string())?;
         let Material::Model { params, table, .. } = built else { return Ok(()) };
         self.parameters.retain(|(id, _), _| *id != item.id);
-        if kind == *own {
-            self.models.remove(&item.id);
-        } else {
-            self.models.insert(item.id, Swapped { own: *own, kind, params, table });
-        }
+        self.models.insert(item.id, Swapped { own: *own, kind, params, table });
         Ok(())
     }
 
@@ -506,11 +517,14 @@ mod tests {
         let index = |name: &str| ward.kind.params().iter().position(|p| p.name == name).expect("it has it");
         assert_eq!(edits.value(&scene, 1, index("diffuse")), Some(Value::Rgb(Vec3::new(0.1, 0.2, 0.3))));
         assert_eq!(edits.value(&scene, 1, index("alpha_x")), Some(Value::Number(0.25)));
+        assert_eq!(edits.value(&scene, 1, index("alpha_y")), Some(Value::Number(0.25)));
+        // How strong the lamp is reflected is not what a coat's factor of one says.
+        assert_ne!(edits.value(&scene, 1, index("specular")), Some(Value::Rgb(Vec3::ONE)));
         edits.set(&ward, "alpha_y", &words("0.5")).expect("in its range");
         let changed = edits.apply(&scene).expect("it can be");
         let Material::Model { kind, params, .. } = &changed.materials[1] else { panic!("a model") };
         assert_eq!((*kind, &params[index("alpha_y")]), (Kind::Ward, &Value::Number(0.5)));
-        for kind in models() {
+        for kind in Edits::models(&scene, 1) {
             edits.change_model(&scene, &item(&edits), kind).expect("it can be");
             let changed = edits.apply(&scene).expect("it can be");
             let Material::Model { kind: now, params, .. } = &changed.materials[1] else { panic!("a model") };

@@ -55,9 +55,6 @@ impl Default for Ink {
     }
 }
 
-/// Keys of a preset that have names for values.
-pub const NAMED: [&str; 4] = ["paper", "pigment", "wash_pigment", "manner"];
-
 impl Ink {
     /// The preset called so; the next where absent.
     pub fn choose(&mut self, name: Option<&str>) -> Result<(), String> {
@@ -81,17 +78,17 @@ impl Ink {
 
     fn take(&mut self, preset: Preset) {
         let Preset { name, doc, mut style } = preset;
-        if style.steering.is_empty() {
-            // What is otherwise of objects and strokes is of the scene, not of the brush.
-            style.steering = std::mem::take(&mut self.style.steering);
-        }
+        // What is otherwise of strokes is of the scene, not of the brush; a file's own tables count more.
+        let mut strokes = std::mem::take(&mut self.style.steering.strokes);
+        strokes.extend(std::mem::take(&mut style.steering.strokes));
+        style.steering.strokes = strokes;
         (self.name, self.doc, self.style) = (name, doc, style);
         self.changes += 1;
     }
 
     /// Gives a control a value, or a paper, a pigment or a manner of wrinkles by its name.
     pub fn set(&mut self, name: &str, word: &str) -> Result<(), String> {
-        if NAMED.contains(&name) {
+        if preset::NAMED.contains(&name) {
             preset::set_name(&mut self.style, name, word).map_err(|e| e.to_string())?;
         } else {
             let value = word.parse().map_err(|_| format!("{name} = {word}: expected a number"))?;

@@ -17,6 +17,7 @@ pub mod eye;
 mod files;
 pub mod ink;
 pub mod language;
+mod mailbox;
 mod maker;
 mod painting;
 mod picture;

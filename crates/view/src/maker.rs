@@ -1,7 +1,8 @@
 //! Makes stages and rows of scenes beside the window's own work.
 
 use crate::edit::Edits;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use crate::mailbox::Mailbox;
+use std::sync::Arc;
 use yugen_realtime::{Lighting, Options, Preview, Stage, StageError};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Material, Scene};
@@ -44,76 +45,43 @@ pub enum Ready {
     Stage(Box<Stage>),
 }
 
-#[derive(Default)]
-struct Desk {
-    order: Option<Order>,
-    made: Option<Made>,
-    busy: bool,
-    closed: bool,
-}
-
 /// A thread that makes the last thing that was asked for.
-pub struct Maker {
-    desk: Arc<(Mutex<Desk>, Condvar)>,
-}
+pub struct Maker(Mailbox<Order, Made>);
 
 impl Maker {
     /// `wake` is called when something was made.
     pub fn new(wake: impl Fn() + Send + 'static) -> Self {
-        let desk = Arc::new((Mutex::new(Desk::default()), Condvar::new()));
-        let own = desk.clone();
+        let mailbox = Mailbox::default();
+        let own = mailbox.clone();
         std::thread::spawn(move || {
             let mut last = None;
-            while let Some(order) = next(&own) {
-                let made = make(order, &mut last);
-                let mut desk = lock(&own.0);
-                desk.busy = false;
-                // What has been made but not yet taken is older.
-                desk.made = Some(made);
-                drop(desk);
+            while let Some(order) = own.next() {
+                own.put(make(order, &mut last));
                 wake();
             }
         });
-        Self { desk }
+        Self(mailbox)
     }
 
     /// Asks for something instead of what was asked for before and has not been begun.
     pub fn ask(&self, order: Order) {
-        lock(&self.desk.0).order = Some(order);
-        self.desk.1.notify_one();
+        self.0.ask(order);
     }
 
     /// What was made last.
     pub fn take(&self) -> Option<Made> {
-        lock(&self.desk.0).made.take()
+        self.0.take()
     }
 
     /// Whether anything is being made or waits to be taken.
     pub fn busy(&self) -> bool {
-        let desk = lock(&self.desk.0);
-        desk.busy || desk.order.is_some() || desk.made.is_some()
+        self.0.busy()
     }
 }
 
 impl Drop for Maker {
     fn drop(&mut self) {
-        lock(&self.desk.0).closed = true;
-        self.desk.1.notify_one();
-    }
-}
-
-/// Waits for an order; none any more.
-fn next(desk: &(Mutex<Desk>, Condvar)) -> Option<Order> {
-    let mut open = lock(&desk.0);
-    loop {
-        if open.closed {
-            return None;
-        }
-        if let Some(order) = open.order.take() {
-            open.busy = true;
-            return Some(order);
-        }
-        open = desk.1.wait(open).unwrap_or_else(PoisonError::into_inner);
+        self.0.close();
     }
 }
 
@@ -180,8 +148,4 @@ fn posed(order: &Order) -> Result<Scene, String> {
         scene.pose(Some(clip), *seconds).map_err(|e| e.to_string())?;
     }
     Ok(scene)
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,7 +1,8 @@
 //! Paints in ink beside the window's own work: a thread that paints what was last asked for.
 
+use crate::mailbox::Mailbox;
 use glam::Vec2;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 use wgpu::{Device, Queue};
 use yugen_ink::InkError;
@@ -63,19 +64,12 @@ impl Picture {
     /// The way of a stroke, in parts of the picture.
     pub fn way(&self, id: u32) -> Vec<[f32; 2]> {
         let size = Vec2::new(self.image.width as f32, self.image.height as f32);
-        let Some(stroke) = self.painting.strokes.iter().find(|s| s.id == id && !s.fading) else {
+        let Some(stroke) = self.painting.strokes.iter().find(|s| s.id == id) else {
             return Vec::new();
         };
         let closing = stroke.points.first().filter(|_| stroke.closed);
         stroke.points.iter().chain(closing).map(|p| (p.pixel / size).to_array()).collect()
     }
-}
-
-#[derive(Default)]
-struct Desk {
-    order: Option<Order>,
-    painted: Option<Painted>,
-    closed: bool,
 }
 
 /// A painter and what it has painted last.
@@ -84,32 +78,35 @@ struct Bench {
     of: [u64; 2],
     scene: Arc<Scene>,
     painting: Option<Arc<Painting>>,
+    /// What the last whole painting shows.
+    view: Option<([u64; 2], Arc<Scene>, Camera)>,
 }
 
 /// A thread with a painter.
 pub struct InkPainter {
-    desk: Arc<(Mutex<Desk>, Condvar)>,
+    mailbox: Mailbox<Order, Painted>,
     bench: Arc<Mutex<Option<Bench>>>,
 }
 
-const AT_WORK: &str = "the painting is not ready yet: save it when it is";
+/// Why nothing can be saved.
+pub const AT_WORK: &str = "there is no painting of this view yet: save it when there is";
 
 impl InkPainter {
     /// On this device. `wake` is called when something was painted.
     pub fn new(device: &Device, queue: &Queue, wake: impl Fn() + Send + 'static) -> Self {
-        let desk = Arc::new((Mutex::new(Desk::default()), Condvar::new()));
+        let mailbox = Mailbox::default();
         let bench = Arc::new(Mutex::new(None));
-        let (at, work) = (desk.clone(), bench.clone());
+        let (own, work): (Mailbox<Order, Painted>, _) = (mailbox.clone(), bench.clone());
         let gpu = (device.clone(), queue.clone());
         std::thread::spawn(move || {
             // How long the last whole painting took.
             let mut took = f64::INFINITY;
-            while let Some(order) = next(&at) {
+            while let Some(order) = own.next() {
                 let put = |outcome: Result<Picture, String>| {
-                    lock(&at.0).painted = Some(Painted { number: order.number, outcome });
+                    own.put(Painted { number: order.number, outcome });
                     wake();
                 };
-                let paint = || paint(&gpu, &work, &order, &at, &mut took, &put);
+                let paint = || paint(&gpu, &work, &order, &own, &mut took, &put);
                 // A fault must not leave the window waiting for ever.
                 let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(paint));
                 match done {
@@ -123,18 +120,17 @@ impl InkPainter {
                 }
             }
         });
-        Self { desk, bench }
+        Self { mailbox, bench }
     }
 
     /// Asks for a painting instead of what was asked for before.
     pub fn ask(&self, order: Order) {
-        lock(&self.desk.0).order = Some(order);
-        self.desk.1.notify_one();
+        self.mailbox.ask(order);
     }
 
     /// What was painted last.
     pub fn take(&self) -> Option<Painted> {
-        lock(&self.desk.0).painted.take()
+        self.mailbox.take()
     }
 
     /// The painting with a layer for each kind of stroke.
@@ -165,35 +161,15 @@ impl InkPainter {
 
 impl Drop for InkPainter {
     fn drop(&mut self) {
-        lock(&self.desk.0).closed = true;
-        self.desk.1.notify_one();
+        self.mailbox.close();
     }
-}
-
-/// Waits for an order; none any more.
-fn next(desk: &(Mutex<Desk>, Condvar)) -> Option<Order> {
-    let mut open = lock(&desk.0);
-    loop {
-        if open.closed {
-            return None;
-        }
-        if let Some(order) = open.order.take() {
-            return Some(order);
-        }
-        open = desk.1.wait(open).unwrap_or_else(PoisonError::into_inner);
-    }
-}
-
-/// Whether something else is wanted.
-fn outdated(desk: &Desk) -> bool {
-    desk.closed || desk.order.is_some()
 }
 
 fn paint(
     (device, queue): &(Device, Queue),
     bench: &Mutex<Option<Bench>>,
     order: &Order,
-    desk: &(Mutex<Desk>, Condvar),
+    mailbox: &Mailbox<Order, Painted>,
     took: &mut f64,
     put: &dyn Fn(Result<Picture, String>),
 ) -> Result<(), InkError> {
@@ -223,6 +199,7 @@ fn paint(
                     of: order.of,
                     scene: order.scene.clone(),
                     painting: None,
+                    view: None,
                 }))
             }
         };
@@ -236,19 +213,29 @@ fn paint(
     let drawn = draft.is_some();
     if let Some(draft) = draft {
         put(Ok(draft));
-        let rest = desk.1.wait_timeout_while(lock(&desk.0), REST, |desk| !outdated(desk));
-        let (desk, _) = rest.unwrap_or_else(PoisonError::into_inner);
-        if outdated(&desk) {
+        if mailbox.outdated_within(REST) {
             return Ok(());
         }
     }
     // What has no smaller one before it is not given up: where orders follow one another without end, nothing would be seen.
-    let wanted = || !drawn || !outdated(&lock(&desk.0));
-    let mut bench = lock(bench);
-    let Some(bench) = bench.as_mut() else { return Ok(()) };
-    let whole = picture(bench, &order.camera, false, &wanted)?;
-    *took = whole.seconds;
-    bench.painting = Some(whole.painting.clone());
+    let wanted = || !drawn || !mailbox.outdated();
+    let whole = {
+        let mut bench = lock(bench);
+        let Some(bench) = bench.as_mut() else { return Ok(()) };
+        let whole = picture(bench, &order.camera, false, &wanted)?;
+        bench.painting = Some(whole.painting.clone());
+        // What was seen before is not looked at again for another style, and says little of how long another view takes.
+        let view = Some((order.of, order.scene.clone(), order.camera.clone()));
+        let same = bench
+            .view
+            .as_ref()
+            .zip(view.as_ref())
+            .is_some_and(|(a, b)| a.0 == b.0 && Arc::ptr_eq(&a.1, &b.1) && a.2 == b.2);
+        *took = if same { took.max(whole.seconds) } else { whole.seconds };
+        bench.view = view;
+        whole
+    };
+    // The window may ask for layers as soon as it knows, so the painter is free by then.
     put(Ok(whole));
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! What the window shows and how, without a window.
 
 use crate::action::{Bounces, Command, Compare, Resolution};
-use crate::edit::{Edits, MaterialItem, materials, models, models_of};
+use crate::edit::{Edits, MaterialItem, materials, models_of};
 use crate::eye::{Eye, first_camera};
 use crate::ink::Ink;
 use crate::language::{Language, Words};
@@ -296,6 +296,7 @@ impl State {
             }
             Command::Model(which, model) => {
                 let item = &self.materials[self.material(which)?];
+                let models = || Edits::models(&self.scene, item.id);
                 let kind = models().find(|k| k.name() == model).ok_or_else(|| {
                     let hint = suggest(model, models().map(Kind::name));
                     format!("there is no model '{model}' that needs no measured file{hint}")

@@ -2,7 +2,7 @@
 
 use super::{Asked, Seen, ink, look};
 use crate::action::{Bounces, Command, Compare, LightChange, Resolution};
-use crate::edit::{MaterialItem, models, shown};
+use crate::edit::{Edits, MaterialItem, shown};
 use crate::language::{Language, Words};
 use crate::state::State;
 use egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping, Ui};
@@ -225,7 +225,7 @@ fn materials(ui: &mut Ui, state: &State, asked: &mut Asked) {
         row(ui, l.of(MODEL), |ui| {
             let now = RichText::new(item.kind.name()).color(look::ACCENT);
             let list = ComboBox::from_id_salt("model").selected_text(now).show_ui(ui, |ui| {
-                for kind in models() {
+                for kind in Edits::models(&state.scene, item.id) {
                     let entry =
                         ui.selectable_label(kind == item.kind, kind.name()).on_hover_text(about(kind));
                     if entry.clicked() {

@@ -4,7 +4,7 @@ use super::{App, Wake, same_view};
 use crate::action::Resolution;
 use crate::error::ViewError;
 use crate::files::{InkReport, Picture};
-use crate::painting::{InkPainter, Order, Painted, Picture as Painting};
+use crate::painting::{AT_WORK, InkPainter, Order, Painted, Picture as Painting};
 use std::path::Path;
 use winit::event_loop::ActiveEventLoop;
 use yugen_optics::ColourSpace;
@@ -88,7 +88,9 @@ impl App {
                 self.easel.shown = Some(picture);
             }
             Err(problem) => {
-                self.easel.done = (number, true);
+                // The painting before is not that of this order.
+                (self.easel.done, self.easel.shown) = ((number, true), None);
+                self.seen.painted = None;
                 failure = Some(problem);
             }
         }
@@ -131,9 +133,10 @@ impl App {
         self.seen.stroke = stroke.map_or(Vec::new(), |(id, shown)| shown.way(id));
     }
 
-    /// Selects the contour stroke at a place of the picture.
+    /// Selects the contour stroke at a place of the picture; none of a draft, whose identities are of fewer pixels.
     pub(super) fn pick_stroke(&mut self, place: [f32; 2]) {
-        self.state.ink.stroke = self.easel.shown.as_ref().and_then(|shown| shown.stroke_at(place));
+        let whole = self.easel.shown.as_ref().filter(|shown| !shown.draft);
+        self.state.ink.stroke = whole.and_then(|shown| shown.stroke_at(place));
     }
 
     /// The painting, its strokes or its preset to a file.
@@ -146,8 +149,7 @@ impl App {
             self.saved(&name);
             return Ok(());
         }
-        let wait = "the painting is not ready yet: save it when it is";
-        let painter = self.easel.painter.as_ref().filter(|_| self.ink_settled()).ok_or(wait)?;
+        let painter = self.easel.painter.as_ref().filter(|_| self.ink_settled()).ok_or(AT_WORK)?;
         if extension == "svg" {
             let name = self.files.save_text(file, &self.state.file, &painter.svg()?)?;
             self.saved(&name);
