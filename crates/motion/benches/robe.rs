@@ -9,7 +9,7 @@
 use glam::Vec3;
 use std::time::Instant;
 use yugen_motion::RigidPose;
-use yugen_motion::cloth::{Along, Solid};
+use yugen_motion::cloth::{Along, Solid, Spring};
 use yugen_motion::dance::{self, dance};
 use yugen_motion::garment::{Body, Costume, Fitting, parse};
 
@@ -34,15 +34,10 @@ fn nearest(costume: &Costume, body: &Body, poses: &[RigidPose]) -> f32 {
     least
 }
 
-/// By how much longer threads are, in parts, but for 1 of 1000.
+/// By how much longer threads are, in parts, but for 1 of 1000 and those that the belt holds.
 fn longer(costume: &Costume) -> f32 {
-    let x = costume.solver().positions();
-    let springs = &costume.solver().cloth().springs;
-    let free = springs.iter().filter(|s| s.along != Along::Bias && !s.ends.iter().any(|v| costume.holds(*v)));
-    let by = free.map(|s| x[s.ends[0] as usize].distance(x[s.ends[1] as usize]) / s.rest - 1.0);
-    let mut all: Vec<f32> = by.collect();
-    all.sort_unstable_by(f32::total_cmp);
-    all[(all.len() - 1) * 999 / 1000]
+    let free = |s: &Spring| s.along != Along::Bias && !s.ends.iter().any(|v| costume.holds(*v));
+    costume.solver().cloth().elongation(costume.solver().positions(), free)
 }
 
 fn main() {

@@ -116,7 +116,7 @@ fn what_is_read_can_be_cut() {
         }
         println!("{}: {told} of {} are told", cut.name, ends.len() * ends.len());
         // Measured 44 of 484 of a kosode: a wide back beside a narrow front, a belt below the hem.
-        assert!(told < ends.len() * ends.len() / 4, "{told}");
+        assert!(told > 0 && told < ends.len() * ends.len() / 4, "{told}");
     }
     let said = |text: &str| parse(text).unwrap_err().to_string();
     assert!(said("kosode back=.5").contains("do not go together"), "{}", said("kosode back=.5"));
@@ -200,7 +200,7 @@ fn every_cut_and_way_to_wear_it_is_put_on() {
         let stretch = costume.solver().cloth().stretch(x, |a| a != Along::Bias);
         println!("{text}: {} vertices, nearest {least} m, {crossed} edges cross, {stretch:?}", x.len());
         // Measured 4.5 mm, no crossing and .0006.
-        assert!(least > -1e-3 && crossed <= 4 && stretch.median < 0.01, "{text}");
+        assert!(least > -1e-3 && crossed <= 4 && stretch.median < 0.0025, "{text}");
     }
 }
 

@@ -213,8 +213,8 @@ fn both(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
 }
 
 impl Figure {
-    /// The clip that it plays by a name; its first where there is none.
-    fn plays(&self, clip: Option<&str>) -> Option<usize> {
+    /// Index of the clip that it plays by a name; its first where no name is given, `None` where it has none.
+    pub fn plays(&self, clip: Option<&str>) -> Option<usize> {
         match clip {
             None => (!self.clips.is_empty()).then_some(0),
             Some(name) => self.clips.iter().position(|c| c.name == name),

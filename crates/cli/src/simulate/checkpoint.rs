@@ -3,7 +3,7 @@
 use super::Simulate;
 use anyhow::{Result, bail};
 use std::path::{Path, PathBuf};
-use yugen_archive::{Error, Place, atomic_write, read_own};
+use yugen_archive::{Error, Place, atomic_write, begin_own, read_own};
 use yugen_optics::{Fingerprint, Vec3};
 use yugen_scene::Scene;
 
@@ -24,6 +24,8 @@ pub struct Checkpoint {
     /// Of what is simulated and how.
     print: u64,
     wanted: bool,
+    /// What lies there now belongs to this simulation.
+    ours: bool,
 }
 
 const MAGIC: &[u8; 8] = b"YUGENSIM";
@@ -54,7 +56,7 @@ impl Checkpoint {
             print.debug(&scene.figures);
             print.debug(&scene.caches);
         }
-        Ok(Self { path, print: print.finish(), wanted })
+        Ok(Self { path, print: print.finish(), wanted, ours: wanted || verb.resume || verb.restart })
     }
 
     /// Its file.
@@ -63,13 +65,19 @@ impl Checkpoint {
     }
 
     /// What lies there; none where there is nothing.
-    pub fn resume(&self) -> Result<Option<Progress>> {
+    pub fn resume(&self, quiet: bool) -> Result<Option<Progress>> {
         if !self.path.exists() {
-            eprintln!(
-                "there is no checkpoint {}: starting from the beginning, to the same result",
-                self.path.display()
-            );
+            if !quiet {
+                eprintln!(
+                    "there is no checkpoint {}: starting from the beginning, to the same result",
+                    self.path.display()
+                );
+            }
             return Ok(None);
+        }
+        // Before much is read.
+        if !begin_own(&self.path, MAGIC.len() as u64)?.starts_with(MAGIC) {
+            return Err(not_one(&self.path).into());
         }
         let (progress, print) = read(&read_own(&self.path, MOST)?, &self.path)?;
         if print != self.print {
@@ -91,7 +99,7 @@ impl Checkpoint {
 
     /// At the end.
     pub fn remove(&self) -> Result<(), Error> {
-        match self.path.exists() {
+        match self.ours && self.path.exists() {
             true => std::fs::remove_file(&self.path).map_err(|e| Error::io(&self.path, e)),
             false => Ok(()),
         }
@@ -116,6 +124,11 @@ fn bytes(progress: &Progress, print: u64) -> Vec<u8> {
     out
 }
 
+fn not_one(path: &Path) -> Error {
+    let problem = "this is no checkpoint of a simulation by this version; --restart throws it away";
+    Error::invalid(Place::byte(path, 0), problem)
+}
+
 fn read(bytes: &[u8], path: &Path) -> Result<(Progress, u64), Error> {
     let wrong = |at: u64, problem: &str| {
         let problem = format!("{problem}; --restart throws this checkpoint away");
@@ -124,7 +137,7 @@ fn read(bytes: &[u8], path: &Path) -> Result<(Progress, u64), Error> {
     let word = |at: usize| u32::from_le_bytes(std::array::from_fn(|k| bytes[at + k]));
     let long = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| bytes[at + k]));
     if bytes.len() < HEADER + 8 || !bytes.starts_with(MAGIC) || word(8) != VERSION {
-        return Err(wrong(0, "this is no checkpoint of a simulation by this version"));
+        return Err(not_one(path));
     }
     let body = bytes.len() - 8;
     if Fingerprint::of(&bytes[..body]) != long(body) {
@@ -168,6 +181,17 @@ mod tests {
             bent[at] ^= 4;
             assert!(read(&bent, path).is_err(), "byte {at}");
             assert!(read(&whole[..at], path).is_err(), "{at} bytes");
+        }
+        // Numbers that do not fit one another, in a file that is as it was written.
+        for at in 20..HEADER {
+            for bit in 0..8 {
+                let mut bent = whole[..whole.len() - 8].to_vec();
+                bent[at] ^= 1 << bit;
+                let hash = Fingerprint::of(&bent);
+                bent.extend(hash.to_le_bytes());
+                let is = read(&bent, path);
+                assert!(is.is_err() || (20..24).contains(&at), "byte {at}, bit {bit}");
+            }
         }
     }
 }

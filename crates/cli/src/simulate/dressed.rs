@@ -6,7 +6,7 @@ use super::subject::Subject;
 use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
 use std::sync::Arc;
-use yugen_motion::cloth::{Fabric, SmallSteps};
+use yugen_motion::cloth::{Fabric, SmallSteps, Spring};
 use yugen_motion::garment::{Costume, Fitting, Wearer};
 use yugen_motion::{RigidPose, rigid};
 use yugen_optics::{Mat4, Vec3};
@@ -38,11 +38,8 @@ impl Dressed {
         fabric: &Fabric,
         memory: Option<&[f32]>,
     ) -> Result<Self> {
-        let plays = |f: &Figure| match &verb.animation {
-            None => (!f.clips.is_empty()).then_some(0),
-            Some(name) => f.clips.iter().position(|c| c.name == *name),
-        };
-        let playing = scene.figures.iter().filter_map(|f| Some((f.clone(), plays(f)?)));
+        let name = verb.animation.as_deref();
+        let playing = scene.figures.iter().filter_map(|f| Some((f.clone(), f.plays(name)?)));
         let Some((figure, clip)) = playing.max_by_key(|(f, _)| f.skeleton.joints().len()) else {
             let file = verb.scene.display();
             match &verb.animation {
@@ -57,8 +54,8 @@ impl Dressed {
         let still = figure.skeleton.to_skeleton(&figure.skeleton.rest())?;
         let still = world(&figure, &still);
         let rest = rigid(&still);
-        let start = figure.clips[clip].span()[0];
-        let first = poses(&figure, clip, start)?;
+        // From 0 s on, where the scene that wears it begins, whenever the clip has its first key.
+        let first = poses(&figure, clip, 0.0)?;
         let cannot = || {
             format!(
                 "the figure of {} cannot wear a garment (--joint says which joint is what; yugen motion solve makes a skeleton of markers \
@@ -96,6 +93,13 @@ impl Dressed {
                 costume?
             }
         };
+        let crossed = costume.solver().cloth().crossings(costume.solver().positions()).len();
+        if memory.is_none() && crossed > 0 {
+            tracing::warn!(
+                "{crossed} edges of the garment pass through triangles where it is put on: it is tight there; smaller triangles \
+                 (--edge) or a thinner body (--girth) may help"
+            );
+        }
         let cut = costume.cut();
         let surface = Surface {
             objects: vec![(garment.name.clone(), cut.uvs.len())],
@@ -151,8 +155,8 @@ impl Subject for Dressed {
     }
 
     fn frames(&self) -> u32 {
-        let [first, last] = self.figure.clips[self.clip].span();
-        (f64::from(last - first) * self.fps + 1e-3).floor().clamp(0.0, 1e6) as u32 + 1
+        let [_, last] = self.figure.clips[self.clip].span();
+        (f64::from(last) * self.fps + 1e-3).floor().clamp(0.0, 1e6) as u32 + 1
     }
 
     fn points(&self) -> Vec<Vec3> {
@@ -160,11 +164,14 @@ impl Subject for Dressed {
     }
 
     fn step(&mut self, frame: u32) -> Result<()> {
-        let start = f64::from(self.figure.clips[self.clip].span()[0]);
-        let mut poses = poses(&self.figure, self.clip, (start + f64::from(frame) / self.fps) as f32)?;
+        let mut poses = poses(&self.figure, self.clip, (f64::from(frame) / self.fps) as f32)?;
         self.wearer.own(&mut poses);
         self.costume.step(&poses, self.wind);
         Ok(())
+    }
+
+    fn counts(&self, spring: &Spring) -> bool {
+        !spring.ends.iter().any(|v| self.costume.holds(*v))
     }
 
     fn report(&self) -> serde_json::Value {

@@ -21,7 +21,7 @@ use std::path::PathBuf;
 use subject::Subject;
 use yugen_archive::formats::{self, mesh};
 use yugen_archive::{check_outputs, check_writable};
-use yugen_motion::cloth::{Along, Fabric, PRESETS};
+use yugen_motion::cloth::{Along, Fabric, PRESETS, Spring};
 use yugen_optics::{Fingerprint, Vec2, Vec3};
 use yugen_scene::{Scene, suggest};
 
@@ -35,7 +35,8 @@ use yugen_scene::{Scene, suggest};
 /// of a file with a skeleton that moves (.bvh, .glb, a scene) and lets the figure move in it.
 ///
 /// Out: .abc (Alembic: mesh and movement), .pc2 (a point cache; of a garment its mesh comes as .obj beside it) or numbered meshes,
-/// `-o robe_%04d.obj`, all in the world's coordinates. Ctrl-C leaves a checkpoint, from which `--resume` goes on to the same bits.
+/// `-o robe_%04d.obj`, all in the world's coordinates. Ctrl-C leaves a checkpoint
+/// (of a garment once it is put on), from which `--resume` goes on to the same bits.
 #[derive(Args)]
 pub struct Simulate {
     /// The scene, or a mesh.
@@ -181,7 +182,7 @@ impl Simulate {
         options.up = self.up.as_deref().map(|up| if up == "z" { mesh::Up::Z } else { mesh::Up::Y });
         let mut scene = formats::load_scene(&self.scene, &options)?;
         let checkpoint = Checkpoint::beside(&self.output, &self, &scene)?;
-        let begun = if self.resume { checkpoint.resume()? } else { None };
+        let begun = if self.resume { checkpoint.resume(self.json)? } else { None };
         let mut done = begun.unwrap_or_default();
         let memory = (done.frames > 0).then_some(&done.memory[..]);
         let mut subject: Box<dyn Subject + '_> = match &self.garment {
@@ -192,16 +193,28 @@ impl Simulate {
             }
         };
         let frames = self.frames.unwrap_or(subject.frames());
+        if done.frames > frames {
+            bail!(
+                "{} has {} frames already, and {frames} are asked for: ask for more, or --restart",
+                checkpoint.path().display(),
+                done.frames
+            );
+        }
+        let vertices = subject.surface().uvs.len();
+        let whole =
+            done.samples.len() == done.frames as usize && done.samples.iter().all(|s| s.len() == vertices);
+        if !matches!(output, Output::Meshes(_)) && !whole {
+            bail!("{} lacks frames; --restart begins anew", checkpoint.path().display());
+        }
         let files = output.files(frames);
         check_outputs(files.iter().map(PathBuf::as_path).chain([checkpoint.path()]))?;
         if let (Output::Meshes(numbered), Some(last)) = (&output, done.frames.checked_sub(1))
-            && let Some(lost) = (0..=last.min(frames - 1)).map(|f| numbered.frame(f)).find(|f| !f.exists())
+            && let Some(lost) = (0..=last).map(|f| numbered.frame(f)).find(|f| !f.exists())
         {
             bail!("{} was written before and is gone; --restart writes all of them again", lost.display());
         }
-        let begin = done.frames.min(frames);
+        let begin = done.frames;
         let mut samples = std::mem::take(&mut done.samples);
-        samples.truncate(frames as usize);
         let bar = progress::bar(frames.into(), self.json);
         bar.set_position(begin.into());
         let interrupt = Interrupt::listen()?;
@@ -254,12 +267,13 @@ impl Simulate {
     /// What was done.
     fn tell(&self, subject: &dyn Subject, frames: u32, ms: f64) {
         let solver = subject.solver();
-        let stretch = solver.cloth().stretch(solver.positions(), |a| a != Along::Bias);
+        let longer = |s: &Spring| s.along != Along::Bias && subject.counts(s);
+        let stretch = solver.cloth().elongation(solver.positions(), longer);
         let crossings = solver.cloth().crossings(solver.positions()).len();
         if self.json {
             let mut report = json!({
                 "output": self.output, "frames": frames, "vertices": solver.positions().len(),
-                "substeps": solver.substeps(), "stretch": stretch.p999, "crossings": crossings, "ms_per_frame": ms,
+                "substeps": solver.substeps(), "stretch": stretch, "crossings": crossings, "ms_per_frame": ms,
             });
             if let (Some(report), serde_json::Value::Object(more)) =
                 (report.as_object_mut(), subject.report())
@@ -273,7 +287,7 @@ impl Simulate {
                  {crossings} edges pass through triangles",
                 self.output.display(),
                 solver.positions().len(),
-                stretch.p999 * 100.0,
+                stretch * 100.0,
             );
         }
     }

@@ -13,8 +13,8 @@ use yugen_scene::{Geometry, Mesh, Scene, suggest};
 
 /// Shapes that are cloth, as one mesh.
 struct Pieces {
-    /// Number of each shape in the scene, its name and how many vertices it has.
-    shapes: Vec<(usize, String, usize)>,
+    /// Number of each shape in the scene, its name, and its mesh in its own coordinates: of a rectangle the one made of it.
+    shapes: Vec<(usize, String, Arc<Mesh>)>,
     mesh: Mesh,
 }
 
@@ -125,7 +125,11 @@ impl<'a> SceneCloth<'a> {
             bail!("the checkpoint is of another cloth; --restart throws it away");
         }
         let surface = Surface {
-            objects: pieces.shapes.iter().map(|(_, name, count)| (name.clone(), *count)).collect(),
+            objects: pieces
+                .shapes
+                .iter()
+                .map(|(_, name, mesh)| (name.clone(), mesh.positions.len()))
+                .collect(),
             uvs: pieces.mesh.uvs.clone(),
             triangles: pieces.mesh.triangles.clone(),
             vertex: welded.vertex,
@@ -242,7 +246,7 @@ impl Simulate {
             pieces.mesh.positions.extend(mesh.positions.iter().map(|p| shape.to_world.transform_point3(*p)));
             pieces.mesh.uvs.extend_from_slice(&mesh.uvs);
             pieces.mesh.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + first)));
-            pieces.shapes.push((i, shape.name.clone(), mesh.positions.len()));
+            pieces.shapes.push((i, shape.name.clone(), mesh));
         }
         if pieces.shapes.is_empty() {
             let name = self.cloth.clone().unwrap_or_default();
@@ -302,8 +306,9 @@ impl Pieces {
     /// Name of the shape that has a vertex of the sheet.
     fn name_of(&self, vertex: &[Option<u32>], v: u32) -> String {
         let mut at = vertex.iter().position(|w| *w == Some(v)).unwrap_or(0);
-        for (_, name, count) in &self.shapes {
-            if at < *count {
+        for (_, name, mesh) in &self.shapes {
+            let count = mesh.positions.len();
+            if at < count {
                 return name.clone();
             }
             at -= count;
@@ -315,11 +320,15 @@ impl Pieces {
 /// Where the vertices of the cloth are in the scene as it is posed.
 fn positions(scene: &Scene, pieces: &Pieces) -> Vec<Vec3> {
     let mut all = Vec::with_capacity(pieces.mesh.positions.len());
-    for (i, _, count) in &pieces.shapes {
+    for (i, _, own) in &pieces.shapes {
         let shape = &scene.shapes[*i];
-        if let Geometry::Mesh(mesh) = &shape.geometry {
-            all.extend(mesh.positions.iter().take(*count).map(|p| shape.to_world.transform_point3(*p)));
-        }
+        let mesh = match &shape.geometry {
+            Geometry::Mesh(mesh) => mesh,
+            _ => own,
+        };
+        all.extend(
+            mesh.positions.iter().take(own.positions.len()).map(|p| shape.to_world.transform_point3(*p)),
+        );
     }
     all
 }

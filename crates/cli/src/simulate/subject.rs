@@ -2,7 +2,7 @@
 
 use super::output::Surface;
 use anyhow::Result;
-use yugen_motion::cloth::SmallSteps;
+use yugen_motion::cloth::{SmallSteps, Spring};
 use yugen_optics::Vec3;
 
 /// A cloth that moves frame by frame.
@@ -24,6 +24,11 @@ pub trait Subject {
 
     /// To a frame from the one before; the first is 0.
     fn step(&mut self, frame: u32) -> Result<()>;
+
+    /// Whether a spring is looked at when stretch is reported.
+    fn counts(&self, _spring: &Spring) -> bool {
+        true
+    }
 
     /// What a report says besides.
     fn report(&self) -> serde_json::Value;

@@ -65,6 +65,15 @@ fn a_sheet_falls_on_a_ball_and_is_written() {
     let scene = "[[shape]]\nname = \"sheet\"\ntype = \"rectangle\"\nsize = [0.4, 0.2]\nfacing = [0, 1, 0]\n\n\
                  [[shape]]\nname = \"floor\"\ntype = \"rectangle\"\nfacing = [0, 1, 0]\nat = [0, -1, 0]\n";
     std::fs::write(folder.join("r.toml"), scene).unwrap();
+    // It may be pinned as a mesh may; and a checkpoint that none was wanted of is not this one's to remove.
+    std::fs::write(folder.join("p.pc2.checkpoint"), "of another").unwrap();
+    let pinned =
+        "simulate r.toml --cloth sheet --pin -0.2,0,-0.1,0.01 --frames 2 --checkpoint 0 --json -o p.pc2";
+    let run = yugen_in(&folder, pinned);
+    assert!(run.success && run.out.contains("\"attached\":4"), "{} {}", run.out, run.err);
+    assert_eq!(std::fs::read_to_string(folder.join("p.pc2.checkpoint")).unwrap(), "of another");
+    let run = yugen_in(&folder, "simulate r.toml --cloth sheet --frames 2 --resume -o p.pc2");
+    assert!(!run.success && run.err.contains("no checkpoint of a simulation"), "{}", run.err);
     let run = yugen_in(&folder, "simulate r.toml --cloth sheet --frames 2 --json -o r.pc2");
     assert!(run.success && run.err.contains("cloth passes through 'floor'"), "{}", run.err);
     assert!(run.out.contains(&format!("\"vertices\":{}", 65 * 33)), "{}", run.out);

@@ -1,6 +1,6 @@
 //! What is measured on a cloth that has moved.
 
-use super::{Along, Cloth};
+use super::{Along, Cloth, Spring};
 use glam::{DVec3, Vec3};
 
 /// How far springs are from their rest lengths: |length/rest − 1| at parts of them, sorted.
@@ -49,6 +49,19 @@ impl Cloth {
             all.get((part * (all.len().max(1) - 1) as f64).round() as usize).copied().unwrap_or(0.0)
         };
         Stretch { median: at(0.5), p999: at(0.999), worst: at(1.0) }
+    }
+
+    /// By how much longer than at rest the springs that `count` are, in parts, at 99.9 % of them; what is pushed together is shorter
+    /// and counts for less than nothing. Nought where there are none.
+    pub fn elongation(&self, positions: &[Vec3], count: impl Fn(&Spring) -> bool) -> f32 {
+        let longer = |s: &Spring| {
+            let [a, b] = s.ends.map(|v| positions[v as usize]);
+            let by = a.distance(b) / s.rest - 1.0;
+            if by.is_nan() { f32::INFINITY } else { by }
+        };
+        let mut all: Vec<f32> = self.springs.iter().filter(|s| count(s)).map(longer).collect();
+        all.sort_unstable_by(f32::total_cmp);
+        all.get(all.len().saturating_sub(1) * 999 / 1000).copied().unwrap_or(0.0)
     }
 
     /// Edges that go through triangles of which they have no corner, with the number of the triangle: where cloth passes through

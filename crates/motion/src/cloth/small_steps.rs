@@ -290,6 +290,11 @@ impl SmallSteps {
         {
             return false;
         }
+        let turns =
+            memory[10 * n + 3 * held..].chunks_exact(7).map(|v| Quat::from_xyzw(v[0], v[1], v[2], v[3]));
+        if turns.into_iter().any(|rotation| !rotation.is_normalized()) {
+            return false;
+        }
         let (all, rest) = memory.split_at(9 * n);
         let point = |v: &[f32]| Vec3::from_slice(v).extend(0.0);
         for (to, from) in [&mut self.x, &mut self.v, &mut self.lost].into_iter().zip(all.chunks_exact(3 * n))

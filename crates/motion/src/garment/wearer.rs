@@ -40,7 +40,7 @@ enum Side {
 const PARTS: [(&str, &[&str]); 7] = [
     ("upper_arm", &["upperarm", "uparm", "arm", "humerus", "shoulder"]),
     ("forearm", &["forearm", "lowerarm", "lowarm", "radius", "elbow"]),
-    ("hand", &["hand", "wrist", "palm"]),
+    ("hand", &["wrist", "hand", "palm"]),
     ("thigh", &["thigh", "upperleg", "upleg", "femur", "hip"]),
     ("shank", &["shank", "shin", "calf", "lowerleg", "lowleg", "tibia", "knee", "leg"]),
     ("foot", &["ankle", "foot"]),
