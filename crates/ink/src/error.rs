@@ -23,6 +23,9 @@ pub enum InkError {
     /// The device.
     #[error("the GPU refused: {0}")]
     Refused(String),
+    /// More pixels than can be drawn.
+    #[error("{0}")]
+    TooLarge(String),
     /// Nobody wants it any more.
     #[error("the painting was stopped")]
     Stopped,

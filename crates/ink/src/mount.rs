@@ -17,6 +17,8 @@ pub struct Mount {
     pub name: &'static str,
     /// What it is.
     pub doc: &'static str,
+    /// The painting's corners are seen, where inscription and seal stand.
+    pub corners: bool,
     plan: fn([f32; 2]) -> Plan,
 }
 
@@ -25,19 +27,27 @@ pub const MOUNTS: &[Mount] = &[
     Mount {
         name: "hanging",
         doc: "kakemono: silk around the painting, brocade strips above and below, wind bands, a roller with knobs",
+        corners: true,
         plan: hanging,
     },
     Mount {
         name: "hand",
         doc: "makimono: a hand scroll, unrolled between its two rolls on a table",
+        corners: true,
         plan: hand,
     },
     Mount {
         name: "fan",
         doc: "ogi: the leaf of a folding fan with its ribs; what lies beyond the leaf is cut off",
+        corners: false,
         plan: fan,
     },
-    Mount { name: "album", doc: "gajo: an album leaf, framed by silk on thick paper", plan: album },
+    Mount {
+        name: "album",
+        doc: "gajo: an album leaf, framed by silk on thick paper",
+        corners: true,
+        plan: album,
+    },
 ];
 
 impl Mount {
@@ -46,7 +56,10 @@ impl Mount {
         MOUNTS.iter().find(|m| m.name == name)
     }
 
-    /// Around a painting of so many pixels. `rolled` and other lengths grow with it, so that a film's frames are alike.
+    /// Around a painting of so many pixels, by which all its lengths go, so that a film's frames are alike.
+    ///
+    /// # Errors
+    /// [`InkError::TooLarge`] beyond 8191 pixels a side.
     pub fn around(&self, size: [u32; 2]) -> Result<Mounting, InkError> {
         let plan = (self.plan)(size.map(|n| n as f32));
         let (from, to) = (plan.frame.0.floor(), plan.frame.1.ceil());
@@ -55,9 +68,9 @@ impl Mount {
         let whole = [even(to.x - from.x), even(to.y - from.y)];
         if whole.iter().any(|n| *n > MOST) {
             let [w, h] = whole;
-            return Err(InkError::Refused(format!(
+            return Err(InkError::TooLarge(format!(
                 "a painting of {} x {} pixels mounted as '{}' has {w} x {h}, and at most {MOST} a side are drawn: choose a \
-                 smaller --size",
+                 smaller size",
                 size[0], size[1], self.name
             )));
         }
@@ -343,10 +356,12 @@ pub(crate) fn round(across: f32) -> f32 {
     0.28 + 0.9 * (0.75 * (1.0 - y * y).sqrt() - 0.35 * y).max(0.0)
 }
 
-/// Linked rings of radius one, each through the middles of its neighbours: 1 on the rings, 0 beside them.
+/// Half the breadth of a ring of [`rings`], of its radius.
+pub(crate) const RING: f32 = 0.09;
+
+/// Linked rings of radius one on a square grid of √2, so that four meet in the middle of each cell: 1 on the rings, 0 beside
+/// them.
 fn rings(p: Vec2) -> f32 {
-    /// Half the breadth of a ring.
-    const HALF: f32 = 0.09;
     let side = std::f32::consts::SQRT_2;
     let nearest = |p: Vec2| {
         let q = p - side * (p / side).round();
@@ -354,7 +369,7 @@ fn rings(p: Vec2) -> f32 {
         let around = [[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
         around.into_iter().map(|o| ((q - side * Vec2::from(o)).length() - 1.0).abs()).fold(f32::MAX, f32::min)
     };
-    (1.5 - nearest(p) / HALF).clamp(0.0, 1.0)
+    (1.5 - nearest(p) / RING).clamp(0.0, 1.0)
 }
 
 impl Mounting {
@@ -503,7 +518,7 @@ mod tests {
         let mounting = MOUNTS[0].around([10, 10]).expect("it can be");
         assert!(mounting.frame(&painting([10, 11])).is_none());
         let said = MOUNTS[0].around([6000, 6000]).expect_err("too large").to_string();
-        assert!(said.contains("6000 x 6000") && said.contains("smaller --size"), "{said}");
+        assert!(said.contains("6000 x 6000") && said.contains("smaller size"), "{said}");
     }
 
     /// The lengths of the rule, read from the parts.

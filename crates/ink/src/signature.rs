@@ -90,7 +90,7 @@ pub struct Signature {
     pub font: Font,
 }
 
-/// Side of a character where nobody says: a seventh of a hand's breadth on a sheet as high as an arm is long.
+/// Side of a character where nobody says: a twenty-seventh of the picture's height, by eye.
 pub const SIZE: f32 = 40.0;
 /// Side of a seal where nobody says.
 pub const SEAL_SIZE: f32 = 58.0;
@@ -131,17 +131,20 @@ impl Signature {
             .flat_map(|l| l.chunks(rows).map(<[char]>::to_vec).collect::<Vec<_>>())
             .collect();
         let tall = |column: &[char]| column.len() as f32 * STEP[0] * side;
-        // The seal under the last column, or beside it where there is no room.
         let gap = 0.4 * side;
         let with_seal = !self.seal.trim().is_empty();
         let under = columns.last().map_or(0.0, |c| tall(c) + gap);
-        let (own, under) = if under + seal <= room { (columns.is_empty(), under) } else { (true, 0.0) };
-        let wide_seal = if with_seal && own { seal } else { 0.0 };
-        let of_columns = columns.len() as f32 * STEP[1] * side;
+        // The seal stands under the last column, or left of it where there is no room or it would lie over the one
+        // beside.
+        let step = STEP[1] * side;
+        let fits = under + seal <= room && (columns.len() == 1 || seal <= 2.0 * step - side);
+        let (own, under) = if !columns.is_empty() && fits { (false, under) } else { (true, 0.0) };
+        let overhang = if with_seal && !own { (seal - step).max(0.0) } else { 0.0 };
+        // From the right of the columns to the middle of the first.
+        let first = 0.5 * if columns.len() == 1 { step + overhang } else { step };
+        let of_columns = first + (columns.len() as f32 - 0.5) * step + 0.5 * overhang;
         let block = vec2(
-            of_columns
-                + wide_seal
-                + if with_seal && !own { (seal - STEP[1] * side).max(0.0) / 2.0 } else { 0.0 },
+            of_columns + if with_seal && own { seal } else { 0.0 },
             columns.iter().map(|c| tall(c)).fold(0.0, f32::max).max(if with_seal {
                 under + seal
             } else {
@@ -163,7 +166,7 @@ impl Signature {
             Corner::LowerLeft => (margin + block.x, whole.y - margin - block.y),
         };
         let mut marks = Vec::new();
-        let middle = |column: usize| right - (column as f32 + 0.5) * STEP[1] * side;
+        let middle = |column: usize| right - first - column as f32 * step;
         for (i, column) in columns.iter().enumerate() {
             let mut form = PathBuilder::new();
             for (k, c) in column.iter().enumerate() {
@@ -401,6 +404,33 @@ mod tests {
         // A column that is too long goes on in the next.
         let long = Signature { inscription: "abcdefghij".repeat(4), ..signature() };
         assert_eq!(long.marks(size, 1.0).expect("it fits").len(), 3);
+        // Whatever their sizes and numbers, all of them are in the picture, and the seal lies over no character.
+        for (inscription, side, seal) in
+            [("a", 4.0, 300.0), ("a", 40.0, 58.0), ("ab\ncd", 40.0, 58.0), ("ab\ncd", 20.0, 200.0)]
+        {
+            let own =
+                Signature { inscription: inscription.into(), size: side, seal_size: seal, ..signature() };
+            let marks = own.marks(size, 1.0).expect("it fits");
+            let (last, columns) = marks.split_last().expect("a seal");
+            let at = last.form.bounds();
+            assert!(marks.iter().all(|m| {
+                let b = m.form.bounds();
+                b.left() >= 0.0
+                    && b.top() >= 0.0
+                    && b.right() <= size[0] as f32
+                    && b.bottom() <= size[1] as f32
+            }));
+            assert!(
+                columns.iter().all(|c| {
+                    let b = c.form.bounds();
+                    b.right() <= at.left()
+                        || b.left() >= at.right()
+                        || b.bottom() <= at.top()
+                        || b.top() >= at.bottom()
+                }),
+                "{inscription} {side} {seal}"
+            );
+        }
         let alone = Signature { inscription: String::new(), ..signature() };
         assert_eq!(alone.marks(size, 1.0).expect("it fits").len(), 1);
     }

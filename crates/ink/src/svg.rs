@@ -118,7 +118,7 @@ fn write_figures(out: &mut String, mounting: &Mounting) {
         if let Some(figure) = part.cloth.figure {
             let ring = mounting.unit.max(2.0);
             let step = ring * std::f32::consts::SQRT_2;
-            let (r, side, thin) = (number(ring), number(step), number(0.2 * ring));
+            let (r, side, thin) = (number(ring), number(step), number(2.0 * mount::RING * ring));
             let rings = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[x, y]: [f32; 2]| {
                 let [x, y] = [x, y].map(|v| number(v * step));
                 format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\"/>")

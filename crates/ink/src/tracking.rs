@@ -1,8 +1,8 @@
 //! Strokes that stay what they are from frame to frame, when the camera or the scene moves.
 //!
 //! Contours slide over the surface, so that nothing of a mesh is a name for one. But a place of the surface that was on a line
-//! is near that line in the next frame: every sample of a stroke keeps its mesh_point on the mesh, is put where that mesh_point is
-//! now, and what is drawn there inherits from it (Kalnins et al. 2003, "Coherent Stylized Silhouettes"). By a vote of its
+//! is near that line in the next frame: every sample of a stroke keeps the point of the mesh that it lies on, is put where that
+//! point is now, and what is drawn there inherits from it (Kalnins et al. 2003, "Coherent Stylized Silhouettes"). By a vote of its
 //! samples a stroke keeps its identity and its seed, sample by sample its phase (where along the brush's own marks it is) and
 //! what the brush did there. What has nothing to inherit from fades in; what nobody has inherited from fades out where it was.
 //! And what was drawn is drawn on where it is as good not to ([`crate::select`]).
@@ -135,7 +135,7 @@ impl Remembered {
     }
 }
 
-/// A run of a line that was seen: mesh_points in their order, and for how many frames in a row each was before.
+/// A run of a line that was seen: points of the mesh in their order, and for how many frames in a row each was before.
 type SeenLine = (LineKind, u32, Vec<(MeshPoint, u8)>);
 
 #[derive(Clone, Debug, Default)]
@@ -154,7 +154,7 @@ pub struct Tracker {
     change: Change,
 }
 
-/// Where a mesh_point of a draw is in this frame, pixels and depth.
+/// Where a point of a draw's mesh is in this frame, pixels and depth.
 pub type Project<'a> = dyn Fn(u32, &MeshPoint) -> Option<(Vec2, f32)> + 'a;
 
 /// Something on a line, to be found by its place in the picture.

@@ -12,7 +12,8 @@ pub fn picture(scene: &Scene, samples: u32, seed: u32) -> Image {
     job.image().select(&["R", "G", "B"]).expect("a picture")
 }
 
-/// How far values are from those of two references, whose noise is in none of it: the two are products of one another.
+/// How far values are from the expectation of two independent references: a square is the product of the differences to each,
+/// in which their noise has no mean.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Difference {
     squares: f64,
@@ -33,7 +34,7 @@ impl Difference {
 
     /// Root mean square difference over the root mean square.
     pub fn error(&self) -> f64 {
-        // Of values that are alike rounding may leave less than nothing; what is no number stays none.
+        // The products may sum to less than zero where there is hardly a difference; NaN stays NaN.
         if self.squares <= 0.0 { 0.0 } else { (self.squares / self.of).sqrt() }
     }
 

@@ -21,7 +21,7 @@ pub struct Finish {
     inscription: Option<String>,
 
     /// Side of a character of the inscription, pixels of a picture of 1080 lines.
-    #[arg(long, value_name = "PIXELS", default_value_t = SIZE, value_parser = side)]
+    #[arg(long, value_name = "PIXELS", default_value_t = SIZE, value_parser = side, requires = "inscription")]
     inscription_size: f32,
 
     /// Presses a seal with up to sixteen characters in cinnabar, under the inscription where there is one.
@@ -29,11 +29,11 @@ pub struct Finish {
     seal: Option<String>,
 
     /// Side of the seal, pixels of a picture of 1080 lines.
-    #[arg(long, value_name = "PIXELS", default_value_t = SEAL_SIZE, value_parser = side)]
+    #[arg(long, value_name = "PIXELS", default_value_t = SEAL_SIZE, value_parser = side, requires = "seal")]
     seal_size: f32,
 
     /// Characters of the seal are white in a red ground, or red in a frame.
-    #[arg(long, value_name = "HOW", default_value = Carving::ALL[0].1,
+    #[arg(long, value_name = "HOW", default_value = Carving::ALL[0].1, requires = "seal",
           value_parser = PossibleValuesParser::new(Carving::ALL.map(|c| c.1)))]
     carving: String,
 
@@ -65,9 +65,12 @@ impl Finish {
 
     /// Inscription and seal, where there are any.
     pub fn signature(&self) -> Result<Option<Arc<Signature>>> {
-        if self.mount.as_deref() == Some("fan") && (self.inscription.is_some() || self.seal.is_some()) {
+        if let Some(mount) = self.mount().filter(|m| !m.corners)
+            && (self.inscription.is_some() || self.seal.is_some())
+        {
             bail!(
-                "--mount fan cuts off the corners, where inscription and seal stand: leave them out or mount it otherwise"
+                "--mount {} cuts off the corners, where inscription and seal stand: leave them out or mount it otherwise",
+                mount.name
             );
         }
         let text = |text: &Option<String>| text.as_deref().map(str::trim).unwrap_or_default().to_string();

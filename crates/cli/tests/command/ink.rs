@@ -135,7 +135,6 @@ fn single_objects_and_strokes_are_steered() {
     assert!(mean(&folder.join("e.png")) < mean(&folder.join("a.png")));
 }
 
-/// Print by print: darker with each frame, and the last is the picture.
 /// Inscription, seal and mounting, as pixels, layers and vectors.
 #[test]
 fn a_painting_is_signed_and_mounted() {
@@ -215,6 +214,7 @@ fn a_painting_is_signed_and_mounted() {
     }
 }
 
+/// Print by print: darker with each frame, and the last is the picture.
 #[test]
 fn a_painting_is_replayed() {
     let folder = scratch("ink-replay");
