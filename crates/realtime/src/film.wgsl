@@ -17,7 +17,6 @@ fn film_add(pixel: vec2<u32>, value: vec4<f32>) {
 
 // Of what has no mean: the first frame's, which looks at the pixel's centre.
 fn film_set(pixel: vec2<u32>, value: vec4<f32>) {
-    if (view.index == 0u) {
-        film[pixel.y * view.window.z + pixel.x] = value;
-    }
+    let at = pixel.y * view.window.z + pixel.x;
+    film[at] = select(film[at], value, view.index == 0u);
 }

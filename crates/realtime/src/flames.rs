@@ -19,7 +19,8 @@ pub fn flames_wgsl(rows: &Rows) -> String {
             .into();
     }
     format!(
-        "const HAS_FLAMES: bool = true;\nconst MOST_FLAMES: u32 = {MOST}u;\n{}",
+        "const HAS_FLAMES: bool = true;\nconst FLAMES: u32 = {}u;\n{}",
+        rows.volumes.len().min(MOST),
         include_str!("flames.wgsl")
     )
 }
@@ -48,8 +49,8 @@ pub struct Flames {
     lighting: Lighting,
 }
 
-/// Bytes before the rows: how many there are, and the ambient map of the paper's lighting.
-const HEAD: u64 = 32;
+/// Bytes before the rows: the ambient map of the paper's lighting.
+const HEAD: u64 = 16;
 
 impl Flames {
     /// Those of `rows`; `None` where there are none. Flames change their size from pose to pose: each gets a quarter more
@@ -93,7 +94,7 @@ impl Flames {
         });
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("volumes"),
-            size: HEAD + (MOST * size_of::<FlameRow>()) as u64,
+            size: HEAD + (count * size_of::<FlameRow>()) as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -202,8 +203,7 @@ impl Flames {
             Lighting::Full => [0.0; 4],
             Lighting::Paper => ambient_map(rows),
         };
-        queue.write_buffer(&self.uniform, 0, bytemuck::cast_slice(&[self.count as u32, 0, 0, 0]));
-        queue.write_buffer(&self.uniform, 16, bytemuck::cast_slice(&map));
+        queue.write_buffer(&self.uniform, 0, bytemuck::cast_slice(&map));
         queue.write_buffer(&self.uniform, HEAD, bytemuck::cast_slice(&table));
     }
 

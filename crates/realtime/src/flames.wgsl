@@ -11,10 +11,9 @@ struct FlameRow {
 }
 
 struct Flames {
-    count: vec4<u32>,
     // Of the paper's lighting: the centre of its ambient map, and what its values count.
     map: vec4<f32>,
-    rows: array<FlameRow, MOST_FLAMES>,
+    rows: array<FlameRow, FLAMES>,
 }
 
 // Most steps through one volume.
@@ -57,11 +56,11 @@ fn flames_along(origin: vec3<f32>, dir: vec3<f32>, reach: f32, u: f32) -> vec4<f
     var through = 1.0;
     var last = -1.0;
     var last_index = 0u;
-    for (var n = 0u; n < flames.count.x && through > 1e-3; n += 1u) {
+    for (var n = 0u; n < FLAMES && through > 1e-3; n += 1u) {
         // The next by where the ray enters.
         var span = vec2<f32>(1e30, 0.0);
-        var next = MOST_FLAMES;
-        for (var i = 0u; i < flames.count.x; i += 1u) {
+        var next = FLAMES;
+        for (var i = 0u; i < FLAMES; i += 1u) {
             let s = flame_crossing(i, origin, dir, reach);
             let later = s.x > last || (s.x == last && i > last_index);
             if (s.x < s.y && later && s.x < span.x) {
@@ -69,7 +68,7 @@ fn flames_along(origin: vec3<f32>, dir: vec3<f32>, reach: f32, u: f32) -> vec4<f
                 next = i;
             }
         }
-        if (next == MOST_FLAMES) {
+        if (next == FLAMES) {
             break;
         }
         last = span.x;

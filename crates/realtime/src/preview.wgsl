@@ -94,9 +94,11 @@ fn blend(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let i = id.y * preview.size.x + id.x;
-    if (preview.frames == 1u) {
+    // Zero, which compilers cannot know: of why no branch depends on uniforms alone see `view`.
+    let zero = id.z;
+    if (preview.frames == 1u + zero) {
         var found = vec4<f32>(0.0);
-        if (preview.has_before != 0u) {
+        if (preview.has_before != zero) {
             found = reprojected(id.xy);
         }
         carried[i] = found;
@@ -124,7 +126,7 @@ fn smooth_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     let here = textureLoad(positions, id.xy, 0);
     let strength = 1.0 - own.w / SMOOTHED;
     var colour = own.xyz;
-    if (preview.smooth_ != 0u && strength > 0.0 && here.w != 0.0) {
+    if (strength > 0.0 && here.w != 0.0 && preview.smooth_ != id.z) {
         let normal = textureLoad(normals, id.xy, 0).xyz;
         let room = width_at(here.xyz);
         var sum = vec3<f32>(0.0);
@@ -151,8 +153,6 @@ fn smooth_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     var alpha = shown[i].w;
-    if (preview.weight != 0.0) {
-        alpha = film[i].w / preview.weight;
-    }
+    alpha = select(film[i].w / preview.weight, alpha, preview.weight == 0.0);
     shown[i] = vec4<f32>(colour, alpha);
 }

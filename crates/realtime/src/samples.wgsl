@@ -16,14 +16,16 @@ fn laine_karras(v: u32, seed: u32) -> u32 {
 fn sample2(pixel: u32, draw_set: u32, index: u32) -> vec2<f32> {
     let seed = pcg(pixel ^ pcg(draw_set));
     let i = reverseBits(laine_karras(reverseBits(index), seed));
-    var y = 0u;
-    var v = 0x80000000u;
-    for (var bits = i; bits != 0u; bits >>= 1u) {
-        y ^= select(0u, v, (bits & 1u) != 0u);
-        v ^= v >> 1u;
-    }
+    // The second dimension's matrix is Pascal's triangle modulo 2: a bit is the sum of all whose places' bits are among those
+    // of its own place.
+    var y = i;
+    y ^= (y >> 1u) & 0x55555555u;
+    y ^= (y >> 2u) & 0x33333333u;
+    y ^= (y >> 4u) & 0x0f0f0f0fu;
+    y ^= (y >> 8u) & 0x00ff00ffu;
+    y ^= y >> 16u;
     let a = laine_karras(i, pcg(seed + 1u));
-    let b = laine_karras(reverseBits(y), pcg(seed + 2u));
+    let b = laine_karras(y, pcg(seed + 2u));
     // The 24 bits that a float keeps.
     return vec2<f32>(vec2<u32>(reverseBits(a), reverseBits(b)) >> vec2<u32>(8u)) * 5.9604645e-8;
 }

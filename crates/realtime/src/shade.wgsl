@@ -12,6 +12,9 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
 
 @group(1) @binding(1) var visibility: texture_2d<u32>;
 
+// Surfaces behind the first look at slabs as at other lights.
+const SLABS_BEHIND: bool = HAS_SLABS && BOUNCES > 1u;
+
 // Surfaces whose reflection is looked at; light also passes straight through the last.
 const SURFACES: u32 = select(BOUNCES, BOUNCES + 1u, SEES_THROUGH);
 
@@ -29,12 +32,9 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         hit = intersect_triangle(seen.x - 1u, seen.y, camera.origin, dir);
     }
     // The ray's footprint and how it grows.
-    var width = 0.0;
-    var spread = abs(view.scale.x);
-    if (view.orthographic != 0u) {
-        width = length(vector_to_world(view.to_world, vec3<f32>(view.scale.x, 0.0, 0.0)));
-        spread = 0.0;
-    }
+    let parallel = view.orthographic != 0u;
+    var width = select(0.0, length(vector_to_world(view.to_world, vec3<f32>(view.scale.x, 0.0, 0.0))), parallel);
+    var spread = select(abs(view.scale.x), 0.0, parallel);
     // The frames of a picture share its footprint, as the samples of a pixel do in the reference.
     let sharpen = 1.0 / clamp(sqrt(f32(view.index + 1u)), 1.0, 8.0);
     width *= sharpen;
@@ -127,15 +127,49 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         let by_lights = LIGHTS_SUFFICE && candidates == count && shading_diffuse();
         let finds = RAYS_FIND_LIGHT && (!by_lights || HAS_BACKGROUND);
         alive = alive && (next.is_null || depth + 1u < BOUNCES || finds);
-        // Beside fires other lights are few and weak: those of logs and sparks, and of the sky.
-        let few_rays = select(candidates, min(candidates, BESIDE_FIRES), slabs > 0u);
-        let plain_rays = select(SHADOW_RAYS, few_rays, candidates <= FEW_LIGHTS);
-        let fires = select(slabs / SLABS, 0u, dark);
-        let rays = plain_rays + min(fires, SHADOW_RAYS);
+        let rays = select(SHADOW_RAYS, candidates, candidates <= FEW_LIGHTS);
         let here = s;
+        // All slabs of a fire are looked at, so that only what stands in between is left to chance: a ray for fires n,
+        // n + SHADOW_RAYS and so on.
+        for (var ray = 0u; HAS_SLABS && !dark && ray < min(slabs / SLABS, SHADOW_RAYS); ray += 1u) {
+            var u_draw = sample2(pixel, first_set + 4u, view.index + rays + ray).x;
+            var sum = 0.0;
+            var all = vec3<f32>(0.0);
+            var drawn = NONE;
+            var i = SLABS * ray;
+            while (i < slabs) {
+                let slab = count + i;
+                i += 1u;
+                if (i % SLABS == 0u) {
+                    i += SLABS * (SHADOW_RAYS - 1u);
+                }
+                let light = slab_sample(emitter_at(slab), here.position);
+                white += light.radiance / PI;
+                let adds = throughput * light.radiance * shading_of_gaussian(light.wi, light_gaussian);
+                let size = adds.x + adds.y + adds.z;
+                if (!(size > 0.0 && size < 3e38)) {
+                    continue;
+                }
+                sum += size;
+                all += adds;
+                // The number is stretched back to [0, 1) after each decision.
+                let share = size / sum;
+                if (u_draw < share) {
+                    u_draw /= share;
+                    drawn = slab;
+                } else {
+                    u_draw = (u_draw - share) / (1.0 - share);
+                }
+            }
+            if (drawn != NONE) {
+                let u = sample2(pixel, first_set + 5u + CANDIDATES + ray, view.index);
+                let to = to_slab_point(drawn, here.position, u);
+                let origin = offset_origin(here.position, here.error, here.geometric_normal, to.xyz);
+                radiance += all * traverse(origin, to.xyz, 0.0, to.w, true, true).t;
+            }
+        }
         for (var ray = 0u; ray < rays + u32(alive); ray += 1u) {
             let of_light = ray < rays;
-            let of_fire = of_light && ray >= plain_rays;
             var wi = next.wi;
             // What the ray has to carry, and how far it goes.
             var carried = vec3<f32>(0.0);
@@ -145,41 +179,26 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             var f = vec4<f32>(0.0);
             // What all candidates of the ray would add, and the drawn one.
             var sum = 0.0;
-            var all = vec3<f32>(0.0);
             var drawn = 0.0;
             var u_draw = sample2(pixel, first_set + 4u, view.index + ray).x;
-            var i = ray;
-            var step = max(plain_rays, 1u);
-            var end = select(ray + 1u, candidates, of_light);
-            if (of_fire) {
-                // Fires n, n + SHADOW_RAYS and so on: slabs of each, one after the other.
-                i = SLABS * (ray - plain_rays);
-                step = 1u;
-                end = slabs;
-            }
             var drawn_emitter = NONE;
-            while (i < end) {
+            for (var i = ray; i < select(ray + 1u, candidates, of_light); i += max(rays, 1u)) {
                 var light = no_light();
                 var chance = 1.0;
                 var emitter = i;
                 if (of_light) {
-                    var u = vec2<f32>(0.0);
-                    if (of_fire) {
-                        emitter = count + i;
-                    } else {
-                        u = sample2(pixel, first_set + 5u + i, view.index);
-                        if (candidates < count) {
-                            let part = sample2(pixel, first_set + 2u, view.index).x;
-                            let at = (f32(i) + part) / f32(candidates);
-                            var choice: Choice;
-                            if (HAS_SLABS && depth > 0u) {
-                                choice = emitter_choose_near(here.position, own_facing, at);
-                            } else {
-                                choice = emitter_choose(count, at);
-                            }
-                            emitter = choice.entry;
-                            chance = choice.probability * f32(candidates);
+                    let u = sample2(pixel, first_set + 5u + i, view.index);
+                    if (candidates < count) {
+                        let part = sample2(pixel, first_set + 2u, view.index).x;
+                        let at = (f32(i) + part) / f32(candidates);
+                        var choice: Choice;
+                        if (SLABS_BEHIND && depth > 0u) {
+                            choice = emitter_choose_near(here.position, own_facing, at);
+                        } else {
+                            choice = emitter_choose(count, at);
                         }
+                        emitter = choice.entry;
+                        chance = choice.probability * f32(candidates);
                     }
                     if (HEAD_LIGHT) {
                         // Nothing is between the eye and what it sees.
@@ -189,17 +208,13 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                         light = light_sample(emitter, here.position, own_facing, u);
                     }
                 }
-                i += step;
-                if (of_fire && i % SLABS == 0u) {
-                    i += SLABS * (SHADOW_RAYS - 1u);
-                }
                 if (of_light && (light.pdf <= 0.0 || chance <= 0.0) || !of_light && !next.combine) {
                     continue;
                 }
                 if (HAS_SLABS && of_light && depth == 0u) {
                     white += light.radiance / (PI * light.pdf * chance);
                 }
-                let gaussian = of_light && !HEAD_LIGHT && is_slab(emitter);
+                let gaussian = SLABS_BEHIND && of_light && is_slab(emitter);
                 f = shading_of_light(select(wi, light.wi, of_light), gaussian, light_gaussian);
                 if (of_light) {
                     let pdf = light.pdf * chance;
@@ -210,7 +225,6 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                         continue;
                     }
                     sum += size;
-                    all += adds;
                     // The number is stretched back to [0, 1) after each decision.
                     let share = size / sum;
                     if (u_draw < share) {
@@ -231,11 +245,9 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 if (drawn <= 0.0) {
                     continue;
                 }
-                // The slabs of a fire are all looked at, so that only what stands in between is left to chance.
-                carried = select(carried * (sum / drawn), all, of_fire);
-                if (HAS_SLABS && !HEAD_LIGHT && is_slab(drawn_emitter)) {
-                    let draw_set = first_set + 5u + select(0u, CANDIDATES + ray - plain_rays, of_fire);
-                    let u = sample2(pixel, draw_set, view.index);
+                carried *= sum / drawn;
+                if (SLABS_BEHIND && is_slab(drawn_emitter)) {
+                    let u = sample2(pixel, first_set + 5u, view.index);
                     let to = to_slab_point(drawn_emitter, here.position, u);
                     wi = to.xyz;
                     reach = to.w;
@@ -277,7 +289,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 dir = wi;
             }
 
-            let past_fuel = HAS_SLABS && !HEAD_LIGHT && of_light && is_slab(drawn_emitter);
+            let past_fuel = SLABS_BEHIND && of_light && is_slab(drawn_emitter);
             let origin = offset_origin(here.position, here.error, here.geometric_normal, wi);
             let h = traverse(origin, wi, 0.0, reach, of_light, past_fuel);
             if (HAS_FLAMES && !of_light && drawn_delta && !(HIDE_EMITTERS && alpha == 0.0)) {

@@ -243,6 +243,11 @@ impl Rows {
         self.lights >> Op::Environment as u32 & 1 != 0
     }
 
+    /// Whether a fire lights surfaces by its slabs.
+    pub fn has_slabs(&self) -> bool {
+        self.lights >> Op::Slab as u32 & 1 != 0
+    }
+
     /// Whether light comes from infinity other than along one direction.
     pub fn has_sky(&self) -> bool {
         self.has_background() || self.has_environment()

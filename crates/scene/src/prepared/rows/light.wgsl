@@ -100,26 +100,18 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         let s = environment_sample(word_at(e + 1u), facing, u);
         return LightSample(s.wi, 3.0e38, environment_radiance_at(word_at(e + 1u), s.place), s.pdf, false);
     }
+    if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
+        return slab_sample(e, position);
+    }
     var origin = vec3_at(e + 1u);
     if (kind == EMITTER_PROJECTOR) {
         origin = vec3_at(e + 13u);
     }
-    if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
-        origin = slab_mean(e);
-    }
     let to = origin - position;
-    var d2 = dot(to, to);
+    let d2 = dot(to, to);
     let distance = sqrt(d2);
     let wi = to / distance;
     var intensity = vec3_at(e + 4u);
-    if (has_emitter(EMITTER_SLAB) && kind == EMITTER_SLAB) {
-        d2 += float_at(e + 16u);
-        intensity *= directivity(word_at(e + 17u), -wi);
-        let own = vec3_at(e + 21u);
-        let across = vec3_at(e + 24u);
-        let covariance = mat3x3<f32>(own.x, across.x, across.y, across.x, own.y, across.z, across.y, across.z, own.z);
-        light_gaussian = GaussianLight(intensity, to, covariance);
-    }
     if (has_emitter(EMITTER_SPOT) && kind == EMITTER_SPOT) {
         let local = normalize(mat3x3<f32>(vec3_at(e + 7u), vec3_at(e + 10u), vec3_at(e + 13u)) * -wi);
         let angle = exact_acos(local.z);
@@ -153,6 +145,20 @@ fn light_sample(emitter: u32, position: vec3<f32>, facing: vec3<f32>, u: vec2<f3
         light_at = nowhere(uv);
     }
     return LightSample(wi, distance, intensity / d2, 1.0, true);
+}
+
+// The direction to the middle of a slab whose words begin at `e`; sets `light_gaussian`.
+fn slab_sample(e: u32, position: vec3<f32>) -> LightSample {
+    let to = slab_mean(e) - position;
+    let d2 = dot(to, to);
+    let distance = sqrt(d2);
+    let wi = to / distance;
+    let intensity = slab_intensity(e) * directivity(word_at(e + 17u), -wi);
+    let own = vec3_at(e + 21u);
+    let across = vec3_at(e + 24u);
+    let covariance = mat3x3<f32>(own.x, across.x, across.y, across.x, own.y, across.z, across.y, across.z, own.z);
+    light_gaussian = GaussianLight(intensity, to, covariance);
+    return LightSample(wi, distance, intensity / (d2 + float_at(e + 16u)), 1.0, true);
 }
 
 // Where the middle of a slab is whose words begin at `e`.

@@ -280,7 +280,7 @@ pub fn wgsl(rows: &Rows) -> String {
     let _ = writeln!(
         out,
         "const HAS_SLABS: bool = {};\nconst KIND_NOH: u32 = {}u;",
-        rows.lights >> light::Op::Slab as u32 & 1 != 0,
+        rows.has_slabs(),
         Kind::Noh as u32
     );
     let any_of = |holds: &dyn Fn(&Kind) -> bool| -> String {
