@@ -1,6 +1,7 @@
 //! The film of the demonstration: ten seconds of a player in gold brocade who dances by the light of fires.
 
 use anyhow::{Context, Result};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -39,7 +40,8 @@ pub fn film(out: &Path, seconds: f64, samples: Option<u32>) -> Result<()> {
     let moved = dance::dance(&units, MOTION).map_err(anyhow::Error::msg)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let fitting = Fitting { edge: EDGE, threads, ..Fitting::default() };
-    let costume = Costume::simulate(&garment::parse("kosode")?, &moved, &fitting, 2, |_| {})?;
+    let costume =
+        Costume::simulate(&garment::parse("kosode")?, &moved, &fitting, 2, |_| ControlFlow::Continue(()))?;
     let stage = Stage::preset("national")?.with_player(&MASKS[0], kinran()?);
     let performance = Performance::new(stage, moved, Some(costume))?;
     let mut scene = performance.scene(Hour::Night, FireLight::Flames)?;

@@ -7,8 +7,8 @@
 //! ten vertices do not reach.
 
 use glam::Vec3;
+use std::ops::ControlFlow;
 use std::time::Instant;
-use yugen_motion::RigidPose;
 use yugen_motion::cloth::{Along, Solid, Spring};
 use yugen_motion::dance::{self, dance};
 use yugen_motion::garment::{Body, Costume, Fitting, parse};
@@ -24,10 +24,10 @@ fn processor() -> f64 {
     after.split_whitespace().nth(11).and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0) / 100.0
 }
 
-fn nearest(costume: &Costume, body: &Body, poses: &[RigidPose]) -> f32 {
+fn nearest(costume: &Costume, body: &Body) -> f32 {
     let mut least = f32::INFINITY;
     for c in &body.capsules {
-        let (solid, pose) = (Solid::Capsule { ends: c.ends, radii: c.radii }, &poses[c.joint]);
+        let (solid, pose) = (Solid::Capsule { ends: c.ends, radii: c.radii }, &costume.stands()[c.joint]);
         let local = |p: &Vec3| pose.rotation.inverse() * (*p - pose.position);
         least = costume.solver().positions().iter().map(|p| solid.distance(local(p)).0).fold(least, f32::min);
     }
@@ -50,7 +50,8 @@ fn main() {
     let fitting = Fitting { edge, threads, substeps: number(3, 64.0) as u32, ..Fitting::default() };
     let (start, before) = (Instant::now(), processor());
     let approach = |t: f32| motion.approach(t).expect("joints of a dance");
-    let mut costume = Costume::dress(&garment, &body, &fitting, approach).expect("a costume");
+    let mut costume = Costume::dress(&garment, &body, &fitting, approach, |_| ControlFlow::Continue(()))
+        .expect("a costume");
     println!(
         "{} vertices of {}, {threads} threads, {} substeps; dressed in {:.1} s, {:.1} of processors, with {} crossings",
         costume.solver().positions().len(),
@@ -74,7 +75,7 @@ fn main() {
             let x = costume.solver().positions();
             assert!(x.iter().all(|p| p.is_finite()), "frame {frame}");
             crossed = crossed.max(costume.solver().cloth().crossings(x).len());
-            least = least.min(nearest(&costume, &body, &poses));
+            least = least.min(nearest(&costume, &body));
             worst = worst.max(longer(&costume));
         }
         if frame % 60 == 59 || frame + 1 == frames {

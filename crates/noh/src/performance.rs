@@ -3,6 +3,7 @@
 use crate::view::SceneError;
 use crate::{Finish, FireLight, Hour, Stage};
 use glam::{Mat4, Vec2, Vec3};
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use yugen_motion::SkeletalMotion;
 use yugen_motion::garment::{self, Body, Fitting, Garment, GarmentError};
@@ -23,7 +24,8 @@ pub struct Costume {
 }
 
 impl Costume {
-    /// A garment put on the player and danced in; of its frames every `keep`th is kept, all where that is 0, and the last. `tell` hears of each frame that is done.
+    /// A garment put on the player and danced in; of its frames every `keep`th is kept, all where that is 0, and the last. `tell` hears
+    /// which part of the work is done, and may end it.
     ///
     /// # Errors
     /// A garment or a fabric that is none.
@@ -32,13 +34,16 @@ impl Costume {
         dance: &SkeletalMotion,
         fitting: &Fitting,
         keep: usize,
-        mut tell: impl FnMut(usize),
+        mut tell: impl FnMut(f32) -> ControlFlow<()>,
     ) -> Result<Self, GarmentError> {
         let keep = keep.max(1);
         let fitting = Fitting { seconds: (1.0 / dance.rate) as f32, ..*fitting };
         let body = Body::player();
         let approach = |t: f32| dance.approach(t).unwrap_or_default();
-        let mut worn = garment::Costume::dress(garment, &body, &fitting, approach)?;
+        let dressing = fitting.dressing_steps().iter().sum::<u32>() as f32;
+        let all = dressing + dance.frames as f32;
+        let mut worn =
+            garment::Costume::dress(garment, &body, &fitting, approach, |t| tell(t * dressing / all))?;
         let cut = worn.cut();
         let mesh = Mesh {
             name: garment.name.clone(),
@@ -58,7 +63,9 @@ impl Costume {
             if frame.is_multiple_of(keep) || frame + 1 == dance.frames {
                 samples.push(worn.points());
             }
-            tell(frame);
+            if tell((dressing + (frame + 1) as f32) / all).is_break() {
+                return Err(GarmentError::Stopped);
+            }
         }
         Ok(Self { mesh, samples: samples.into(), rate: dance.rate / keep as f64 })
     }

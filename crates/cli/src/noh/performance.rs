@@ -5,6 +5,7 @@ use crate::{argument, json, progress};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use serde_json::json;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 use yugen_archive::formats::toml;
@@ -68,7 +69,7 @@ pub struct PerformanceVerb {
     garment: String,
 
     /// What the robe weighs and how it bends.
-    #[arg(long, default_value = "karaori", value_parser = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>(), value_name = "FABRIC")]
+    #[arg(long, default_value = Material::DEFAULT, value_parser = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>(), value_name = "FABRIC")]
     fabric: String,
 
     /// Edges of the robe's triangles, mm; half as long takes some eight times as long.
@@ -102,9 +103,12 @@ impl PerformanceVerb {
             threads: argument::threads(self.threads),
             ..Fitting::default()
         };
-        let bar = progress::bar(moved.frames as u64, self.json);
+        let bar = progress::bar(1000, self.json);
         bar.set_message("the robe");
-        let costume = Costume::simulate(&garment, moved, &fitting, KEEP, |_| bar.inc(1));
+        let costume = Costume::simulate(&garment, moved, &fitting, KEEP, |done| {
+            bar.set_position((1e3 * done) as u64);
+            ControlFlow::Continue(())
+        });
         bar.finish_and_clear();
         Ok(Some(costume?))
     }

@@ -3,11 +3,13 @@
 use super::Simulate;
 use super::output::Surface;
 use super::subject::Subject;
+use crate::render::interrupt::{self, Interrupt};
 use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use yugen_motion::cloth::{Fabric, SmallSteps, Spring};
-use yugen_motion::garment::{Costume, Fitting, Wearer};
+use yugen_motion::garment::{Body, Costume, Fitting, GarmentError, Overlap, Wearer};
 use yugen_motion::{RigidPose, rigid};
 use yugen_optics::{Mat4, Vec3};
 use yugen_scene::{Figure, Scene, suggest};
@@ -37,6 +39,7 @@ impl Dressed {
         scene: &Scene,
         fabric: &Fabric,
         memory: Option<&[f32]>,
+        interrupt: &Interrupt,
     ) -> Result<Self> {
         let name = verb.animation.as_deref();
         let playing = scene.figures.iter().filter_map(|f| Some((f.clone(), f.plays(name)?)));
@@ -65,6 +68,9 @@ impl Dressed {
         };
         let mut wearer = Wearer::new(&figure.skeleton, &rest, &first, &verb.joint).with_context(cannot)?;
         wearer.fill(skin(&figure, &still, &rest));
+        if last_frame(&figure, clip, verb.fps) > 0 {
+            wearer.begin_moving(&poses(&figure, clip, (1.0 / verb.fps) as f32)?, (1.0 / verb.fps) as f32);
+        }
         if let Some(girth) = verb.girth {
             wearer.body.capsules.iter_mut().for_each(|c| c.radii = c.radii.map(|r| r * girth));
         }
@@ -79,18 +85,47 @@ impl Dressed {
             floor: Some(verb.ground.unwrap_or(wearer.sole())),
             ..defaults
         };
+        let frames = last_frame(&figure, clip, verb.fps) + 1;
+        let span = verb.frames.unwrap_or(frames).min(frames);
+        let of = |frame: u32| {
+            let mut poses = poses(&figure, clip, (f64::from(frame) / verb.fps) as f32)?;
+            wearer.own(&mut poses);
+            Ok(poses)
+        };
+        if memory.is_none() {
+            tell_overlap(&wearer.body, &figure, span, fitting.room(), of)?;
+        }
         let costume = match memory {
             Some(memory) => Costume::recall(&garment, &wearer.body, &fitting, &wearer.approach(0.0), memory)?
                 .context("the checkpoint is of another garment; --restart throws it away")?,
             None => {
-                let bar = progress::bar(100, verb.json);
+                let bar = progress::bar(1000, verb.json);
                 bar.set_message("putting it on");
-                let costume = Costume::dress(&garment, &wearer.body, &fitting, |t| {
-                    bar.set_position((100.0 * t) as u64);
-                    wearer.approach(t)
-                });
+                let dressed = Costume::dress(
+                    &garment,
+                    &wearer.body,
+                    &fitting,
+                    |t| wearer.approach(t),
+                    |done| {
+                        bar.set_position((1e3 * done) as u64);
+                        if interrupt.came() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                    },
+                );
                 bar.finish_and_clear();
-                costume?
+                if matches!(dressed, Err(GarmentError::Stopped)) {
+                    eprintln!(
+                        "interrupted while the garment was put on: nothing is written, and nothing can be gone on with"
+                    );
+                    std::process::exit(interrupt::STATUS);
+                }
+                let mut costume = dressed?;
+                // Into the movement of the first frame.
+                let steps = (f64::from(wearer.leads()) * verb.fps).round() as u32;
+                let wind = wearer.own_direction(verb.wind.unwrap_or(Vec3::ZERO));
+                for before in (0..steps).rev() {
+                    costume.step(&wearer.lead((f64::from(before) / verb.fps) as f32), wind);
+                }
+                costume
             }
         };
         let crossed = costume.solver().cloth().crossings(costume.solver().positions()).len();
@@ -118,6 +153,72 @@ impl Dressed {
 fn poses(figure: &Figure, clip: usize, seconds: f32) -> Result<Vec<RigidPose>> {
     let joints = figure.skeleton.to_skeleton(&figure.clips[clip].pose(&figure.skeleton, seconds))?;
     Ok(rigid(&world(figure, &joints)))
+}
+
+/// The last frame of a clip.
+fn last_frame(figure: &Figure, clip: usize, fps: f64) -> u32 {
+    let [_, last] = figure.clips[clip].span();
+    (f64::from(last) * fps + 1e-3).floor().clamp(0.0, 1e6) as u32
+}
+
+/// So deep an arm lies in a trunk before it is said, m: less is what any two capsules do not tell exactly.
+const DEEP: f32 = 0.01;
+
+/// Says where arms lie in the trunk, which cloth between them has no place in.
+fn tell_overlap(
+    body: &Body,
+    figure: &Figure,
+    frames: u32,
+    room: f32,
+    poses: impl Fn(u32) -> Result<Vec<RigidPose>>,
+) -> Result<()> {
+    let mut worst: Option<(u32, Overlap)> = None;
+    let (mut deep, mut left) = (0, (0, 0.0f32));
+    for frame in 0..frames {
+        let mut poses = poses(frame)?;
+        if let Some(found) = body.overlap(&poses, 0.0).filter(|o| o.depth > DEEP) {
+            deep += 1;
+            if worst.is_none_or(|(_, w)| found.depth > w.depth) {
+                worst = Some((frame, found));
+            }
+        }
+        body.clear_arms(&mut poses, room);
+        if let Some(found) = body.overlap(&poses, 0.0).filter(|o| o.depth > left.1) {
+            left = (frame, found.depth);
+        }
+    }
+    let Some((frame, found)) = worst else { return Ok(()) };
+    // The thickest body of which no arm lies deep in the trunk.
+    let thinner = |girth: f32| {
+        let mut body = body.clone();
+        body.capsules.iter_mut().for_each(|c| c.radii = c.radii.map(|r| r * girth));
+        body
+    };
+    let worst_poses = poses(frame)?;
+    let cure = (4..20)
+        .rev()
+        .map(|k| k as f32 * 0.05)
+        .find(|girth| thinner(*girth).overlap(&worst_poses, 0.0).is_none_or(|o| o.depth <= DEEP));
+    let name = |joint: usize| figure.skeleton.joints()[joint].name.as_str();
+    let cure = cure.map_or(String::new(), |girth| {
+        format!("; --girth {girth:.2} of what it is now makes a figure of which none does")
+    });
+    tracing::warn!(
+        "'{}' lies up to {:.1} cm in the body at '{}', most in frame {frame}, and more than {:.0} cm in {deep} of {frames} \
+         frames: for the garment it is moved out{cure}",
+        name(found.arm),
+        found.depth * 100.0,
+        name(found.trunk),
+        DEEP * 100.0
+    );
+    if left.1 > DEEP {
+        tracing::warn!(
+            "an arm stays {:.1} cm in the body in frame {}: cloth between them passes through itself",
+            left.1 * 100.0,
+            left.0
+        );
+    }
+    Ok(())
 }
 
 /// Vertices of what hangs on the joints of a figure that stands still, each at the joint that bends it most.
@@ -155,8 +256,7 @@ impl Subject for Dressed {
     }
 
     fn frames(&self) -> u32 {
-        let [_, last] = self.figure.clips[self.clip].span();
-        (f64::from(last) * self.fps + 1e-3).floor().clamp(0.0, 1e6) as u32 + 1
+        last_frame(&self.figure, self.clip, self.fps) + 1
     }
 
     fn points(&self) -> Vec<Vec3> {

@@ -69,7 +69,7 @@ pub struct Simulate {
     girth: Option<f32>,
 
     /// What it is made of.
-    #[arg(long, default_value = "silk", value_parser = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>(), value_name = "FABRIC")]
+    #[arg(long, default_value = Fabric::DEFAULT, value_parser = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>(), value_name = "FABRIC")]
     fabric: String,
 
     /// Another number of the fabric, as in areal_mass=0.2; may be repeated.
@@ -170,6 +170,24 @@ fn girth(text: &str) -> Result<f32, String> {
 /// Frames after which pairs of contact are found anew whatever is known of them, so that a simulation may go on from there.
 const AFRESH: u32 = 30;
 
+/// Stretch of threads and crossings, of the last frame that was looked at and the most of all.
+#[derive(Default)]
+struct Worst {
+    last: (f32, usize),
+    most: (f32, usize),
+}
+
+impl Worst {
+    fn look(&mut self, subject: &dyn Subject) {
+        let solver = subject.solver();
+        let longer = |s: &Spring| s.along != Along::Bias && subject.counts(s);
+        let stretch = solver.cloth().elongation(solver.positions(), longer);
+        let crossings = solver.cloth().crossings(solver.positions()).len();
+        self.last = (stretch, crossings);
+        self.most = (self.most.0.max(stretch), self.most.1.max(crossings));
+    }
+}
+
 impl Simulate {
     /// Does it.
     pub fn run(self) -> Result<()> {
@@ -185,8 +203,9 @@ impl Simulate {
         let begun = if self.resume { checkpoint.resume(self.json)? } else { None };
         let mut done = begun.unwrap_or_default();
         let memory = (done.frames > 0).then_some(&done.memory[..]);
+        let interrupt = Interrupt::listen()?;
         let mut subject: Box<dyn Subject + '_> = match &self.garment {
-            Some(text) => Box::new(Dressed::new(&self, text, &scene, &fabric, memory)?),
+            Some(text) => Box::new(Dressed::new(&self, text, &scene, &fabric, memory, &interrupt)?),
             None => {
                 self.pose(&mut scene, 0.0)?;
                 Box::new(SceneCloth::new(&self, scene, &fabric, memory)?)
@@ -217,8 +236,8 @@ impl Simulate {
         let mut samples = std::mem::take(&mut done.samples);
         let bar = progress::bar(frames.into(), self.json);
         bar.set_position(begin.into());
-        let interrupt = Interrupt::listen()?;
         let mut save = Pace::new(self.checkpoint);
+        let mut worst = Worst::default();
         let start = std::time::Instant::now();
         for frame in begin..frames {
             if frame > 0 {
@@ -226,6 +245,9 @@ impl Simulate {
             }
             let points = subject.points();
             output.frame(frame, subject.surface(), points, &mut samples)?;
+            if frame % AFRESH == 0 || frame + 1 == frames {
+                worst.look(&*subject);
+            }
             if frame % AFRESH == 0 {
                 subject.look_anew();
                 done = Progress { frames: frame + 1, memory: subject.solver().memory(), samples: Vec::new() };
@@ -260,20 +282,19 @@ impl Simulate {
         let seconds = start.elapsed().as_secs_f64();
         output.finish(subject.surface(), samples, self.fps)?;
         checkpoint.remove()?;
-        self.tell(&*subject, frames, seconds * 1e3 / f64::from((frames - begin).max(1)));
+        self.tell(&*subject, &worst, frames, seconds * 1e3 / f64::from((frames - begin).max(1)));
         Ok(())
     }
 
     /// What was done.
-    fn tell(&self, subject: &dyn Subject, frames: u32, ms: f64) {
+    fn tell(&self, subject: &dyn Subject, worst: &Worst, frames: u32, ms: f64) {
         let solver = subject.solver();
-        let longer = |s: &Spring| s.along != Along::Bias && subject.counts(s);
-        let stretch = solver.cloth().elongation(solver.positions(), longer);
-        let crossings = solver.cloth().crossings(solver.positions()).len();
+        let Worst { last: (stretch, crossings), most } = *worst;
         if self.json {
             let mut report = json!({
                 "output": self.output, "frames": frames, "vertices": solver.positions().len(),
                 "substeps": solver.substeps(), "stretch": stretch, "crossings": crossings, "ms_per_frame": ms,
+                "most": { "stretch": most.0, "crossings": most.1 },
             });
             if let (Some(report), serde_json::Value::Object(more)) =
                 (report.as_object_mut(), subject.report())
@@ -283,11 +304,13 @@ impl Simulate {
             json::print(report);
         } else {
             println!(
-                "{}: {frames} frames of {} vertices, {ms:.0} ms each; in the last, threads are stretched by {:.1} % (99.9 of 100 by less), \
-                 {crossings} edges pass through triangles",
+                "{}: {frames} frames of {} vertices, {ms:.0} ms each; in the last, threads are stretched by {:.1} % (99.9 of 100 by less) and \
+                 {crossings} edges pass through triangles; in every {AFRESH}th, at the most, {:.1} % and {}",
                 self.output.display(),
                 solver.positions().len(),
                 stretch * 100.0,
+                most.0 * 100.0,
+                most.1
             );
         }
     }

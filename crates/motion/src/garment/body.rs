@@ -22,6 +22,8 @@ pub struct Capsule {
 pub struct Body {
     /// What it is made of, at most 63.
     pub capsules: Vec<Capsule>,
+    /// Which of them are trunk and thighs, that arms may rest on.
+    pub trunk: Vec<usize>,
     /// The joint that carries the belt: the pelvis.
     pub pelvis: usize,
     /// The joints of the left and the right arm, at the upper arm, which tells where the shoulder is, the forearm and the hand.
@@ -56,6 +58,8 @@ const RADII: [[f32; 2]; 19] = [
 
 /// Index of the head.
 const HEAD: usize = 4;
+/// Of pelvis, waist, chest and thighs.
+const TRUNK: [usize; 5] = [0, 1, 2, 13, 16];
 
 impl Body {
     /// The player of [`crate::dance`], from joint to joint.
@@ -90,7 +94,8 @@ impl Body {
                 capsules.push(Capsule { joint, ends, radii });
             }
         }
-        Self { capsules, pelvis: 0, arms: [[6, 7, 8], [10, 11, 12]], tied: 0.04 }
+        let trunk = (0..capsules.len()).filter(|k| TRUNK.contains(&capsules[*k].joint)).collect();
+        Self { capsules, trunk, pelvis: 0, arms: [[6, 7, 8], [10, 11, 12]], tied: 0.04 }
     }
 
     /// Whether it can be dressed: at most 63 capsules, on joints that there are.
@@ -98,6 +103,9 @@ impl Body {
         let wrong = |problem: String| Err(GarmentError::Body(problem));
         if self.capsules.is_empty() || self.capsules.len() > 63 {
             return wrong(format!("has {} capsules; 1 to 63 were expected", self.capsules.len()));
+        }
+        if let Some(k) = self.trunk.iter().find(|k| **k >= self.capsules.len()) {
+            return wrong(format!("names capsule {k}, but there are only {}", self.capsules.len()));
         }
         let named =
             self.capsules.iter().map(|c| c.joint).chain([self.pelvis]).chain(self.arms.into_iter().flatten());

@@ -5,6 +5,7 @@ use super::{Body, Cut, Garment, GarmentError};
 use crate::RigidPose;
 use crate::cloth::{Cloth, Fabric, Settings, SmallSteps, Solid, Stance, Step};
 use glam::Vec3;
+use std::ops::ControlFlow;
 use yugen_optics::special::smoothstep;
 
 /// How a garment is made and simulated.
@@ -31,10 +32,10 @@ pub struct Fitting {
 impl Default for Fitting {
     /// Karaori in triangles of two centimetres at sixty frames a second, on a floor at nought.
     fn default() -> Self {
-        let karaori = Fabric::preset("karaori").map(|p| p.fabric);
+        let preset = Fabric::preset(Fabric::DEFAULT).unwrap_or(&crate::cloth::PRESETS[0]);
         Self {
             edge: 0.02,
-            fabric: karaori.unwrap_or(crate::cloth::PRESETS[0].fabric),
+            fabric: preset.fabric,
             seconds: 1.0 / 60.0,
             substeps: 64,
             threads: 1,
@@ -46,6 +47,16 @@ impl Default for Fitting {
 }
 
 impl Fitting {
+    /// What the layers of cloth between an arm and the trunk take, m.
+    pub fn room(&self) -> f32 {
+        2.0 * self.clearance + self.fabric.thickness + LAYER * self.edge
+    }
+
+    /// Steps of both parts of the dressing.
+    pub fn dressing_steps(&self) -> [u32; 2] {
+        self.dressing.map(|s| (s / self.seconds).round().clamp(1.0, 1e5) as u32)
+    }
+
     /// Whether time and lengths are numbers that something can be simulated by.
     fn check(&self) -> Result<(), GarmentError> {
         for (name, value, [low, high]) in [
@@ -73,6 +84,9 @@ pub struct Costume {
     /// Which vertices those are, sorted.
     belt: Vec<u32>,
     floor: Option<Stance>,
+    /// How far arms keep from the trunk, m, and where joints are as cloth meets them.
+    room: f32,
+    stands: Vec<RigidPose>,
     /// Filled anew in each step.
     targets: Vec<Vec3>,
     slides: Vec<Vec3>,
@@ -91,29 +105,38 @@ const LAYER: f32 = 0.45;
 
 impl Costume {
     /// Puts a garment on a body. `approach` says where all joints are: at 0 with the arms spread to the sides, as a player of
-    /// [`crate::dance`] rests; at 1 where the dance begins; in between on the way.
+    /// [`crate::dance`] rests; at 1 where the dance begins; in between on the way. `tell` hears which part of the work is done, and
+    /// may end it.
     ///
     /// # Errors
-    /// A garment, fabric or body that is none.
+    /// A garment, fabric or body that is none; [`GarmentError::Stopped`].
     pub fn dress(
         garment: &Garment,
         body: &Body,
         fitting: &Fitting,
         mut approach: impl FnMut(f32) -> Vec<RigidPose>,
+        mut tell: impl FnMut(f32) -> ControlFlow<()>,
     ) -> Result<Self, GarmentError> {
         let poses = approach(0.0);
         let (mut costume, belt) = Self::spread(garment, body, fitting, &poses)?;
-        let steps = fitting.dressing.map(|s| (s / fitting.seconds).round().clamp(1.0, 1e5) as u32);
+        let steps = fitting.dressing_steps();
+        let all = (steps[0] + steps[1]) as f32;
+        let mut tell = |done: u32| match tell(done as f32 / all) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(GarmentError::Stopped),
+        };
         for step in 1..=steps[0] {
             let t = smoothstep(0.0, TYING * steps[0] as f32, step as f32);
             costume.hold(belt.at(t));
             costume.advance(&poses, Vec3::ZERO);
             costume.solver.slow(CALM.powf(60.0 * fitting.seconds));
+            tell(step)?;
         }
         for step in 1..=steps[1] {
             // On the way for three quarters of the time.
             let t = smoothstep(0.0, 0.75 * steps[1] as f32, step as f32);
             costume.step(&approach(t), Vec3::ZERO);
+            tell(steps[0] + step)?;
         }
         Ok(costume)
     }
@@ -131,6 +154,9 @@ impl Costume {
             return Err(GarmentError::Body("has a joint at no place".into()));
         }
         let mut cut = garment.cut(fitting.edge)?;
+        let mut stands = poses.to_vec();
+        body.clear_arms(&mut stands, fitting.room());
+        let poses = &stands[..];
         let spots = spots(garment, &cut);
         let spread = Spread::new(&garment.wear, body, poses)?;
         let layers = [fitting.clearance + fitting.fabric.thickness, LAYER * fitting.edge];
@@ -168,10 +194,12 @@ impl Costume {
             },
             held: belt.at(1.0).map(local).collect(),
             floor,
+            room: fitting.room(),
             targets: Vec::with_capacity(attached.len()),
             slides: Vec::with_capacity(attached.len()),
             stances: Vec::with_capacity(body.capsules.len() + 1),
             cut,
+            stands,
         };
         Ok((costume, belt))
     }
@@ -225,8 +253,11 @@ impl Costume {
 
     fn advance(&mut self, poses: &[RigidPose], wind: Vec3) {
         if self.good(poses) {
+            self.stands.clear();
+            self.stands.extend_from_slice(poses);
+            self.body.clear_arms(&mut self.stands, self.room);
             self.stances.clear();
-            self.stances.extend(self.body.stances(poses));
+            self.stances.extend(self.body.stances(&self.stands));
             self.stances.extend(self.floor);
         }
         let (targets, slides, stances) = (&self.targets, &self.slides, &self.stances);
@@ -247,6 +278,11 @@ impl Costume {
     /// Their normals.
     pub fn normals(&self) -> Vec<Vec3> {
         self.cut.normals(self.solver.positions())
+    }
+
+    /// Where the joints are as cloth meets them: with arms out of the trunk ([`Body::clear_arms`]).
+    pub fn stands(&self) -> &[RigidPose] {
+        &self.stands
     }
 
     /// The cloth and what moves it.

@@ -11,6 +11,7 @@
 //! Metres, y up. A wearer faces +z and has +x to the left, as in [`crate::dance`]. Seen from the face of the cloth, u (the
 //! weft) runs to the right and v (the warp) down, so that a pattern stands upright and lies straight on the grain.
 
+mod arms;
 mod body;
 mod bolt;
 mod choken;
@@ -22,6 +23,7 @@ mod style;
 mod wearer;
 mod words;
 
+pub use arms::Overlap;
 pub use body::{Body, Capsule};
 pub use costume::{Costume, Fitting};
 pub use cut::Cut;
@@ -195,6 +197,9 @@ pub enum GarmentError {
     /// A body that is none.
     #[error("a body for a garment {0}")]
     Body(String),
+    /// Whoever was told how far it is did not want more.
+    #[error("putting a garment on was stopped")]
+    Stopped,
     /// What the cloth says.
     #[error(transparent)]
     Cloth(#[from] ClothError),

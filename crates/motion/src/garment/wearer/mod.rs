@@ -4,11 +4,16 @@
 //! pelvis and chest are what carries both legs and both arms. About these lie the capsules of [`Body::player`], as long as the bones
 //! are and as thick as the figure is large, or as the mesh is that hangs on them ([`Wearer::fill`]).
 
+mod lead;
+mod names;
+
 use super::{Body, Capsule, GarmentError};
 use crate::dance::BONES;
 use crate::solve::PERFORMER;
 use crate::{RigidPose, Skeleton};
 use glam::{Mat3, Quat, Vec3};
+use lead::{Lead, carried, local};
+use names::{Found, PARTS};
 
 /// A figure that puts a garment on. In its own coordinates it faces +z in the first frame, its pelvis above the origin.
 #[derive(Clone, Debug)]
@@ -22,174 +27,12 @@ pub struct Wearer {
     /// With the arms spread, and in the first frame.
     spread: Vec<RigidPose>,
     first: Vec<RigidPose>,
+    /// How it comes to the first frame, and where it stands before.
+    lead: Lead,
+    begin: Vec<RigidPose>,
     /// From the world to its own coordinates: a turn about y, then a shift.
     turn: Quat,
     shift: Vec3,
-}
-
-/// Which side of a body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
-    Left,
-    Right,
-    Middle,
-}
-
-/// Parts that are known by their names: as the performer's are called, and what else joints at which they begin are called,
-/// what is surer first.
-const PARTS: [(&str, &[&str]); 7] = [
-    ("upper_arm", &["upperarm", "uparm", "arm", "humerus", "shoulder"]),
-    ("forearm", &["forearm", "lowerarm", "lowarm", "radius", "elbow"]),
-    ("hand", &["wrist", "hand", "palm"]),
-    ("thigh", &["thigh", "upperleg", "upleg", "femur", "hip"]),
-    ("shank", &["shank", "shin", "calf", "lowerleg", "lowleg", "tibia", "knee", "leg"]),
-    ("foot", &["ankle", "foot"]),
-    ("head", &["head"]),
-];
-/// Index of the head among them.
-const HEAD: usize = 6;
-
-/// What programs write before the names of all joints.
-const PREFIXES: [&str; 6] = ["mixamorig", "bip01", "bip001", "def", "jnt", "joint"];
-
-/// Side and plain word of a joint's name.
-fn words(name: &str) -> (Side, String) {
-    let own: Vec<char> = name.rsplit(':').next().unwrap_or(name).chars().collect();
-    let mut tokens = vec![String::new()];
-    for (i, c) in own.iter().enumerate() {
-        let before = i.checked_sub(1).map(|k| own[k]);
-        // `LeftArm`, `LHand`.
-        let begins = c.is_uppercase()
-            && (before.is_some_and(char::is_lowercase)
-                || before.is_some_and(char::is_uppercase)
-                    && own.get(i + 1).is_some_and(|n| n.is_lowercase()));
-        if begins || !c.is_alphanumeric() {
-            tokens.push(String::new());
-        }
-        if c.is_alphanumeric() {
-            let at = tokens.len() - 1;
-            tokens[at].extend(c.to_lowercase());
-        }
-    }
-    let of_side = |t: &str| match t {
-        "left" | "l" => Some(Side::Left),
-        "right" | "r" => Some(Side::Right),
-        _ => None,
-    };
-    let side = tokens.iter().find_map(|t| of_side(t));
-    let kept =
-        |t: &&String| of_side(t).is_none() && !PREFIXES.contains(&t.as_str()) && t.parse::<u32>().is_err();
-    let word: String = tokens.iter().filter(kept).map(String::as_str).collect();
-    if let Some(side) = side {
-        return (side, word);
-    }
-    // `leftarm`, `lfemur`.
-    let known = |rest: &&str| PARTS.iter().any(|(_, words)| words.contains(rest));
-    for (short, long, side) in [("l", "left", Side::Left), ("r", "right", Side::Right)] {
-        if let Some(rest) = word.strip_prefix(long).or(word.strip_prefix(short)).filter(known) {
-            return (side, rest.into());
-        }
-    }
-    (Side::Middle, word)
-}
-
-/// Joints of a body: of the left and the right the six parts of limbs, then what is in the middle.
-struct Found {
-    limbs: [[usize; 6]; 2],
-    head: usize,
-    pelvis: usize,
-    chest: usize,
-}
-
-impl Found {
-    /// By their names, but for those that are `named` as the performer's.
-    fn new(skeleton: &Skeleton, named: &[(String, String)]) -> Result<Self, GarmentError> {
-        let joints = skeleton.joints();
-        let known: Vec<(Side, String)> = joints.iter().map(|j| words(&j.name)).collect();
-        let mut missing = Vec::new();
-        let mut find = |side: Side, part: usize| -> Result<usize, GarmentError> {
-            let (name, others) = PARTS[part];
-            let full = match side {
-                Side::Left => format!("left_{name}"),
-                Side::Right => format!("right_{name}"),
-                Side::Middle => name.to_string(),
-            };
-            if let Some((_, joint)) = named.iter().find(|(part, _)| *part == full) {
-                return joints.iter().position(|j| j.name == *joint).ok_or_else(|| {
-                    GarmentError::Body(format!("has no joint called '{joint}', which should be its {full}"))
-                });
-            }
-            let of = |word: &&str| {
-                skeleton.order().iter().copied().find(|j| known[*j].0 == side && known[*j].1 == **word)
-            };
-            let found = others.iter().find_map(of);
-            if found.is_none() {
-                missing.push(full);
-            }
-            Ok(found.unwrap_or(0))
-        };
-        let mut limbs = [[0; 6]; 2];
-        for (limb, side) in limbs.iter_mut().zip([Side::Left, Side::Right]) {
-            for (part, joint) in limb.iter_mut().enumerate() {
-                *joint = find(side, part)?;
-            }
-        }
-        let head = find(Side::Middle, HEAD)?;
-        if let Some((part, _)) = named.iter().find(|(p, _)| !parts().any(|known| known == *p)) {
-            let all: Vec<String> = parts().collect();
-            return Err(GarmentError::Body(format!(
-                "has no part '{part}'; expected one of {}",
-                all.join(", ")
-            )));
-        }
-        if !missing.is_empty() {
-            let names: Vec<&str> = joints.iter().map(|j| j.name.as_str()).take(80).collect();
-            return Err(GarmentError::Body(format!(
-                "needs joints for {}; say which they are (the figure has {})",
-                missing.join(", "),
-                names.join(", ")
-            )));
-        }
-        let above = |mut j: usize| {
-            // No longer than there are joints, for they are a tree.
-            let mut all = vec![j];
-            while let Some(parent) = joints[j].parent {
-                all.push(parent);
-                j = parent;
-            }
-            all
-        };
-        for limb in &limbs {
-            for pair in [[0, 1], [1, 2], [3, 4], [4, 5]] {
-                let [from, to] = pair.map(|k| limb[k]);
-                if from == to || !above(to).contains(&from) {
-                    let [from, to] = [from, to].map(|j| &joints[j].name);
-                    return Err(GarmentError::Body(format!(
-                        "has '{to}' at a limb that does not begin with '{from}'"
-                    )));
-                }
-            }
-        }
-        let common = |a: usize, b: usize| {
-            let of = above(b);
-            above(a).into_iter().find(|j| of.contains(j))
-        };
-        let pelvis = common(limbs[0][3], limbs[1][3]);
-        let chest = common(limbs[0][0], limbs[1][0]);
-        let trunk = pelvis.zip(chest).filter(|(p, c)| above(*c).contains(p) && above(head).contains(c));
-        let (pelvis, chest) = trunk.ok_or_else(|| {
-            GarmentError::Body(
-                "has no joint that carries both legs and, above it, one that carries arms and head".into(),
-            )
-        })?;
-        Ok(Self { limbs, head, pelvis, chest })
-    }
-}
-
-/// What may be named.
-fn parts() -> impl Iterator<Item = String> {
-    let sided = |side: &'static str| PARTS[..HEAD].iter().map(move |(name, _)| format!("{side}_{name}"));
-    sided("left").chain(sided("right")).chain([PARTS[HEAD].0.to_string()])
 }
 
 fn mean(points: [Vec3; 2]) -> Vec3 {
@@ -254,7 +97,7 @@ impl Wearer {
             )));
         }
         let body = body(&found, &tree, &spread, size);
-        Ok(Self { body, size, tree, spread, first, turn, shift })
+        Ok(Self { body, size, tree, spread, begin: first.clone(), first, lead: Lead::default(), turn, shift })
     }
 
     /// Makes the body as thick as a mesh that hangs on its joints: of each of its vertices the joint that moves it most and where it is in
@@ -300,29 +143,14 @@ impl Wearer {
         }
     }
 
-    /// On the way from how it stands with its arms spread, at 0, to the first frame, at 1; in its own coordinates.
+    /// On the way from how it stands with its arms spread, at 0, to where it begins to move, at 1: in the first frame or before it
+    /// ([`Wearer::lead`]); in its own coordinates.
     pub fn approach(&self, t: f32) -> Vec<RigidPose> {
-        let mut all = self.first.clone();
-        let local = |poses: &[RigidPose], j: usize, parent: Option<usize>| match parent {
-            None => poses[j],
-            Some(p) => {
-                let back = poses[p].rotation.inverse();
-                RigidPose {
-                    position: back * (poses[j].position - poses[p].position),
-                    rotation: back * poses[j].rotation,
-                }
-            }
-        };
+        let mut all = self.begin.clone();
         for (j, parent) in &self.tree {
-            let [a, b] = [&self.spread, &self.first].map(|poses| local(poses, *j, *parent));
+            let [a, b] = [&self.spread, &self.begin].map(|poses| local(poses, *j, *parent));
             let (position, rotation) = (a.position.lerp(b.position, t), a.rotation.slerp(b.rotation, t));
-            all[*j] = match parent {
-                None => RigidPose { position, rotation },
-                Some(p) => RigidPose {
-                    position: all[*p].rotation * position + all[*p].position,
-                    rotation: (all[*p].rotation * rotation).normalize(),
-                },
-            };
+            all[*j] = carried(&all, RigidPose { position, rotation }, *parent);
         }
         all
     }
@@ -455,7 +283,9 @@ fn body(found: &Found, tree: &[(usize, Option<usize>)], spread: &[RigidPose], si
     }
     let tied = Body::player().tied;
     let tied = within(player[0] + Vec3::Y * tied).y - at(found.pelvis).y;
-    Body { capsules, pelvis: found.pelvis, arms: [left, right].map(|l| [l[0], l[1], l[2]]), tied }
+    // In the order of the player's.
+    let trunk = Body::player().trunk;
+    Body { capsules, trunk, pelvis: found.pelvis, arms: [left, right].map(|l| [l[0], l[1], l[2]]), tied }
 }
 
 #[cfg(test)]
@@ -463,26 +293,6 @@ mod tests {
     use super::*;
     use crate::dance;
     use crate::{Joint, Placement, Transform};
-
-    #[test]
-    fn names_of_many_makes_are_known() {
-        for (name, side, word) in [
-            ("mixamorig:LeftForeArm", Side::Left, "forearm"),
-            ("mixamorig:RightUpLeg", Side::Right, "upleg"),
-            ("upperarm.l", Side::Left, "upperarm"),
-            ("Left_elbow", Side::Left, "elbow"),
-            ("LHand", Side::Left, "hand"),
-            ("rfemur", Side::Right, "femur"),
-            ("Bip01 R Calf", Side::Right, "calf"),
-            ("leftarm", Side::Left, "arm"),
-            ("head", Side::Middle, "head"),
-            ("Leg", Side::Middle, "leg"),
-            ("LeftHandIndex1", Side::Left, "handindex1"),
-            ("IK-foot.r", Side::Right, "ikfoot"),
-        ] {
-            assert_eq!(words(name), (side, word.to_string()), "{name}");
-        }
-    }
 
     fn at(bone: Vec3) -> Placement {
         Placement::Parts(Transform { translation: bone, ..Transform::IDENTITY })
