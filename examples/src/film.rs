@@ -40,10 +40,11 @@ pub fn film(out: &Path, seconds: f64, samples: Option<u32>) -> Result<()> {
     let moved = dance::dance(&units, MOTION).map_err(anyhow::Error::msg)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let fitting = Fitting { edge: EDGE, threads, ..Fitting::default() };
-    let costume =
-        Costume::simulate(&garment::parse("kosode")?, &moved, &fitting, 2, |_| ControlFlow::Continue(()))?;
+    let costume = Costume::simulate(&garment::outfit("kosode", 1.0)?, &moved, &fitting, 2, |_| {
+        ControlFlow::Continue(())
+    })?;
     let stage = Stage::preset("national")?.with_player(&MASKS[0], kinran()?);
-    let performance = Performance::new(stage, moved, Some(costume))?;
+    let performance = Performance::new(stage, moved, costume)?;
     let mut scene = performance.scene(Hour::Night, FireLight::Flames)?;
     scene.cameras.retain(|c| c.name == "player");
     let camera = scene.cameras.first_mut().context("it is looked at")?;

@@ -122,9 +122,9 @@ pub fn garment_words(text: &str) -> Outcome<String> {
     String::from_utf8(read_bounded(path, 1 << 16)?).ok().context("a garment is a line of text")
 }
 
-/// The garment of `--garment`, for a wearer so many times as tall as a player of Noh.
-pub fn garment(text: &str, size: f32) -> Outcome<Garment> {
-    garment::parse_for(&garment_words(text)?, size).with_context(|| format!("--garment {text}"))
+/// The garments of `--garment`, for a wearer so many times as tall as a player of Noh.
+pub fn outfit(text: &str, size: f32) -> Outcome<Vec<Garment>> {
+    garment::outfit(&garment_words(text)?, size).with_context(|| format!("--garment {text}"))
 }
 
 /// So many numbers with commas between them.

@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 use yugen_motion::cloth::{Along, Solid, Spring};
 use yugen_motion::dance::{self, dance};
-use yugen_motion::garment::{Body, Costume, Fitting, parse};
+use yugen_motion::garment::{Body, Costume, Fitting, outfit};
 
 /// Its last two seconds are the stance.
 const DANCE: &str = "kamae seconds=.5\nhakobi steps=2 seconds=.8\nsashikomi steps=1\nturn degrees=90 seconds=.9\nsleeve seconds=2.7\nkamae seconds=3";
@@ -44,18 +44,18 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let number = |i: usize, default: f32| words.get(i).and_then(|w| w.parse().ok()).unwrap_or(default);
     let (edge, seconds, threads) = (number(0, 0.02), number(1, 12.0), number(2, 2.0) as usize);
-    let garment = parse(words.get(4).map_or("kosode", String::as_str)).expect("a garment");
+    let garments = outfit(words.get(4).map_or("kosode", String::as_str), 1.0).expect("garments");
     let body = Body::player();
     let motion = dance(&dance::parse(DANCE).expect("a dance"), 60.0).expect("a dance");
     let fitting = Fitting { edge, threads, substeps: number(3, 64.0) as u32, ..Fitting::default() };
     let (start, before) = (Instant::now(), processor());
     let approach = |t: f32| motion.approach(t).expect("joints of a dance");
-    let mut costume = Costume::dress(&garment, &body, &fitting, approach, |_| ControlFlow::Continue(()))
+    let mut costume = Costume::dress(&garments, &body, &fitting, approach, |_| ControlFlow::Continue(()))
         .expect("a costume");
     println!(
         "{} vertices of {}, {threads} threads, {} substeps; dressed in {:.1} s, {:.1} of processors, with {} crossings",
         costume.solver().positions().len(),
-        garment.name,
+        costume.garments().iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join(", "),
         costume.solver().substeps(),
         start.elapsed().as_secs_f64(),
         processor() - before,

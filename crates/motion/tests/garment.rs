@@ -3,23 +3,22 @@
 use glam::{Quat, Vec2, Vec3};
 use std::collections::HashMap;
 use std::ops::ControlFlow;
-use yugen_motion::cloth::{Along, Cloth, PRESETS, Solid};
+use yugen_motion::cloth::{Along, Cloth, Fabric, PRESETS, Solid};
 use yugen_motion::dance::{self, dance};
-use yugen_motion::garment::{Body, CUTS, Costume, Fitting, Garment, GarmentError, Wearer, parse};
+use yugen_motion::garment::{Body, CUTS, Costume, Fitting, Garment, GarmentError, Wearer, outfit, parse};
 use yugen_motion::{RigidPose, SkeletalMotion};
 
 fn danced(text: &str) -> SkeletalMotion {
     dance(&dance::parse(text).unwrap(), 60.0).unwrap()
 }
 
+fn wear(garments: &[Garment], motion: &SkeletalMotion, fitting: &Fitting) -> Result<Costume, GarmentError> {
+    let approach = |t: f32| motion.approach(t).unwrap();
+    Costume::dress(garments, &Body::player(), fitting, approach, |_| ControlFlow::Continue(()))
+}
+
 fn dress(garment: &Garment, motion: &SkeletalMotion, fitting: &Fitting) -> Result<Costume, GarmentError> {
-    Costume::dress(
-        garment,
-        &Body::player(),
-        fitting,
-        |t| motion.approach(t).unwrap(),
-        |_| ControlFlow::Continue(()),
-    )
+    wear(std::slice::from_ref(garment), motion, fitting)
 }
 
 /// The least distance of the cloth's vertices from the body, m.
@@ -50,14 +49,15 @@ fn cuts_are_sewn_into_one_cloth_that_lies_straight_on_the_grain() {
         assert!(edges.values().all(|n| *n <= 2));
         let open = edges.values().filter(|n| **n == 1).count();
         let vertices = cut.sheet.positions.len();
-        // Euler: vertices - edges + triangles of a disc with two holes, which the cuffs are, is minus one.
+        // Euler: vertices - edges + triangles of a disc with two holes, which cuffs are, or a waist and two hems, is minus one; a neck
+        // that is shut is another hole.
         let euler = vertices as i64 - edges.len() as i64 + cut.sheet.triangles.len() as i64;
         println!(
             "{}: {vertices} vertices, {open} edges at hems, Euler {euler}, {:.2} m²",
             cut_of.name,
             garment.area()
         );
-        assert_eq!(euler, -1);
+        assert_eq!(euler, if garment.wear.shut { -2 } else { -1 });
         // Triangles cover what the panels do, all the same way round: seen from the face u runs right and v down.
         let twice = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|v| cut.uvs[v as usize]);
@@ -130,6 +130,11 @@ fn what_is_read_can_be_cut() {
     assert!(said("kosode length=.8 belt=.9").contains("meets no robe"));
     assert!(said("kosode length=.8 belt=.7 tsubo-ori").contains("meets no robe"));
     assert!(said("kosode kimono").contains("kinagashi"));
+    assert!(said("okuchi choken").contains("2 garments"));
+    assert!(said("okuchi tsubo-ori").contains("no robe"));
+    assert!(said("okuchi length=.5 crotch=.6").contains("do not go together"));
+    let two = outfit("okuchi hemp\nchoken length=1.1", 1.0).unwrap();
+    assert!(two[0].fabric == Fabric::preset("hemp").map(|p| p.fabric) && two[1].fabric.is_none());
     let [straight, up] =
         ["kosode kinagashi", "kosode tsubo-ori length=1.4"].map(|t| parse(t).unwrap().wear.belt[0]);
     assert!((up - straight - 0.2).abs() < 1e-6);
@@ -156,9 +161,15 @@ fn a_body_that_cannot_wear_it_is_told() {
     let garment = parse("kosode").unwrap();
     let poses = motion.poses(0).unwrap();
     let wear = |body: &Body| {
-        Costume::dress(&garment, body, &Fitting::default(), |_| poses.clone(), |_| ControlFlow::Continue(()))
-            .err()
-            .map(|e| e.to_string())
+        Costume::dress(
+            std::slice::from_ref(&garment),
+            body,
+            &Fitting::default(),
+            |_| poses.clone(),
+            |_| ControlFlow::Continue(()),
+        )
+        .err()
+        .map(|e| e.to_string())
     };
     let mut body = Body::player();
     body.pelvis = 99;
@@ -181,10 +192,13 @@ fn a_costume_that_is_recalled_goes_on_to_the_same_bits() {
     let step = |costume: &mut Costume, frame| costume.step(&motion.poses(frame).unwrap(), Vec3::X);
     (1..10).for_each(|frame| step(&mut costume, frame));
     costume.look_anew();
-    let memory = costume.solver().memory();
+    let memory = costume.memory();
     let rest = motion.approach(0.0).unwrap();
     let other = Fitting { threads: 2, ..fitting };
-    let mut recalled = Costume::recall(&garment, &Body::player(), &other, &rest, &memory).unwrap().unwrap();
+    let mut recalled =
+        Costume::recall(std::slice::from_ref(&garment), &Body::player(), &other, &rest, &memory)
+            .unwrap()
+            .unwrap();
     assert_eq!(recalled.points(), costume.points());
     for frame in 10..25 {
         step(&mut costume, frame);
@@ -192,23 +206,27 @@ fn a_costume_that_is_recalled_goes_on_to_the_same_bits() {
         assert!(recalled.points() == costume.points(), "frame {frame}");
     }
     let less = &memory[1..];
-    assert!(Costume::recall(&garment, &Body::player(), &other, &rest, less).unwrap().is_none());
+    assert!(
+        Costume::recall(std::slice::from_ref(&garment), &Body::player(), &other, &rest, less)
+            .unwrap()
+            .is_none()
+    );
 }
 
 /// What the dance below does not wear, coarse: put on without passing through itself or the body.
 #[test]
 fn every_cut_and_way_to_wear_it_is_put_on() {
     let motion = danced("kamae seconds=1");
-    for text in ["choken", "kosode tsubo-ori"] {
-        let garment = parse(text).unwrap();
+    for text in ["okuchi choken", "kariginu", "kosode tsubo-ori"] {
+        let garments = outfit(text, 1.0).unwrap();
         let fitting = Fitting { edge: 0.04, threads: 2, dressing: [1.2, 1.0], ..Fitting::default() };
-        let costume = dress(&garment, &motion, &fitting).unwrap();
+        let costume = wear(&garments, &motion, &fitting).unwrap();
         let x = costume.solver().positions();
         let (least, crossed) = (nearest(&costume), costume.solver().cloth().crossings(x).len());
         let stretch = costume.solver().cloth().stretch(x, |a| a != Along::Bias);
         println!("{text}: {} vertices, nearest {least} m, {crossed} edges cross, {stretch:?}", x.len());
-        // Measured 4.5 mm, no crossing and .0006.
-        assert!(least > -1e-3 && crossed <= 4 && stretch.median < 0.0025, "{text}");
+        // Measured 4.5 mm, no crossing, .0008 and .06.
+        assert!(least > -1e-3 && crossed <= 4 && stretch.median < 0.0025 && stretch.p999 < 0.15, "{text}");
     }
 }
 
@@ -263,8 +281,14 @@ fn cloth_moves_with_a_body_that_moves_in_its_first_frame() {
             wearer.begin_moving(&second, fitting.seconds);
         }
         let carry_on = |_| ControlFlow::Continue(());
-        let mut costume =
-            Costume::dress(&garment, &wearer.body, &fitting, |t| wearer.approach(t), carry_on).unwrap();
+        let mut costume = Costume::dress(
+            std::slice::from_ref(&garment),
+            &wearer.body,
+            &fitting,
+            |t| wearer.approach(t),
+            carry_on,
+        )
+        .unwrap();
         let steps = (wearer.leads() / fitting.seconds).round() as u32;
         (0..steps).rev().for_each(|k| costume.step(&wearer.lead(k as f32 * fitting.seconds), Vec3::ZERO));
         let mut next = second.clone();
@@ -301,7 +325,10 @@ fn cloth_has_room_between_trunk_and_arms_that_hang_into_it() {
     assert!(depth > 0.02, "{depth}");
     let garment = parse("kosode").unwrap();
     let fitting = Fitting { edge: 0.045, dressing: [1.0, 1.4], ..Fitting::default() };
-    let costume = Costume::dress(&garment, &body, &fitting, hanging, |_| ControlFlow::Continue(())).unwrap();
+    let costume = Costume::dress(std::slice::from_ref(&garment), &body, &fitting, hanging, |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
     let x = costume.solver().positions();
     let crossed = costume.solver().cloth().crossings(x).len();
     let stretch = costume.solver().cloth().stretch(x, |a| a != Along::Bias);
@@ -314,7 +341,7 @@ fn cloth_has_room_between_trunk_and_arms_that_hang_into_it() {
     assert!(crossed <= 8 && nearest(&costume) > -1e-3, "{crossed}");
     // It is told how far it is, and may be told to stop.
     let mut told = Vec::new();
-    let stopped = Costume::dress(&garment, &body, &fitting, hanging, |t| {
+    let stopped = Costume::dress(std::slice::from_ref(&garment), &body, &fitting, hanging, |t| {
         told.push(t);
         if told.len() < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });

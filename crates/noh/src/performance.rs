@@ -12,7 +12,7 @@ use yugen_scene::{
     look_along,
 };
 
-/// A robe that moves, in the coordinates of the dance.
+/// A garment that moves, in the coordinates of the dance.
 #[derive(Clone, Debug)]
 pub struct Costume {
     /// As it is sewn, with (u, v) in metres on the cloth.
@@ -24,36 +24,47 @@ pub struct Costume {
 }
 
 impl Costume {
-    /// A garment put on the player and danced in; of its frames every `keep`th is kept, all where that is 0, and the last. `tell` hears
-    /// which part of the work is done, and may end it.
+    /// Garments put on the player, the innermost first, and danced in; of their frames every `keep`th is kept, all where that is 0, and
+    /// the last. `tell` hears which part of the work is done, and may end it.
     ///
     /// # Errors
     /// A garment or a fabric that is none.
     pub fn simulate(
-        garment: &Garment,
+        garments: &[Garment],
         dance: &SkeletalMotion,
         fitting: &Fitting,
         keep: usize,
         mut tell: impl FnMut(f32) -> ControlFlow<()>,
-    ) -> Result<Self, GarmentError> {
+    ) -> Result<Vec<Self>, GarmentError> {
         let keep = keep.max(1);
         let fitting = Fitting { seconds: (1.0 / dance.rate) as f32, ..*fitting };
         let body = Body::player();
         let approach = |t: f32| dance.approach(t).unwrap_or_default();
-        let dressing = fitting.dressing_steps().iter().sum::<u32>() as f32;
+        let [each, last] = fitting.dressing_steps().map(|n| n as f32);
+        let dressing = each * garments.len() as f32 + last;
         let all = dressing + dance.frames as f32;
         let mut worn =
-            garment::Costume::dress(garment, &body, &fitting, approach, |t| tell(t * dressing / all))?;
+            garment::Costume::dress(garments, &body, &fitting, approach, |t| tell(t * dressing / all))?;
         let cut = worn.cut();
-        let mesh = Mesh {
-            name: garment.name.clone(),
-            positions: worn.points(),
-            normals: worn.normals(),
-            uvs: cut.uvs.clone(),
-            triangles: cut.triangles.clone(),
-            ..Mesh::default()
-        };
-        let mut samples = Vec::with_capacity(dance.frames / keep + 1);
+        let (points, normals) = (worn.points(), worn.normals());
+        let mut from = 0;
+        let mut costumes: Vec<(Mesh, std::ops::Range<usize>)> = Vec::new();
+        for (name, count) in worn.garments() {
+            let range = from..from + count;
+            let own = |t: &&[u32; 3]| range.contains(&(t[0] as usize));
+            let mesh = Mesh {
+                name: name.clone(),
+                positions: points[range.clone()].to_vec(),
+                normals: normals[range.clone()].to_vec(),
+                uvs: cut.uvs[range.clone()].to_vec(),
+                triangles: cut.triangles.iter().filter(own).map(|t| t.map(|v| v - from as u32)).collect(),
+                ..Mesh::default()
+            };
+            from = range.end;
+            costumes.push((mesh, range));
+        }
+        let mut samples: Vec<Vec<Vec<Vec3>>> =
+            vec![Vec::with_capacity(dance.frames / keep + 1); costumes.len()];
         for frame in 0..dance.frames {
             if frame > 0 {
                 let poses = dance.poses(frame).map_err(|e| GarmentError::Body(e.to_string()))?;
@@ -61,13 +72,18 @@ impl Costume {
             }
             // The last may come a frame early, rather than the robe stop before the player.
             if frame.is_multiple_of(keep) || frame + 1 == dance.frames {
-                samples.push(worn.points());
+                let points = worn.points();
+                for ((_, range), samples) in costumes.iter().zip(&mut samples) {
+                    samples.push(points[range.clone()].to_vec());
+                }
             }
             if tell((dressing + (frame + 1) as f32) / all).is_break() {
                 return Err(GarmentError::Stopped);
             }
         }
-        Ok(Self { mesh, samples: samples.into(), rate: dance.rate / keep as f64 })
+        let rate = dance.rate / keep as f64;
+        let made = costumes.into_iter().zip(samples);
+        Ok(made.map(|((mesh, _), samples)| Self { mesh, samples: samples.into(), rate }).collect())
     }
 }
 
@@ -78,8 +94,8 @@ pub struct Performance {
     pub stage: Stage,
     /// Of the skeleton [`yugen_motion::dance::player`].
     pub dance: SkeletalMotion,
-    /// What the player wears.
-    pub costume: Option<Costume>,
+    /// What the player wears, the innermost first.
+    pub costume: Vec<Costume>,
     /// Coordinates of the dance to those of the stage.
     place: Mat4,
 }
@@ -95,7 +111,7 @@ impl Performance {
     ///
     /// # Errors
     /// A dance with joints at no place.
-    pub fn new(stage: Stage, dance: SkeletalMotion, costume: Option<Costume>) -> Result<Self, SceneError> {
+    pub fn new(stage: Stage, dance: SkeletalMotion, costume: Vec<Costume>) -> Result<Self, SceneError> {
         let start = dance.poses(0)?.first().map_or(Vec3::ZERO, |p| p.position.with_y(0.0));
         let z = BEGINS * stage.layout().get("depth");
         let place = Mat4::from_translation(Vec3::new(0.0, stage.layout().floor(z), z) - start);
@@ -103,7 +119,7 @@ impl Performance {
     }
 
     /// As a scene, with the player in the first pose. Shapes of the stage and the player come as in [`Stage::scene`], then
-    /// fires, then the robe.
+    /// fires, then what is worn, the innermost first.
     ///
     /// # Errors
     /// Where the stage's scene cannot be, or the robe's samples are not of its mesh.
@@ -118,18 +134,17 @@ impl Performance {
             let part = Part::Shape { shape, to_joint: Mat4::IDENTITY, flips: false };
             attachments.push(Attachment { joint, part });
         }
-        if let Some(costume) = &self.costume {
+        let [cloth, lining] = [Finish::Cloth, Finish::Lining].map(|f| self.stage.material_of(f));
+        for (k, costume) in self.costume.iter().enumerate() {
+            let (Some(cloth), Some(lining)) = (cloth, lining) else { return Err(SceneError::NoPlayer) };
+            let outermost = k + 1 == self.costume.len();
             let shape = scene.shapes.len();
-            let [front, back] = [Finish::Cloth, Finish::Lining].map(|f| self.stage.material_of(f));
-            let (Some(front), Some(back)) = (front, back) else { return Err(SceneError::NoPlayer) };
-            scene.materials.push(Material::TwoSided { front, back });
+            let front = if outermost { cloth } else { lining };
+            scene.materials.push(Material::TwoSided { front, back: lining });
             let material = scene.materials.len() - 1;
-            scene.shapes.push(Shape::new(
-                ROBE,
-                Geometry::Mesh(Arc::new(costume.mesh.clone())),
-                self.place,
-                material,
-            ));
+            let name = if outermost { ROBE } else { costume.mesh.name.as_str() };
+            let mesh = Geometry::Mesh(Arc::new(costume.mesh.clone()));
+            scene.shapes.push(Shape::new(name, mesh, self.place, material));
             scene.add_cache(shape, costume.samples.clone(), costume.rate, 0.0, Mat4::IDENTITY)?;
         }
         scene.figures.push(Arc::new(Figure {
@@ -185,5 +200,5 @@ impl Performance {
     }
 }
 
-/// What the shape of the robe is called.
+/// What the shape of the robe is called: of what is worn outermost.
 pub const ROBE: &str = "robe";

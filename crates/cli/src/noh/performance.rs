@@ -63,7 +63,8 @@ pub struct PerformanceVerb {
     #[arg(long, value_name = "FORM")]
     form: Option<String>,
 
-    /// The robe: a cut and measures that differ from its own, as in "kosode length=1.45", or a file with these words; `none` leaves the
+    /// The robe: a cut and measures that differ from its own, as in "kosode length=1.45", or several garments, the innermost first, as in
+    /// "okuchi choken", or a file with these words; the outermost is of the robe's cloth, those below of its lining. `none` leaves the
     /// player in white.
     #[arg(long, default_value = "kosode", value_name = "CUT")]
     garment: String,
@@ -91,11 +92,11 @@ pub struct PerformanceVerb {
 
 impl PerformanceVerb {
     /// The robe, danced in; nothing where nobody wears one.
-    fn costume(&self, moved: &SkeletalMotion) -> Result<Option<Costume>> {
+    fn costume(&self, moved: &SkeletalMotion) -> Result<Vec<Costume>> {
         if self.garment == "none" {
-            return Ok(None);
+            return Ok(Vec::new());
         }
-        let garment = argument::garment(&self.garment, 1.0)?;
+        let garments = argument::outfit(&self.garment, 1.0)?;
         let fabric = Material::preset(&self.fabric).map(|p| p.fabric).context("--fabric is a preset")?;
         let fitting = Fitting {
             edge: 1e-3 * self.edge,
@@ -105,12 +106,12 @@ impl PerformanceVerb {
         };
         let bar = progress::bar(1000, self.json);
         bar.set_message("the robe");
-        let costume = Costume::simulate(&garment, moved, &fitting, KEEP, |done| {
+        let costume = Costume::simulate(&garments, moved, &fitting, KEEP, |done| {
             bar.set_position((1e3 * done) as u64);
             ControlFlow::Continue(())
         });
         bar.finish_and_clear();
-        Ok(Some(costume?))
+        Ok(costume?)
     }
 
     /// Does it.

@@ -23,7 +23,6 @@ pub struct Dressed {
     costume: Costume,
     surface: Surface,
     wind: Vec3,
-    name: String,
 }
 
 /// Where the joints of a figure are in the world.
@@ -74,7 +73,7 @@ impl Dressed {
         if let Some(girth) = verb.girth {
             wearer.body.capsules.iter_mut().for_each(|c| c.radii = c.radii.map(|r| r * girth));
         }
-        let garment = argument::garment(text, wearer.size)?;
+        let garments = argument::outfit(text, wearer.size)?;
         let defaults = Fitting::default();
         let fitting = Fitting {
             edge: 1e-3 * verb.edge.unwrap_or(25.0),
@@ -96,13 +95,15 @@ impl Dressed {
             tell_overlap(&wearer.body, &figure, span, fitting.room(), of)?;
         }
         let costume = match memory {
-            Some(memory) => Costume::recall(&garment, &wearer.body, &fitting, &wearer.approach(0.0), memory)?
-                .context("the checkpoint is of another garment; --restart throws it away")?,
+            Some(memory) => {
+                Costume::recall(&garments, &wearer.body, &fitting, &wearer.approach(0.0), memory)?
+                    .context("the checkpoint is of another garment; --restart throws it away")?
+            }
             None => {
                 let bar = progress::bar(1000, verb.json);
                 bar.set_message("putting it on");
                 let dressed = Costume::dress(
-                    &garment,
+                    &garments,
                     &wearer.body,
                     &fitting,
                     |t| wearer.approach(t),
@@ -137,7 +138,7 @@ impl Dressed {
         }
         let cut = costume.cut();
         let surface = Surface {
-            objects: vec![(garment.name.clone(), cut.uvs.len())],
+            objects: costume.garments().to_vec(),
             uvs: cut.uvs.clone(),
             triangles: cut.triangles.clone(),
             vertex: cut.vertex.iter().map(|v| Some(*v)).collect(),
@@ -145,7 +146,7 @@ impl Dressed {
             scale: None,
         };
         let wind = wearer.own_direction(verb.wind.unwrap_or(Vec3::ZERO));
-        Ok(Self { figure, clip, fps: verb.fps, wearer, costume, surface, wind, name: garment.name })
+        Ok(Self { figure, clip, fps: verb.fps, wearer, costume, surface, wind })
     }
 }
 
@@ -208,7 +209,7 @@ fn tell_overlap(
          frames: for the garment it is moved out{cure}",
         name(found.arm),
         found.depth * 100.0,
-        name(found.trunk),
+        name(found.within),
         DEEP * 100.0
     );
     if left.1 > DEEP {
@@ -251,6 +252,10 @@ impl Subject for Dressed {
         self.costume.solver()
     }
 
+    fn memory(&self) -> Vec<f32> {
+        self.costume.memory()
+    }
+
     fn look_anew(&mut self) {
         self.costume.look_anew();
     }
@@ -276,7 +281,7 @@ impl Subject for Dressed {
 
     fn report(&self) -> serde_json::Value {
         serde_json::json!({
-            "garment": self.name, "held": self.costume.held(), "wearer": self.wearer.size,
+            "garment": self.costume.garments().iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join(" "), "held": self.costume.held(), "wearer": self.wearer.size,
             "bodies": self.wearer.body.capsules.len(),
         })
     }

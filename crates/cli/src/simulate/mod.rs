@@ -50,8 +50,9 @@ pub struct Simulate {
     #[arg(long, value_name = "NAME")]
     cloth: Option<String>,
 
-    /// A garment for the figure that has the most joints: a cut and measures that differ from its own, as in "kosode length=1.45", or a
-    /// file with these words. Measures that are not given fit the figure.
+    /// Garments for the figure that has the most joints, the innermost first: of each a cut, measures that differ from its own and its
+    /// fabric if it is another one, as in "okuchi hemp choken length=1.1", or a file with these words. Measures that are not given fit
+    /// the figure.
     #[arg(long, value_name = "CUT", conflicts_with_all = ["cloth", "pattern", "pin", "no_contact"])]
     garment: Option<String>,
 
@@ -250,7 +251,7 @@ impl Simulate {
             }
             if frame % AFRESH == 0 {
                 subject.look_anew();
-                done = Progress { frames: frame + 1, memory: subject.solver().memory(), samples: Vec::new() };
+                done = Progress { frames: frame + 1, memory: subject.memory(), samples: Vec::new() };
             }
             let stop = interrupt.came();
             let keep = || {

@@ -13,6 +13,11 @@ pub trait Subject {
     /// What moves it.
     fn solver(&self) -> &SmallSteps;
 
+    /// What it needs to go on, as [`SmallSteps::memory`].
+    fn memory(&self) -> Vec<f32> {
+        self.solver().memory()
+    }
+
     /// As [`SmallSteps::look_anew`].
     fn look_anew(&mut self);
 

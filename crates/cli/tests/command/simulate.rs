@@ -165,6 +165,13 @@ fn a_figure_of_another_make_dances_in_a_garment() {
     let scene = "[[shape]]\ntype = \"file\"\nfile = \"a.obj\"\ncache = { file = \"a.pc2\", fps = 60, space = \"world\" }\n";
     std::fs::write(folder.join("s.toml"), scene).unwrap();
     assert!(good(yugen_in(&folder, "info s.toml")).contains("cache"));
+    // Two garments, the inner one first, are two objects of one cloth.
+    std::fs::write(folder.join("two.txt"), "okuchi hemp   # below\nchoken length=1.1\n").unwrap();
+    let both = "simulate dance.bvh --garment two.txt --edge 60 --substeps 12 --frames 2 --json -o two.pc2";
+    let run = yugen_in(&folder, both);
+    assert!(run.success && run.out.contains("\"garment\":\"okuchi choken\""), "{} {}", run.out, run.err);
+    let text = std::fs::read_to_string(folder.join("two.obj")).unwrap();
+    assert!(text.contains("\no okuchi\n") && text.contains("\no choken\n"));
     for (line, words) in [
         ("simulate dance.bvh --garment yukata -o b.abc", &["'yukata' is no cut"][..]),
         ("simulate dance.bvh --garment kosode --joint left_hand=hook -o b.abc", &["no joint called 'hook'"]),

@@ -204,6 +204,23 @@ impl Cloth {
         })
     }
 
+    /// Another cloth beside this one, which it touches as cloth of its own: as thick as the thicker of both, with the friction of the
+    /// rougher, and along coarse threads as tight as the tighter.
+    pub fn join(&mut self, other: Self) {
+        let (first, flat) = (self.sheet.positions.len() as u32, other.sheet.flat);
+        self.sheet.positions.extend(other.sheet.positions);
+        self.sheet.triangles.extend(other.sheet.triangles.iter().map(|t| t.map(|v| v + first)));
+        self.sheet.flat.extend(flat);
+        self.masses.extend(other.masses);
+        self.springs
+            .extend(other.springs.into_iter().map(|s| Spring { ends: s.ends.map(|v| v + first), ..s }));
+        self.hinges
+            .extend(other.hinges.into_iter().map(|h| Hinge { vertices: h.vertices.map(|v| v + first), ..h }));
+        self.friction = [0, 1].map(|k| self.friction[k].max(other.friction[k]));
+        self.limits = [0, 1].map(|k| self.limits[k].min(other.limits[k]));
+        self.thickness = self.thickness.max(other.thickness);
+    }
+
     /// Whether a cloth that was made by hand can be simulated.
     pub fn check(&self) -> Result<(), ClothError> {
         let n = self.sheet.positions.len();

@@ -1,4 +1,4 @@
-//! Arms that lie in the trunk of a body or nearer to it than cloth takes.
+//! Arms that lie in the trunk of a body or in each other, or nearer than cloth takes.
 //!
 //! Captured arms rest on a trunk that is thinner than the capsules about it, so they lie inside of these; cloth between both would have
 //! no place to be. For cloth they are turned out about the shoulder.
@@ -24,8 +24,8 @@ pub struct Overlap {
     pub depth: f32,
     /// The joint of the arm.
     pub arm: usize,
-    /// And of what it lies in.
-    pub trunk: usize,
+    /// And of what it lies in: of the trunk, of a thigh, of the other arm.
+    pub within: usize,
 }
 
 /// A sphere of an arm.
@@ -51,10 +51,17 @@ impl Body {
         })
     }
 
-    /// What of the trunk a sphere is nearest to: how far it is beyond `room` metres from it, negative where it is nearer; away from
-    /// it; the joint.
-    fn from_trunk(&self, place: &Place, poses: &[RigidPose], room: f32) -> Option<(f32, Vec3, usize)> {
-        let all = self.trunk.iter().filter_map(|k| self.capsules.get(*k)).map(|c| {
+    /// What of trunk, thighs and the other arm, but for its upper part, a sphere is nearest to: how far it is beyond `room` metres from
+    /// it, negative where it is nearer; away from it; the joint.
+    fn beyond(
+        &self,
+        place: &Place,
+        other: &[usize; 3],
+        poses: &[RigidPose],
+        room: f32,
+    ) -> Option<(f32, Vec3, usize)> {
+        let arm = self.capsules.iter().filter(|c| other[1..].contains(&c.joint));
+        let all = self.trunk.iter().filter_map(|k| self.capsules.get(*k)).chain(arm).map(|c| {
             let pose = &poses[c.joint];
             let solid = Solid::Capsule { ends: c.ends, radii: c.radii };
             let (d, n) = solid.distance(pose.rotation.inverse() * (place.at - pose.position));
@@ -63,28 +70,31 @@ impl Body {
         all.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// How an arm lies nearer than `room` metres to trunk or thighs: the deepest place, if there is any.
+    /// How an arm lies nearer than `room` metres to trunk, thighs or the other arm: the deepest place, if there is any.
     pub fn overlap(&self, poses: &[RigidPose], room: f32) -> Option<Overlap> {
-        let places = self.arms.iter().flat_map(|arm| self.places(arm, poses));
-        let all = places.filter_map(|p| {
-            let (d, _, trunk) = self.from_trunk(&p, poses, room)?;
-            (d < 0.0).then_some(Overlap { depth: -d, arm: p.joint, trunk })
+        let [left, right] = &self.arms;
+        let places = [(left, right), (right, left)]
+            .into_iter()
+            .flat_map(|(arm, other)| self.places(arm, poses).map(move |place| (place, other)));
+        let all = places.filter_map(|(p, other)| {
+            let (d, _, within) = self.beyond(&p, other, poses, room)?;
+            (d < 0.0).then_some(Overlap { depth: -d, arm: p.joint, within })
         });
         all.max_by(|a, b| a.depth.total_cmp(&b.depth))
     }
 
-    /// Turns arms about their shoulders until they are `room` metres away from trunk and thighs, as far as that can be: small turns
+    /// Turns arms about their shoulders until they are `room` metres away from trunk, thighs and each other, as far as that can be: small turns
     /// in a fixed order, so that an arm that moves evenly is moved evenly. What an arm carries besides forearm and hand stays.
     pub fn clear_arms(&self, poses: &mut [RigidPose], room: f32) {
-        for arm in &self.arms {
-            for _ in 0..SWEEPS {
-                let mut turned = false;
+        let [left, right] = &self.arms;
+        for _ in 0..SWEEPS {
+            let mut turned = false;
+            for (arm, other) in [(left, right), (right, left)] {
                 let count = self.places(arm, poses).count();
                 for k in 0..count {
                     let Some(place) = self.places(arm, poses).nth(k) else { continue };
-                    let Some((d, n, _)) = self.from_trunk(&place, poses, room).filter(|f| f.0 < 0.0) else {
-                        continue;
-                    };
+                    let found = self.beyond(&place, other, poses, room).filter(|f| f.0 < 0.0);
+                    let Some((d, n, within)) = found else { continue };
                     let shoulder = poses[arm[0]].position;
                     let lever = place.at - shoulder;
                     let axis = lever.cross(n);
@@ -93,7 +103,9 @@ impl Body {
                     if gain < 0.05 * lever.length() || gain <= 0.0 {
                         continue;
                     }
-                    let turn = Quat::from_axis_angle(axis / gain, (-d / gain).min(TURN));
+                    // Of two arms each takes half.
+                    let part = if other.contains(&within) { 0.5 } else { 1.0 };
+                    let turn = Quat::from_axis_angle(axis / gain, (-d * part / gain).min(TURN));
                     for joint in arm {
                         let pose = &mut poses[*joint];
                         pose.position = turn * (pose.position - shoulder) + shoulder;
@@ -101,9 +113,9 @@ impl Body {
                     }
                     turned = true;
                 }
-                if !turned {
-                    break;
-                }
+            }
+            if !turned {
+                break;
             }
         }
     }

@@ -2,7 +2,7 @@
 //! other without being sewn are cut a little narrower, so that they are apart.
 
 use super::bolt::{Bolt, Levels, edge, flat};
-use super::robe::BELT;
+use super::cuts::BELT;
 use super::{Garment, Side, Wear};
 use Side::{Bottom, Left, Right, Top};
 
@@ -96,6 +96,10 @@ pub(super) fn choken(m: &[f32]) -> Garment {
             cuff: depth,
             neck,
             belt: [belt, belt + BELT],
+            open: true,
+            shut: false,
+            legs: None,
         },
+        fabric: None,
     }
 }

@@ -74,14 +74,17 @@ impl Fitting {
     }
 }
 
-/// A garment that is worn.
+/// Garments that are worn, in their order.
 pub struct Costume {
+    /// Of all of them; names and how many vertices of the mesh each has.
     cut: Cut,
+    garments: Vec<(String, usize)>,
     body: Body,
     solver: SmallSteps,
     /// What the belt holds, in the coordinates of the pelvis.
     held: Vec<Tie>,
-    /// Which vertices those are, sorted.
+    /// Which vertices those are, in that order and sorted.
+    belted: Vec<u32>,
     belt: Vec<u32>,
     floor: Option<Stance>,
     /// How far arms keep from the trunk, m, and where joints are as cloth meets them.
@@ -100,53 +103,70 @@ const TYING: f32 = 0.7;
 const CALM: f32 = 0.85;
 /// How firmly the belt holds cloth ([`Settings::grip`]): within some twenty substeps it is where it should be.
 const GRIP: f32 = 0.2;
+/// Numbers of a tie.
+const TIE: usize = 6;
 /// Layers under the belt are this far apart, in edges: more than contact keeps.
 const LAYER: f32 = 0.45;
 
 impl Costume {
-    /// Puts a garment on a body. `approach` says where all joints are: at 0 with the arms spread to the sides, as a player of
+    /// Puts garments on a body, one after the other, the innermost first: each is tied and settles while those below it are worn, and all
+    /// are one cloth that touches itself. `approach` says where all joints are: at 0 with the arms spread to the sides, as a player of
     /// [`crate::dance`] rests; at 1 where the dance begins; in between on the way. `tell` hears which part of the work is done, and
     /// may end it.
     ///
     /// # Errors
     /// A garment, fabric or body that is none; [`GarmentError::Stopped`].
     pub fn dress(
-        garment: &Garment,
+        garments: &[Garment],
         body: &Body,
         fitting: &Fitting,
         mut approach: impl FnMut(f32) -> Vec<RigidPose>,
         mut tell: impl FnMut(f32) -> ControlFlow<()>,
     ) -> Result<Self, GarmentError> {
         let poses = approach(0.0);
-        let (mut costume, belt) = Self::spread(garment, body, fitting, &poses)?;
         let steps = fitting.dressing_steps();
-        let all = (steps[0] + steps[1]) as f32;
-        let mut tell = |done: u32| match tell(done as f32 / all) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(GarmentError::Stopped),
+        let all = (steps[0] * garments.len() as u32 + steps[1]) as f32;
+        let mut done = 0.0;
+        let mut tell = || {
+            done += 1.0;
+            match tell(done / all) {
+                ControlFlow::Continue(()) => Ok(()),
+                ControlFlow::Break(()) => Err(GarmentError::Stopped),
+            }
         };
-        for step in 1..=steps[0] {
-            let t = smoothstep(0.0, TYING * steps[0] as f32, step as f32);
-            costume.hold(belt.at(t));
-            costume.advance(&poses, Vec3::ZERO);
-            costume.solver.slow(CALM.powf(60.0 * fitting.seconds));
-            tell(step)?;
+        let mut worn: Option<Self> = None;
+        for garment in garments {
+            let inner: Vec<Vec3> = worn.as_ref().map_or(Vec::new(), |w| w.solver.positions().to_vec());
+            let (mut costume, belt) = Self::spread(worn, garment, body, fitting, &poses, &inner)?;
+            for step in 1..=steps[0] {
+                let t = smoothstep(0.0, TYING * steps[0] as f32, step as f32);
+                costume.hold(&poses, belt.at(t));
+                costume.advance(&poses, Vec3::ZERO);
+                costume.solver.slow(CALM.powf(60.0 * fitting.seconds));
+                tell()?;
+            }
+            costume.fasten(&belt, &poses);
+            worn = Some(costume);
         }
+        let mut costume = worn.ok_or(GarmentError::Nothing)?;
         for step in 1..=steps[1] {
             // On the way for three quarters of the time.
             let t = smoothstep(0.0, 0.75 * steps[1] as f32, step as f32);
             costume.step(&approach(t), Vec3::ZERO);
-            tell(steps[0] + step)?;
+            tell()?;
         }
         Ok(costume)
     }
 
-    /// About a body with its arms spread, and the belt that is to be tied.
+    /// About a body with its arms spread that wears something already, or nothing, which is at the points `inner`; and the belt that
+    /// is to be tied.
     fn spread(
+        worn: Option<Self>,
         garment: &Garment,
         body: &Body,
         fitting: &Fitting,
         poses: &[RigidPose],
+        inner: &[Vec3],
     ) -> Result<(Self, Belt), GarmentError> {
         fitting.check()?;
         body.check(poses.len())?;
@@ -157,17 +177,33 @@ impl Costume {
         let mut stands = poses.to_vec();
         body.clear_arms(&mut stands, fitting.room());
         let poses = &stands[..];
+        let fabric = garment.fabric.unwrap_or(fitting.fabric);
         let spots = spots(garment, &cut);
-        let spread = Spread::new(&garment.wear, body, poses)?;
-        let layers = [fitting.clearance + fitting.fabric.thickness, LAYER * fitting.edge];
+        let spread = Spread::new(&garment.wear, body, poses, inner)?;
+        let layers = [fitting.clearance + fabric.thickness, LAYER * fitting.edge];
         let start = spread.place(garment, &cut, &spots, body, poses, layers[0]);
-        let belt = spread.belt(&cut, &spots, body, poses, layers);
-        let attached: Vec<u32> = belt.vertices().collect();
+        let belt = spread.belt(&cut, &spots, body, poses, inner, layers, fitting.edge);
+        let first = worn.as_ref().map_or(0, |w| w.cut.sheet.positions.len() as u32);
+        let mut attached: Vec<u32> = belt.vertices().map(|v| v + first).collect();
         if attached.is_empty() {
             return Err(GarmentError::Body("is where the belt meets no cloth".into()));
         }
         cut.sheet.positions = start;
-        let cloth = Cloth::new(cut.sheet.clone(), &fitting.fabric)?;
+        let mut cloth = Cloth::new(cut.sheet.clone(), &fabric)?;
+        let mut garments = vec![(garment.name.clone(), cut.uvs.len())];
+        let mut velocities = vec![Vec3::ZERO; cut.sheet.positions.len()];
+        let mut held = Vec::new();
+        if let Some(worn) = worn {
+            let own = std::mem::replace(&mut cloth, worn.solver.cloth().clone());
+            cloth.sheet.positions = worn.solver.positions().to_vec();
+            cloth.join(own);
+            velocities.splice(0..0, worn.solver.velocities());
+            let own = std::mem::replace(&mut cut, worn.cut);
+            cut.join(own);
+            garments.splice(0..0, worn.garments);
+            attached.splice(0..0, worn.belted.iter().copied());
+            held = worn.held;
+        }
         let settings = Settings {
             seconds: fitting.seconds,
             substeps: fitting.substeps,
@@ -179,67 +215,93 @@ impl Costume {
         let floor = fitting.floor.map(|y| Stance { origin: Vec3::Y * y, ..Stance::default() });
         let solids = body.solids(fitting.clearance).zip(body.stances(poses));
         let ground = floor.map(|stance| (Solid::Ground, stance));
-        let solver =
+        let start = cloth.sheet.positions.clone();
+        let mut solver =
             SmallSteps::new(cloth, &attached, settings)?.with_bodies(solids.chain(ground).collect())?;
-        let pelvis = poses[body.pelvis];
-        let back = pelvis.rotation.inverse();
-        let local = |tie: Tie| Tie { to: back * (tie.to - pelvis.position), along: back * tie.along };
+        solver.place(&start, &velocities);
+        let mut sorted = attached.clone();
+        sorted.sort_unstable();
+        let ties = attached.len();
         let costume = Self {
             body: body.clone(),
             solver,
-            belt: {
-                let mut sorted = attached.clone();
-                sorted.sort_unstable();
-                sorted
-            },
-            held: belt.at(1.0).map(local).collect(),
+            belt: sorted,
+            belted: attached,
+            held,
             floor,
             room: fitting.room(),
-            targets: Vec::with_capacity(attached.len()),
-            slides: Vec::with_capacity(attached.len()),
+            targets: Vec::with_capacity(ties),
+            slides: Vec::with_capacity(ties),
             stances: Vec::with_capacity(body.capsules.len() + 1),
             cut,
+            garments,
             stands,
         };
         Ok((costume, belt))
     }
 
-    /// As [`Costume::dress`], for a costume that was worn before: from what [`SmallSteps::memory`] said of it, with all joints where
+    /// From now on the belt holds where it is drawn shut.
+    fn fasten(&mut self, belt: &Belt, poses: &[RigidPose]) {
+        let pelvis = poses[self.body.pelvis];
+        let back = pelvis.rotation.inverse();
+        let local = |tie: Tie| Tie { to: back * (tie.to - pelvis.position), along: back * tie.along };
+        self.held.extend(belt.at(1.0).map(local));
+    }
+
+    /// As [`Costume::dress`], for a costume that was worn before: from what [`Costume::memory`] said of it, with all joints where
     /// they were at 0 of its approach. `None` where the memory is of another one.
     ///
     /// # Errors
     /// As there.
     pub fn recall(
-        garment: &Garment,
+        garments: &[Garment],
         body: &Body,
         fitting: &Fitting,
         poses: &[RigidPose],
         memory: &[f32],
     ) -> Result<Option<Self>, GarmentError> {
-        let (mut costume, _) = Self::spread(garment, body, fitting, poses)?;
-        Ok(costume.solver.recall(memory).then_some(costume))
+        let mut worn: Option<Self> = None;
+        for garment in garments {
+            let (mut costume, belt) = Self::spread(worn, garment, body, fitting, poses, &[])?;
+            costume.fasten(&belt, poses);
+            worn = Some(costume);
+        }
+        let mut costume = worn.ok_or(GarmentError::Nothing)?;
+        let Some((ties, solver)) = memory.split_at_checked(TIE * costume.held.len()) else { return Ok(None) };
+        if ties.iter().any(|v| !v.is_finite()) || !costume.solver.recall(solver) {
+            return Ok(None);
+        }
+        for (tie, v) in costume.held.iter_mut().zip(ties.chunks_exact(TIE)) {
+            *tie = Tie { to: Vec3::from_slice(v), along: Vec3::from_slice(&v[3..]) };
+        }
+        Ok(Some(costume))
+    }
+
+    /// What it needs besides how it was made to go on with the same bits, as [`SmallSteps::memory`]: where its belts hold it, then that.
+    pub fn memory(&self) -> Vec<f32> {
+        let ties = self.held.iter().flat_map(|t| t.to.to_array().into_iter().chain(t.along.to_array()));
+        ties.chain(self.solver.memory()).collect()
     }
 
     /// One step: to where all joints are at its end, in air that moves at `wind`, m/s. Poses that are too few or no numbers are
     /// passed over: the body then stands still; and so is wind that is none.
     pub fn step(&mut self, poses: &[RigidPose], wind: Vec3) {
-        if let Some(pelvis) = poses.get(self.body.pelvis).filter(|_| self.good(poses)) {
-            let held = std::mem::take(&mut self.held);
-            let turned = |tie: &Tie| Tie {
-                to: pelvis.rotation * tie.to + pelvis.position,
-                along: pelvis.rotation * tie.along,
-            };
-            self.hold(held.iter().map(turned));
-            self.held = held;
+        if self.good(poses) {
+            self.hold(poses, std::iter::empty());
         }
         self.advance(poses, wind);
     }
 
-    /// Where the belt is at the end of the next step.
-    fn hold(&mut self, ties: impl Iterator<Item = Tie>) {
+    /// Where the belts are at the end of the next step: those that are tied, then one that is being tied.
+    fn hold(&mut self, poses: &[RigidPose], ties: impl Iterator<Item = Tie>) {
+        let pelvis = poses[self.body.pelvis];
+        let turned = |tie: &Tie| Tie {
+            to: pelvis.rotation * tie.to + pelvis.position,
+            along: pelvis.rotation * tie.along,
+        };
         self.targets.clear();
         self.slides.clear();
-        for Tie { to, along } in ties {
+        for Tie { to, along } in self.held.iter().map(turned).chain(ties) {
             self.targets.push(to);
             self.slides.push(along);
         }
@@ -268,6 +330,11 @@ impl Costume {
     /// The mesh: its triangles, its (u, v), which of its vertices are one.
     pub fn cut(&self) -> &Cut {
         &self.cut
+    }
+
+    /// What is worn, the innermost first, and how many vertices of the mesh each has, one after the other.
+    pub fn garments(&self) -> &[(String, usize)] {
+        &self.garments
     }
 
     /// Where the vertices of the mesh are, m.

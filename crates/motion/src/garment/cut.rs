@@ -311,6 +311,23 @@ impl Cut {
         self.rows.push(rows);
     }
 
+    /// Another garment's beside this one's.
+    pub(super) fn join(&mut self, other: Self) {
+        let (mesh, sheet) = (self.uvs.len(), self.sheet.positions.len() as u32);
+        self.sheet.positions.extend(other.sheet.positions);
+        self.sheet.triangles.extend(other.sheet.triangles.iter().map(|t| t.map(|v| v + sheet)));
+        self.sheet.flat.extend(other.sheet.flat);
+        self.vertex.extend(other.vertex.iter().map(|v| v + sheet));
+        self.uvs.extend(other.uvs);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + mesh as u32)));
+        self.panels.pop();
+        self.panels.extend(other.panels.iter().map(|v| v + mesh));
+        let rows = other.rows.into_iter().map(|rows| {
+            rows.into_iter().map(|r| Row { first: r.first + mesh as u32, ..r }).collect::<Vec<_>>()
+        });
+        self.rows.extend(rows);
+    }
+
     /// Where the vertices of the mesh are, by where those of the sheet are.
     pub fn points(&self, positions: &[Vec3]) -> Vec<Vec3> {
         self.vertex.iter().map(|v| positions[*v as usize]).collect()

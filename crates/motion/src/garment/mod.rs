@@ -1,8 +1,9 @@
-//! Robes as they are cut: pieces of cloth as wide as the loom wove them, seams between their edges, a belt; and their
+//! Garments as they are cut: pieces of cloth as wide as the loom wove them, seams between their edges, a belt; and their
 //! wearing, by simulation on a body of capsules that moves.
 //!
 //! ```text
-//! kosode length=1.40 back=.34 front=.30 tsubo-ori   # a line of [`CUTS`] and one of [`STYLES`], as [`parse`] reads it
+//! okuchi hemp                                        # trousers, and over them
+//! choken length=1.10 sleeve=.55                      # of [`CUTS`], [`STYLES`] and fabrics, as [`outfit`] reads it
 //! ```
 //! A [`Garment`] is flat. [`Garment::cut`] makes triangles of it, sewn along its seams; [`Costume::dress`] puts it about a
 //! [`Body`] with its arms spread, ties it, and lets it settle while the body goes to where a dance begins;
@@ -17,8 +18,12 @@ mod bolt;
 mod choken;
 mod costume;
 mod cut;
+mod cuts;
+mod kariginu;
+mod kosode;
+mod legs;
+mod okuchi;
 mod place;
-mod robe;
 mod style;
 mod wearer;
 mod words;
@@ -27,12 +32,12 @@ pub use arms::Overlap;
 pub use body::{Body, Capsule};
 pub use costume::{Costume, Fitting};
 pub use cut::Cut;
-pub use robe::{CUTS, Cutting};
+pub use cuts::{CUTS, Cutting};
 pub use style::{STYLES, Style};
 pub use wearer::Wearer;
-pub use words::{parse, parse_for};
+pub use words::{outfit, parse};
 
-use crate::cloth::ClothError;
+use crate::cloth::{ClothError, Fabric};
 use glam::Vec2;
 
 /// A garment as it lies flat: pieces, and what is sewn to what.
@@ -46,6 +51,8 @@ pub struct Garment {
     pub seams: Vec<Seam>,
     /// How it is worn.
     pub wear: Wear,
+    /// What it is made of, where it is not of what the fitting says.
+    pub fabric: Option<Fabric>,
 }
 
 /// A piece of cloth between two lines along the warp, straight or slanted.
@@ -88,6 +95,16 @@ pub enum Hang {
         front: bool,
         /// What comes to lie on top where fronts overlap.
         over: bool,
+    },
+    /// On a leg of trousers: a point (u, v) is `from` − u along the waist, counted from the middle of the back to the left, v below
+    /// the waist.
+    Leg {
+        /// Where u begins, m.
+        from: f32,
+        /// The wearer's left leg, else the right.
+        left: bool,
+        /// Before, else behind.
+        front: bool,
     },
     /// A strip along what its left edge (u = 0) is sewn to, towards the wearer's neck.
     Along,
@@ -141,8 +158,23 @@ pub struct Wear {
     pub cuff: f32,
     /// Half the width of the neck, m.
     pub neck: f32,
-    /// What a belt takes of it: from and to so far below the shoulder, m.
+    /// What a belt takes of it: from and to so far below the shoulder, or below the waist of trousers, m.
     pub belt: [f32; 2],
+    /// Sides of a robe that are not sewn: it begins as two sheets, before and behind.
+    pub open: bool,
+    /// The front is one, and sleeves are sewn to the back alone.
+    pub shut: bool,
+    /// Of trousers, whose other measures than belt and length are nought.
+    pub legs: Option<Legs>,
+}
+
+/// How trousers go about two legs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Legs {
+    /// Around a leg, and from the middle of the back to the middle of the front, m.
+    pub round: f32,
+    /// How far below the waist legs part, m.
+    pub crotch: f32,
 }
 
 /// Why there is no such garment, or nobody can wear it.
@@ -197,6 +229,9 @@ pub enum GarmentError {
     /// A body that is none.
     #[error("a body for a garment {0}")]
     Body(String),
+    /// An outfit of no garments.
+    #[error("there is no garment to put on")]
+    Nothing,
     /// Whoever was told how far it is did not want more.
     #[error("putting a garment on was stopped")]
     Stopped,

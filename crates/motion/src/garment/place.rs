@@ -18,15 +18,17 @@ pub(super) struct Spot {
     /// Below the top of the shoulder, m.
     pub s: f32,
     pub front: bool,
+    /// What lies on top where fronts overlap. Of trousers: the left leg; x is then along the waist, from the middle of the back to
+    /// the left.
     pub over: bool,
 }
 
 /// What lies on top is so far outside as it begins, m: several times what contact keeps.
-const OVER: f32 = 0.015;
+pub(super) const OVER: f32 = 0.015;
 /// Within so much of the body sleeves that are deeper than where they are sewn come apart, m.
 const LEAVES: f32 = 0.05;
 /// From the body to the spread cloth, m.
-const ROOM: f32 = 0.03;
+pub(super) const ROOM: f32 = 0.03;
 /// What the belt takes of the way around the body for either front, at the most: each then ends at the other side.
 const REACH: f32 = 0.78;
 
@@ -35,10 +37,14 @@ pub(super) fn spots(garment: &Garment, cut: &Cut) -> Vec<Spot> {
     let mut spots = vec![Spot::default(); cut.uvs.len()];
     let mut of_sheet: Vec<Vec<u32>> = vec![Vec::new(); cut.sheet.positions.len()];
     for (p, panel) in garment.panels.iter().enumerate() {
-        let Hang::Flat { left, run, front, over } = panel.hang else { continue };
+        let (begin, run, front, over) = match panel.hang {
+            Hang::Flat { left, run, front, over } => (left, run, front, over),
+            Hang::Leg { from, left, front } => (from, -1.0, front, left),
+            Hang::Along => continue,
+        };
         for v in cut.panels[p]..cut.panels[p + 1] {
             let at = cut.uvs[v] - panel.bolt;
-            spots[v] = Spot { x: left + run * at.x, s: at.y, front, over };
+            spots[v] = Spot { x: begin + run * at.x, s: at.y, front, over };
             of_sheet[cut.vertex[v] as usize].push(v as u32);
         }
     }
@@ -73,20 +79,26 @@ pub(super) fn spots(garment: &Garment, cut: &Cut) -> Vec<Spot> {
 
 /// How a garment lies about a body with its arms spread.
 pub(super) struct Spread {
-    wear: Wear,
+    pub(super) wear: Wear,
     /// Of the body: its middle (x, z).
-    middle: Vec2,
-    /// Top of the cloth over the shoulders, and half its depth, m.
-    top: f32,
-    depth: f32,
+    pub(super) middle: Vec2,
+    /// Top of the cloth over the shoulders, or at the waist, and half its depth, m.
+    pub(super) top: f32,
+    pub(super) depth: f32,
     /// How far the top of the shoulders is drawn to the back at the neck, m along the cloth.
-    back: f32,
+    pub(super) back: f32,
     /// How far the neck is opened to either side, m.
-    opened: f32,
+    pub(super) opened: f32,
+    /// Middles of the legs of trousers, from that of the body.
+    pub(super) centres: [Vec2; 2],
 }
 
 impl Spread {
-    pub fn new(wear: &Wear, body: &Body, poses: &[RigidPose]) -> Result<Self, GarmentError> {
+    /// About a body and what it wears already, which is at the points `worn`.
+    pub fn new(wear: &Wear, body: &Body, poses: &[RigidPose], worn: &[Vec3]) -> Result<Self, GarmentError> {
+        if let Some(legs) = wear.legs {
+            return Self::about_legs(wear, legs, body, poses);
+        }
         let arms = body.capsules.iter().filter(|c| body.arms.iter().any(|arm| arm[0] == c.joint));
         let tops = arms.flat_map(|c| {
             let y = c.ends.map(|p| (poses[c.joint].position + poses[c.joint].rotation * p).y);
@@ -97,19 +109,27 @@ impl Spread {
             return Err(GarmentError::Body("has no capsule on its upper arms".into()));
         }
         let hem = top - wear.length + 0.1;
-        let discs = body.discs(poses, [hem.min(top - 0.3), top]);
+        let heights = [hem.min(top - 0.3), top];
+        let mut discs = body.discs(poses, heights);
+        discs.extend(around(worn, heights, OVER));
         // Hands and feet reach where the garment does not.
         let x = 0.5 * (poses[body.arms[0][0]].position.x + poses[body.arms[1][0]].position.x);
         let trunk = discs.iter().filter(|(p, _)| (p.x - x).abs() < wear.half);
         let (low, high) =
             trunk.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), (p, r)| (l.min(p.y - r), h.max(p.y + r)));
-        let most = (wear.half + wear.hem) / PI;
+        // Two sheets go over the shoulders in an arc and must still hang below the arms.
+        let most = if wear.open { 0.3 * wear.length } else { (wear.half + wear.hem) / PI };
         let depth = (0.5 * (high - low) + ROOM).max(0.1);
         if depth.is_nan() || depth >= most {
             return Err(GarmentError::Body(format!(
-                "is {:.2} m deep from front to back; a robe that is {:.2} m around its hem has room for {:.2} m",
+                "is {:.2} m deep from front to back{}; a robe of this {} has room for {:.2} m",
                 high - low,
-                2.0 * (wear.half + wear.hem),
+                if worn.is_empty() { "" } else { " with what it wears" },
+                if wear.open {
+                    format!("length, {:.2} m,", wear.length)
+                } else {
+                    format!("width, {:.2} m around its hem,", 2.0 * (wear.half + wear.hem))
+                },
                 2.0 * (most - ROOM)
             )));
         }
@@ -126,11 +146,22 @@ impl Spread {
             .fold(0.0, f32::max);
         let opened = (beside + ROOM - wear.neck).max(0.0);
         let sine = ((z - behind + 0.015) / depth).clamp(0.0, 0.9);
-        Ok(Self { wear: *wear, middle: Vec2::new(x, z), top, depth, back: depth * sine.asin(), opened })
+        Ok(Self {
+            wear: *wear,
+            middle: Vec2::new(x, z),
+            top,
+            depth,
+            back: depth * sine.asin(),
+            opened,
+            centres: [Vec2::ZERO; 2],
+        })
     }
 
     /// From the middle of the back to the middle of the front, so far below the shoulder.
     fn half_round(&self, s: f32) -> f32 {
+        if let Some(legs) = self.wear.legs {
+            return legs.round;
+        }
         let Wear { length, half, hem, armhole, .. } = self.wear;
         2.0 * half - (half - hem) * ((s - armhole) / (length - armhole)).clamp(0.0, 1.0)
     }
@@ -139,13 +170,14 @@ impl Spread {
     fn around(&self, spot: &Spot) -> f32 {
         match (spot.front, spot.over) {
             (false, _) => spot.x,
+            _ if self.wear.legs.is_some() => spot.x,
             (true, true) => self.half_round(spot.s) - spot.x,
             (true, false) => -self.half_round(spot.s) - spot.x,
         }
     }
 
     /// An oval so long around: a point of it and the direction outwards (x, z).
-    fn oval(&self, around: f32, half_round: f32) -> (Vec2, Vec2) {
+    pub(super) fn oval(&self, around: f32, half_round: f32) -> (Vec2, Vec2) {
         let d = self.depth;
         let straight = 0.5 * (half_round - PI * d).max(0.0);
         // Beyond the middle of the front it goes on around the other side.
@@ -166,6 +198,9 @@ impl Spread {
 
     /// Part of [`OVER`] by which what is on the left lies on top: from its side on, and at the neck where fronts meet.
     fn over(&self, spot: &Spot, closed: f32) -> f32 {
+        if self.wear.legs.is_some() || self.wear.shut {
+            return 0.0;
+        }
         let left = if spot.front { spot.over } else { spot.x > 0.0 };
         if !left {
             return 0.0;
@@ -177,6 +212,9 @@ impl Spread {
 
     /// A spot in the world.
     pub fn at(&self, spot: &Spot) -> Vec3 {
+        if let Some(legs) = self.wear.legs {
+            return self.on_leg(spot, legs);
+        }
         let Wear { half, sleeve, armhole, depth, cuff, .. } = self.wear;
         let d = self.depth;
         let drawn = self.back * (1.0 - smoothstep(0.3 * half, half, spot.x.abs()));
@@ -184,7 +222,7 @@ impl Spread {
         let arc = (way / d).min(FRAC_PI_2);
         let y = self.top - d + d * arc.cos() - (way - d * arc);
         let flat = d * arc.sin() * if spot.front { 1.0 } else { -1.0 };
-        let closed = smoothstep(0.1 * armhole, armhole, spot.s);
+        let closed = if self.wear.open { 0.0 } else { smoothstep(0.1 * armhole, armhole, spot.s) };
         let (mut p, n);
         if spot.x.abs() <= half + 1e-4 {
             let (oval, outwards) = self.oval(self.around(spot), self.half_round(spot.s));
@@ -192,7 +230,8 @@ impl Spread {
             let mut open = self.opened * side * (1.0 - smoothstep(0.05, 0.4, spot.s));
             open *= 1.0 - smoothstep(0.3 * half, half, spot.x.abs());
             let beside = smoothstep(0.0, 2.0 * self.wear.neck, spot.x.abs());
-            let before = if spot.front { smoothstep(0.0, 0.1, spot.s) } else { 0.0 };
+            let parted = spot.front && !self.wear.shut;
+            let before = if parted { smoothstep(0.0, 0.1, spot.s) } else { 0.0 };
             open *= beside + (1.0 - beside) * before;
             p = Vec2::new(spot.x + open, flat).lerp(oval, closed);
             n = Vec2::new(0.0, if spot.front { 1.0 } else { -1.0 })
@@ -205,7 +244,10 @@ impl Spread {
             let shut = end * smoothstep(0.5 * cuff, cuff, spot.s);
             // Where it is deeper than it is sewn it leaves the body's side, which on the left lies on top.
             let over = if spot.x > 0.0 { OVER * closed } else { 0.0 };
-            let leaves = over + LEAVES * smoothstep(0.6 * armhole, 1.2 * armhole, spot.s);
+            // What is sewn to the back alone leaves the front from the shoulder on.
+            let [from, to] =
+                if self.wear.shut && spot.front { [0.0, 0.2] } else { [0.6 * armhole, 1.2 * armhole] };
+            let leaves = over + LEAVES * smoothstep(from, to, spot.s);
             let x = if depth > armhole { x + leaves } else { x };
             // Where it leaves the body it is as shut as that.
             let own = smoothstep(0.1 * depth, depth, spot.s);
@@ -269,28 +311,39 @@ impl Spread {
 
     /// How far below the shoulder a belt takes a spot: fronts are drawn up, for their way over the chest is longer.
     fn level(&self, spot: &Spot) -> f32 {
+        if self.wear.legs.is_some() {
+            return spot.s;
+        }
         let inwards = if spot.over { -spot.x } else { spot.x };
         let drawn = if spot.front { smoothstep(-self.wear.half, 0.0, inwards) } else { 0.0 };
         spot.s - DRAWN_UP * drawn
     }
 
-    /// What the belt takes, and how. Layers lie `layer` metres apart in the end, the innermost `clearance` from the body.
+    /// What the belt takes of triangles with edges of `edge` metres, and how. Layers lie `layer` metres apart in the end, the innermost `clearance` from the body.
     pub fn belt(
         self,
         cut: &Cut,
         spots: &[Spot],
         body: &Body,
         poses: &[RigidPose],
+        worn: &[Vec3],
         [clearance, layer]: [f32; 2],
+        edge: f32,
     ) -> Belt {
         let [from, to] = self.wear.belt;
         let half_width = 0.5 * (to - from);
+        // No column of coarse triangles slips through.
+        let to = to.max(from + 1.02 * edge);
         let height = poses[body.pelvis].position.y + body.tied;
-        let discs = body.discs(poses, [height - half_width, height + half_width]);
+        let mut discs = body.discs(poses, [height - half_width, height + half_width]);
+        // What is worn is in small folds there.
+        discs.extend(around(worn, [height - 2.0 * half_width, height + 2.0 * half_width], layer));
         let hull = Hull::new(&discs, clearance);
         let mut known = vec![false; cut.sheet.positions.len()];
+        // Sleeves are not.
         let tied = |s: &Spot| {
-            (from - 1e-4..=to + 1e-4).contains(&self.level(s)) && s.x.abs() <= self.wear.half + 1e-4
+            (from - 1e-4..=to + 1e-4).contains(&self.level(s))
+                && (s.x.abs() <= self.wear.half + 1e-4 || self.wear.legs.is_some())
         };
         let ties = cut
             .vertex
@@ -299,9 +352,16 @@ impl Spread {
             .filter(|(v, s)| tied(s) && !std::mem::replace(&mut known[**v as usize], true));
         let ties: Vec<(u32, Spot)> = ties.map(|(v, s)| (*v, *s)).collect();
         let reach = ties.iter().map(|(_, s)| self.around(s).abs()).fold(0.0, f32::max);
-        let gather = (REACH * hull.length() / reach.max(1e-6)).min(1.0);
+        // Trousers end where they began.
+        let overlap = if self.wear.legs.is_some() { 0.5 } else { REACH };
+        let gather = (overlap * hull.length() / reach.max(1e-6)).min(1.0);
         Belt { spread: self, hull, ties, gather, height: height + half_width, layer }
     }
+}
+
+/// Points between two heights as discs (x, z).
+fn around(worn: &[Vec3], [low, high]: [f32; 2], radius: f32) -> impl Iterator<Item = (Vec2, f32)> {
+    worn.iter().filter(move |p| (low..=high).contains(&p.y)).map(move |p| (Vec2::new(p.x, p.z), radius))
 }
 
 /// How far fronts are drawn up at the middle, m.
@@ -343,11 +403,23 @@ impl Belt {
             let (around, half_round) = (spread.around(spot), spread.half_round(spot.s));
             // In parts of half the way around.
             let (loose, tight) = (around / half_round, 2.0 * around * self.gather / round);
-            let part = loose + (tight - loose) * t;
-            let (from, from_n) = spread.oval(part * half_round, half_round);
-            let (to, to_n) = self.hull.find(0.5 * part * round);
+            // Sheets go there straight, tubes around.
+            let part = if spread.wear.open { tight } else { loose + (tight - loose) * t };
+            let (from, from_n) = if spread.wear.open {
+                let at = spread.at(spot);
+                (Vec2::new(at.x, at.z) - spread.middle, Vec2::new(0.0, if spot.front { 1.0 } else { -1.0 }))
+            } else {
+                spread.oval(part * half_round, half_round)
+            };
+            // A front that is one stays in the middle.
+            let way = if spread.wear.shut && spot.front { 0.5 * round - spot.x } else { 0.5 * part * round };
+            let (to, to_n) = self.hull.find(way);
             let n = from_n.lerp(to_n, t).normalize_or(to_n);
-            let over = [OVER * spread.over(spot, 1.0), self.layer * smoothstep(0.2, 0.36, tight)];
+            let laps = spread.wear.legs.is_none() && !spread.wear.shut;
+            let layer = if laps { self.layer } else { 0.0 };
+            // Sheets have it already.
+            let loose = if spread.wear.open { 0.0 } else { OVER * spread.over(spot, 1.0) };
+            let over = [loose, layer * smoothstep(0.2, 0.36, tight)];
             let p = (from + spread.middle).lerp(to, t) + n * (over[0] + (over[1] - over[0]) * t);
             let y = spread.at(spot).y;
             let end = self.height - (spread.level(spot) - spread.wear.belt[0]);

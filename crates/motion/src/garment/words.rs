@@ -1,86 +1,119 @@
-//! A garment from a line of text.
+//! Garments from a line of text.
 
-use super::{CUTS, Garment, GarmentError, STYLES};
+use super::{CUTS, Cutting, Garment, GarmentError, STYLES, Style};
+use crate::cloth::{Fabric, PRESETS};
 use crate::dance::Parameter;
 
 /// Edges with which a garment is tried, m.
 const COARSE: f32 = 0.05;
 
-/// Reads a garment: the name of a cut, then measures that differ from its own, as in `kosode length=1.45`, and the way to wear it ([`STYLES`]); what follows a # is
-/// for people, and lines may be broken anywhere between words.
+/// Reads a garment, as [`outfit`] reads several, for the player.
+///
+/// # Errors
+/// As there, and more garments than one.
+pub fn parse(text: &str) -> Result<Garment, GarmentError> {
+    let mut all = outfit(text, 1.0)?;
+    match (all.pop(), all.len()) {
+        (Some(garment), 0) => Ok(garment),
+        (_, more) => {
+            let problem = format!("there are {} garments; one was expected", more + 1);
+            Err(GarmentError::Text { line: 1, problem })
+        }
+    }
+}
+
+/// A garment whose words are read: its cut, measures so far, way to wear it, cloth and line.
+struct Words {
+    cut: &'static Cutting,
+    values: Vec<f32>,
+    style: &'static Style,
+    fabric: Option<Fabric>,
+    line: usize,
+}
+
+/// Reads what a figure wears, the innermost first: of each garment the name of a cut, then measures that differ from its own, as in
+/// `kosode length=1.45`, the way to wear it ([`STYLES`]) and what it is made of ([`PRESETS`]); what follows a # is for people, and lines
+/// may be broken anywhere between words. The wearer is `size` times as tall as the player: measures that the text does not give are so much
+/// longer, within their ranges.
 ///
 /// # Errors
 /// Names and numbers that are none, with their line.
-pub fn parse(text: &str) -> Result<Garment, GarmentError> {
-    parse_for(text, 1.0)
-}
-
-/// As [`parse`], for a wearer who is so many times as tall as the player: measures that the text does not give are so much longer,
-/// within their ranges.
-///
-/// # Errors
-/// As there.
-pub fn parse_for(text: &str, size: f32) -> Result<Garment, GarmentError> {
-    let mut found: Option<(&super::Cutting, Vec<f32>)> = None;
-    let mut style = &STYLES[0];
+pub fn outfit(text: &str, size: f32) -> Result<Vec<Garment>, GarmentError> {
+    let mut all: Vec<Words> = Vec::new();
     for (i, line) in text.lines().enumerate() {
         let wrong = |problem: String| GarmentError::Text { line: i + 1, problem };
         for word in line.split('#').next().unwrap_or_default().split_whitespace() {
             let short: String = word.chars().take(40).collect();
-            let Some((cut, values)) = &mut found else {
-                let cut = CUTS.iter().find(|c| c.name == word).ok_or_else(|| {
-                    let names: Vec<&str> = CUTS.iter().map(|c| c.name).collect();
-                    wrong(format!("'{short}' is no cut; expected one of {}", names.join(", ")))
-                })?;
-                found = Some((cut, cut.measures.iter().map(|m| made(m, size)).collect()));
+            if let Some(cut) = CUTS.iter().find(|c| c.name == word) {
+                let values = cut.measures.iter().map(|m| made(m, size)).collect();
+                all.push(Words { cut, values, style: &STYLES[0], fabric: None, line: i + 1 });
                 continue;
+            }
+            let Some(words) = all.last_mut() else {
+                return Err(wrong(format!("'{short}' is no cut; expected one of {}", cuts())));
             };
             if let Some(named) = STYLES.iter().find(|s| s.name == word) {
-                style = named;
+                words.style = named;
+                continue;
+            }
+            if let Some(preset) = Fabric::preset(word) {
+                words.fabric = Some(preset.fabric);
                 continue;
             }
             let pair = word.split_once('=');
-            let at = pair.and_then(|(key, _)| cut.measures.iter().position(|m| m.name == key));
+            let at = pair.and_then(|(key, _)| words.cut.measures.iter().position(|m| m.name == key));
             let (Some((_, value)), Some(at)) = (pair, at) else {
                 let names: Vec<String> =
-                    cut.measures.iter().map(|m| format!("{}={}", m.name, m.default)).collect();
+                    words.cut.measures.iter().map(|m| format!("{}={}", m.name, m.default)).collect();
                 let styles: Vec<&str> = STYLES.iter().map(|s| s.name).collect();
+                let fabrics: Vec<&str> = PRESETS.iter().map(|p| p.name).collect();
                 return Err(wrong(format!(
-                    "'{short}' is no measure of a {}; it has {}; and no way to wear it, as {}",
-                    cut.name,
+                    "'{short}' is no measure of a {}; it has {}; no way to wear it, as {}; no fabric, as {}; and no other garment, as {}",
+                    words.cut.name,
                     names.join(", "),
-                    styles.join(", ")
+                    styles.join(", "),
+                    fabrics.join(", "),
+                    cuts()
                 )));
             };
-            let [low, high] = cut.measures[at].range;
+            let [low, high] = words.cut.measures[at].range;
             let number = value.parse().ok().filter(|v: &f32| (low..=high).contains(v));
-            values[at] = number.ok_or_else(|| {
-                let name = cut.measures[at].name;
-                let value: String = value.chars().take(40).collect();
-                wrong(format!("'{name}' of a {} is '{value}'; expected {low} to {high} m", cut.name))
+            words.values[at] = number.ok_or_else(|| {
+                let (name, value) = (words.cut.measures[at].name, value.chars().take(40).collect::<String>());
+                wrong(format!("'{name}' of a {} is '{value}'; expected {low} to {high} m", words.cut.name))
             })?;
         }
     }
-    match found {
-        Some((cut, values)) => {
-            let mut garment = (cut.make)(&values);
-            (style.change)(&mut garment.wear);
-            let wrong = |problem: String| GarmentError::Text { line: 1, problem };
-            // Each measure is within its range; together they may make no garment.
-            garment.cut(COARSE).map_err(|e| wrong(format!("{e}: these measures do not go together")))?;
-            let ([_, belt], length) = (garment.wear.belt, garment.wear.length);
-            if belt > length {
-                return Err(wrong(format!(
-                    "a belt {belt:.2} m below the shoulder meets no robe of {length:.2} m"
-                )));
-            }
-            Ok(garment)
+    if all.is_empty() {
+        let problem = format!("there is no garment; expected one of {}", cuts());
+        return Err(GarmentError::Text { line: 1, problem });
+    }
+    all.iter().map(Words::make).collect()
+}
+
+/// Names of all cuts.
+fn cuts() -> String {
+    CUTS.iter().map(|c| c.name).collect::<Vec<_>>().join(", ")
+}
+
+impl Words {
+    fn make(&self) -> Result<Garment, GarmentError> {
+        let mut garment = (self.cut.make)(&self.values);
+        garment.fabric = self.fabric;
+        let wrong = |problem: String| GarmentError::Text { line: self.line, problem };
+        if garment.wear.legs.is_some() && self.style.name != STYLES[0].name {
+            return Err(wrong(format!("a {} is not worn {}: it is no robe", self.cut.name, self.style.name)));
         }
-        None => {
-            let names: Vec<&str> = CUTS.iter().map(|c| c.name).collect();
-            let problem = format!("there is no garment; expected one of {}", names.join(", "));
-            Err(GarmentError::Text { line: 1, problem })
+        (self.style.change)(&mut garment.wear);
+        // Each measure is within its range; together they may make no garment.
+        garment.cut(COARSE).map_err(|e| wrong(format!("{e}: these measures do not go together")))?;
+        let ([_, belt], length) = (garment.wear.belt, garment.wear.length);
+        if belt > length {
+            return Err(wrong(format!(
+                "a belt {belt:.2} m below the shoulder meets no robe of {length:.2} m"
+            )));
         }
+        Ok(garment)
     }
 }
 

@@ -1,83 +1,11 @@
-//! Cuts of robes: their measures and what comes of them.
-//!
-//! Pieces are rectangles as wide as the loom wove, two of the body, two of the sleeves, half widths at the front edges
-//! (okumi), a collar; where cloth is folded away along the collar it is cut here. Each length of cloth is two panels, before and
-//! behind the shoulder, so that its pattern stands upright on both.
+//! The kosode (karaori, atsuita, nuihaku): two lengths of the body, two sleeves, the half widths at the front edges (okumi), a collar;
+//! where cloth is folded away along the collar it is cut here.
 
-use super::bolt::{Bolt, Levels, edge, flat};
-use super::choken::choken;
-use super::{Garment, Side, Wear};
-use crate::dance::Parameter;
+use super::bolt::{Bolt, edge, flat};
+use super::cuts::BELT;
+use super::{Garment, Side, Wear, bolt::Levels};
 
-/// A cut: its name, its measures and what it is.
-pub struct Cutting {
-    /// As it is written.
-    pub name: &'static str,
-    /// In metres; the table's order.
-    pub measures: &'static [Parameter],
-    /// For people.
-    pub doc: &'static str,
-    /// Makes one.
-    pub make: fn(&[f32]) -> Garment,
-}
-
-const fn measure(name: &'static str, default: f32, low: f32, high: f32, doc: &'static str) -> Parameter {
-    Parameter { name, default, range: [low, high], doc }
-}
-
-/// All cuts.
-///
-/// Lengths and spans are of robes in museums: a karaori of the 17th century is 1.400 m long and .712 m from the middle of the back
-/// to the cuff, a kariginu 1.66 and .82 m; looms wove .36 to .42 m. The defaults are for the player of 1.7 m: a kosode 10 cm longer and 4 cm
-/// wider. Collars, cuffs, overlaps and the choken are assumed.
-pub const CUTS: &[Cutting] = &[
-    Cutting {
-        name: "kosode",
-        measures: &[
-            measure("length", 1.50, 0.8, 2.0, "from shoulder to hem"),
-            measure("back", 0.33, 0.2, 0.5, "half the back, m"),
-            measure("front", 0.27, 0.15, 0.5, "each front at the hem, m"),
-            measure("okumi", 0.14, 0.05, 0.4, "the strip at the edge of each front, m"),
-            measure("sleeve", 0.42, 0.1, 0.6, "from side to cuff, m"),
-            measure("depth", 0.50, 0.2, 0.8, "of the sleeves, from top to bottom"),
-            measure("cuff", 0.22, 0.1, 0.5, "how much of the depth is open for the hand"),
-            measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
-            measure("collar", 0.07, 0.03, 0.15, "width of the collar, m"),
-            measure("collar_end", 0.78, 0.6, 1.2, "where the collar ends, below the shoulder, m"),
-            measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
-        ],
-        doc: "karaori, atsuita, nuihaku: sleeves sewn to the body along their depth, their edges shut up to the hand",
-        make: kosode,
-    },
-    Cutting {
-        name: "choken",
-        measures: &[
-            measure("length", 1.15, 0.7, 1.6, "from shoulder to hem"),
-            measure("back", 0.33, 0.2, 0.5, "half the back, m"),
-            measure("sleeve", 0.52, 0.2, 0.8, "from side to cuff, m"),
-            measure("depth", 0.72, 0.4, 0.9, "of the sleeves, from top to bottom"),
-            measure("armhole", 0.36, 0.25, 0.6, "how much of the depth is sewn to the body"),
-            measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
-            measure(
-                "neckline",
-                0.26,
-                0.15,
-                0.5,
-                "where the fronts come to the middle, below the shoulder, m",
-            ),
-            measure("collar", 0.06, 0.03, 0.12, "width of the collar, m"),
-            measure("collar_end", 0.80, 0.5, 1.2, "where the collar ends, below the shoulder, m"),
-            measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
-        ],
-        doc: "choken, maiginu: sleeves wide and open at the hand, sides open, fronts that meet",
-        make: choken,
-    },
-];
-
-/// What a belt takes, m.
-pub(super) const BELT: f32 = 0.03;
-
-fn kosode(m: &[f32]) -> Garment {
+pub(super) fn kosode(m: &[f32]) -> Garment {
     let [length, back, front, okumi, sleeve, depth, cuff, neck, collar, collar_end, belt] =
         *m.as_array().unwrap_or(&[0.0; 11]);
     let collar_end = collar_end.min(length - 0.1);
@@ -187,6 +115,10 @@ fn kosode(m: &[f32]) -> Garment {
             cuff,
             neck,
             belt: [belt, belt + BELT],
+            open: false,
+            shut: false,
+            legs: None,
         },
+        fabric: None,
     }
 }
