@@ -12,7 +12,6 @@ mod lanes;
 pub mod lens;
 pub mod lighting;
 pub mod normals;
-pub mod parallel;
 pub mod pca;
 mod readings;
 mod rows;

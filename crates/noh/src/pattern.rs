@@ -1,6 +1,7 @@
 //! What textures are made of: noise that tiles, and grids of texels baked into colour, roughness and normal maps.
 
 use glam::{Mat3, Vec2, Vec3};
+use std::sync::LazyLock;
 use yugen_optics::Image;
 use yugen_optics::random::{hash_combine, unit_f32};
 
@@ -13,6 +14,10 @@ fn fade(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
+/// Gradients, for a sine at each corner took a quarter of the time in which a stage is painted.
+static WAYS: LazyLock<[Vec2; 1024]> =
+    LazyLock::new(|| std::array::from_fn(|i| Vec2::from_angle(std::f32::consts::TAU * i as f32 / 1024.0)));
+
 /// Gradient noise on a lattice that repeats after `period` cells; about ±0.7.
 pub fn noise(p: Vec2, period: [i32; 2], seed: u32) -> f32 {
     let cell = p.floor();
@@ -20,7 +25,7 @@ pub fn noise(p: Vec2, period: [i32; 2], seed: u32) -> f32 {
     let corner = |i: i32, j: i32| {
         let x = (cell.x as i32 + i).rem_euclid(period[0]);
         let y = (cell.y as i32 + j).rem_euclid(period[1]);
-        let way = Vec2::from_angle(std::f32::consts::TAU * lattice(x, y, seed));
+        let way = WAYS[(lattice(x, y, seed) * WAYS.len() as f32) as usize];
         way.dot(t - Vec2::new(i as f32, j as f32))
     };
     let (u, v) = (fade(t.x), fade(t.y));

@@ -10,6 +10,7 @@ use std::f32::consts::{PI, TAU};
 use std::sync::Arc;
 use yugen_motion::SkeletonError;
 use yugen_motion::fire::FireError;
+use yugen_optics::parallel::{parallel, threads};
 use yugen_optics::spectrum::{blackbody, emission_rgb};
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image};
@@ -157,24 +158,8 @@ impl Stage {
     fn surfaces(&self) -> Vec<(Finish, Option<Surface>)> {
         let albedo = self.layout().get("gravel_albedo");
         let finishes = self.finishes();
-        let queue = std::sync::atomic::AtomicUsize::new(0);
-        let done = std::sync::Mutex::new(BTreeMap::new());
-        std::thread::scope(|scope| {
-            let threads = std::thread::available_parallelism().map_or(1, usize::from).min(finishes.len());
-            for _ in 0..threads {
-                scope.spawn(|| {
-                    while let Some(finish) =
-                        finishes.get(queue.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
-                    {
-                        let surface = finish.surface(albedo);
-                        done.lock()
-                            .unwrap_or_else(std::sync::PoisonError::into_inner)
-                            .insert(*finish, surface);
-                    }
-                });
-            }
-        });
-        done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner).into_iter().collect()
+        let surfaces = parallel(threads(), finishes.len(), |i| finishes[i].surface(albedo), &|_| {});
+        finishes.into_iter().zip(surfaces).collect()
     }
 
     fn sky(&self, scene: &mut Scene, hour: Hour) {

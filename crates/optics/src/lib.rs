@@ -12,6 +12,7 @@ pub mod flip;
 pub mod frame;
 pub mod image;
 pub mod linear;
+pub mod parallel;
 pub mod quadrature;
 pub mod random;
 pub mod special;

@@ -1,6 +1,7 @@
 //! What moves in a scene: figures, posed by their clips.
 
 use crate::cache::CACHE;
+use crate::fire::burn;
 use crate::{Geometry, Light, Mesh, Scene, suggest};
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
@@ -191,7 +192,7 @@ impl Scene {
             cache.play(seconds.into(), self);
         }
         let fires = std::mem::take(&mut self.fires);
-        let burning = fires.iter().try_for_each(|fire| fire.burn(seconds.into(), self));
+        let burning = burn(&fires, seconds.into(), self);
         self.fires = fires;
         Ok(burning?)
     }

@@ -4,6 +4,7 @@ use crate::{Geometry, Light, Material, MaterialId, Mesh, Scene, Shape, Texture, 
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
 use yugen_motion::fire::{Burning, Fire, FireError, Grid, Logs};
+use yugen_optics::parallel::{parallel, threads};
 
 /// For how long the film of a spark is open, s: it is seen as a streak.
 const EXPOSURE: f32 = 1.0 / 60.0;
@@ -89,28 +90,48 @@ impl Scene {
         self.add_light(name, Light::Volume { grid: Arc::new(nothing), scale: 1.0, to_world: Mat4::IDENTITY });
         let cell = cell.unwrap_or(fire.diameter / FINENESS);
         let fire = SceneFire { logs: burning.logs(), burning, cell, light, shapes };
-        fire.burn(seconds, self)?;
+        fire.moment(seconds)?.put(&fire, self);
         self.fires.push(Arc::new(fire));
         Ok(())
     }
 }
 
-impl SceneFire {
-    /// Sets its light and shapes in `scene` to how they are at `seconds`.
-    pub(crate) fn burn(&self, seconds: f64, scene: &mut Scene) -> Result<(), FireError> {
-        let flame = self.burning.at(seconds);
-        let mut cells = flame.grid(flame.cells(self.cell))?;
-        self.logs.fill(&mut cells);
-        if let Some(Light::Volume { grid, .. }) = scene.lights.get_mut(self.light) {
-            *grid = Arc::new(cells);
+/// A fire as it is at a moment.
+struct Moment {
+    cells: Grid,
+    /// Logs and sparks.
+    meshes: [Mesh; 2],
+}
+
+impl Moment {
+    /// Sets the light and shapes of `fire` in `scene` to this.
+    fn put(self, fire: &SceneFire, scene: &mut Scene) {
+        if let Some(Light::Volume { grid, .. }) = scene.lights.get_mut(fire.light) {
+            *grid = Arc::new(self.cells);
         }
-        let [logs, sparks] = self.shapes;
-        for (shape, mesh) in [(logs, self.logs(seconds)), (sparks, self.sparks(seconds))] {
+        for (shape, mesh) in fire.shapes.into_iter().zip(self.meshes) {
             if let Some(shape) = scene.shapes.get_mut(shape) {
                 shape.geometry = Geometry::Mesh(Arc::new(mesh));
             }
         }
-        Ok(())
+    }
+}
+
+/// Sets lights and shapes of `fires` in `scene` to how they are at `seconds`, each fire on a thread of its own.
+pub(crate) fn burn(fires: &[Arc<SceneFire>], seconds: f64, scene: &mut Scene) -> Result<(), FireError> {
+    let moments = parallel(threads(), fires.len(), |i| fires[i].moment(seconds), &|_| {});
+    for (fire, moment) in fires.iter().zip(moments) {
+        moment?.put(fire, scene);
+    }
+    Ok(())
+}
+
+impl SceneFire {
+    fn moment(&self, seconds: f64) -> Result<Moment, FireError> {
+        let flame = self.burning.at(seconds);
+        let mut cells = flame.grid(flame.cells(self.cell))?;
+        self.logs.fill(&mut cells);
+        Ok(Moment { cells, meshes: [self.logs(seconds), self.sparks(seconds)] })
     }
 
     fn logs(&self, seconds: f64) -> Mesh {

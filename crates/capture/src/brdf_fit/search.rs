@@ -3,9 +3,9 @@
 use super::optimise::{Loss, Scale, descend};
 use super::space::{Coordinate, Point, Space, forms};
 use super::{Data, Fit, Kind, Lobe, Metric, Options, ParamType, Reading, Readings, r_sequence};
-use crate::parallel::parallel;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use yugen_optics::ColourSpace;
+use yugen_optics::parallel::parallel;
 
 /// Readings that starts are compared with.
 const SCREEN: usize = 256;

@@ -16,8 +16,8 @@ use super::prior::Prior;
 use super::task::Task;
 use super::{choice, noise, tails};
 use crate::lanes::LANES;
-use crate::parallel::parallel_in;
 use crate::readings::Readings;
+use yugen_optics::parallel::parallel_in;
 
 /// A texel of the sample.
 struct Sample {

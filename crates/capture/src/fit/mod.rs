@@ -42,11 +42,11 @@ pub use smooth::smooth_tangents;
 
 use crate::lanes::LANES;
 use crate::normals;
-use crate::parallel::parallel_in;
 use fitted::NOTHING;
 use fitter::Fitter;
 use scratch::Scratch;
 use task::Task;
+use yugen_optics::parallel::parallel_in;
 
 /// Fits every texel, in order. Same bits for any number of threads. `progress` hears how many texels are done each time
 /// some are.

@@ -13,11 +13,11 @@ pub(crate) mod stereo;
 
 use crate::fit::compare::quantile;
 use crate::lanes::{F, LANES};
-use crate::parallel::parallel_in;
 use crate::readings::Readings;
 use glam::Vec3;
 use layout::Layout;
 use stereo::{Law, Light, Scratch, Task};
+use yugen_optics::parallel::parallel_in;
 
 /// What the light of a texel that is no highlight comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

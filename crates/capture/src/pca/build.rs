@@ -2,9 +2,9 @@
 
 use super::linear::{eigen, multiply};
 use super::{BAND, BINS, EPSILON, Tables, cosines};
-use crate::parallel::parallel;
 use std::ops::Range;
 use yugen_archive::formats::pca_basis::Basis;
+use yugen_optics::parallel::parallel;
 
 /// Rows of all columns, less their means.
 pub struct Rows {

@@ -3,8 +3,8 @@
 use super::build::{Rows, basis, gram, rows};
 use super::linear::{eigen, ridge};
 use super::{BAND, BINS, EPSILON, RIDGE, Reach, Tables, cosines, directions_of, optimal_rows};
-use crate::parallel::parallel;
 use yugen_archive::formats::pca_basis::Basis;
+use yugen_optics::parallel::parallel;
 use yugen_reflectance::merl::{PHI_D, THETA_D, bin_centre};
 
 /// How well a material is reconstructed by the basis of all others.

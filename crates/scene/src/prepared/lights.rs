@@ -5,6 +5,7 @@ use crate::{Geometry, Light, Scene, Texture, TextureId, Value};
 use glam::{DVec3, Mat3, Mat4, Vec2, Vec3};
 use std::sync::Arc;
 use yugen_motion::fire::{Directivity, Grid};
+use yugen_optics::parallel::{parallel, threads};
 use yugen_optics::{Image, distribution};
 
 /// A light that reaches a point from one direction only.
@@ -216,10 +217,15 @@ impl<'a> LightSources<'a> {
         let (volumes, others): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.sources).into_iter().partition(is_volume);
         self.sources = others;
-        for source in volumes {
-            let LightSource::Volume { light, grid, scale, to_world } = source else { continue };
-            let turn = Mat3::from_mat4(crate::rigid(to_world)).transpose().as_dmat3();
-            for slab in grid.slabs(count, points, DVec3::Y, turn) {
+        let slabs_of = |i: usize| {
+            let LightSource::Volume { grid, to_world, .. } = &volumes[i] else { return Vec::new() };
+            let turn = Mat3::from_mat4(crate::rigid(*to_world)).transpose().as_dmat3();
+            grid.slabs(count, points, DVec3::Y, turn)
+        };
+        let slabs = parallel(threads(), volumes.len(), slabs_of, &|_| {});
+        for (source, slabs) in volumes.iter().zip(slabs) {
+            let LightSource::Volume { light, grid, scale, to_world } = *source else { continue };
+            for slab in slabs {
                 // Where nothing shines it does not matter where, but there are always as many.
                 let nowhere = to_world.transform_point3(grid.lower);
                 let place = |p: &DVec3| to_world.transform_point3(p.as_vec3());

@@ -268,7 +268,7 @@ impl Plot {
 /// Calls `work` with 0, 1, … `n − 1` on all cores; results in order. A bar shows where it takes long.
 fn parallel<T: Send>(n: usize, what: &'static str, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let bar = progress::bar(n as u64, false).with_message(what);
-    let all = yugen_capture::parallel::parallel(argument::threads(None), n, work, &|done| {
+    let all = yugen_optics::parallel::parallel(argument::threads(None), n, work, &|done| {
         bar.set_position(done as u64)
     });
     bar.finish_and_clear();

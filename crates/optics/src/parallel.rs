@@ -2,6 +2,11 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// As many threads as run at once here; one where there are none, as in browsers.
+pub fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// Calls `work` with 0, 1, … `n − 1` on `threads` threads; results in that order, whatever the order of work. After
 /// each, `done` hears how many are finished.
 pub fn parallel<T: Send>(
@@ -20,9 +25,19 @@ pub fn parallel_in<T: Send, R: Default>(
     work: impl Fn(usize, &mut R) -> T + Sync,
     done: &(dyn Fn(usize) + Sync),
 ) -> Vec<T> {
+    let threads = threads.min(n);
+    if threads <= 1 {
+        let mut room = R::default();
+        let one = |i| {
+            let t = work(i, &mut room);
+            done(i + 1);
+            t
+        };
+        return (0..n).map(one).collect();
+    }
     let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads.clamp(1, n.max(1)))
+        let workers: Vec<_> = (0..threads)
             .map(|_| {
                 scope.spawn(|| {
                     let (mut mine, mut room) = (Vec::new(), R::default());
