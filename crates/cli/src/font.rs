@@ -4,23 +4,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use yugen_archive::{Error, read_bounded};
-use yugen_ink::signature;
-
-/// A font's file.
-pub struct Font {
-    /// Its name.
-    pub name: String,
-    /// What is in it.
-    pub bytes: Arc<Vec<u8>>,
-    /// Which of a collection.
-    pub index: u32,
-}
-
-impl From<Font> for signature::Font {
-    fn from(Font { name, bytes, index }: Font) -> Self {
-        Self { name, bytes, index }
-    }
-}
+use yugen_ink::signature::Font;
 
 /// Most bytes of a font; collections of all Chinese, Japanese and Korean characters have 20 MB.
 const MOST: u64 = 128 << 20;

@@ -41,8 +41,8 @@ pub struct Ink {
     #[arg(short, long = "output", value_name = "FILE", required_unless_present_any = ["list", "markdown"])]
     outputs: Vec<PathBuf>,
 
-    /// A way of painting: one of those that `--list` has, or a file (.toml) with the same keys, and tables [object.NAME] and
-    /// [stroke.ID] for what is otherwise of single objects and strokes.
+    /// A way of painting: one of those that `--list` has, or a file (.toml) with the same keys, and tables [object.NAME],
+    /// [material.NAME] and [stroke.ID] for what is otherwise of single objects, materials and strokes.
     #[arg(long, default_value = preset::DEFAULT, value_name = "NAME|FILE")]
     preset: String,
 
@@ -189,13 +189,13 @@ fn is_svg(path: &Path) -> bool {
 impl Ink {
     /// The preset with what is said besides.
     fn style(&self) -> Result<Style> {
-        let mut style = match Path::new(&self.preset) {
-            file if extension(file) == "toml" => {
-                let bytes = read_bounded(file, MOST)?;
+        let mut style = match preset::is_file(&self.preset) {
+            true => {
+                let bytes = read_bounded(Path::new(&self.preset), MOST)?;
                 let text = String::from_utf8(bytes).with_context(|| format!("{}: not UTF-8", self.preset))?;
                 preset::read(&text, &self.preset)?.style
             }
-            _ => preset::find(&self.preset)?.style,
+            false => preset::find(&self.preset)?.style,
         };
         let named = [
             ("paper", &self.paper),
@@ -255,7 +255,7 @@ impl Ink {
         let style = self.style()?;
         if self.literal && !style.steering.is_empty() {
             bail!(
-                "{}: the slides' method knows nothing of single objects and strokes; leave out --literal or their tables",
+                "{}: the slides' method knows nothing of single objects, materials and strokes; leave out --literal or their tables",
                 self.preset
             );
         }
@@ -338,6 +338,7 @@ impl<'a> Session<'a> {
         let gpu = Gpu::open()?;
         let (camera, style) = (brush.look(scene)?, brush.style.clone());
         let painter = Painter::new(&gpu.device, &gpu.queue, scene, &camera, style, brush.threads)?;
+        painter.unmet_names().iter().for_each(|said| tracing::warn!("{said}"));
         let names = scene.shapes.iter().map(|s| s.name.clone()).collect();
         let mounting = brush.mounting(scene)?;
         Ok(Self { brush, painter, names, picture: None, painting: None, mounting, shown: 0 })
@@ -411,9 +412,7 @@ impl Frames for Session<'_> {
     }
 
     fn end(&self) {
-        for id in self.painter.unmet() {
-            tracing::warn!("[stroke.{id:08x}] changes nothing: no contour was drawn that has this data-id");
-        }
+        self.painter.unmet_strokes().iter().for_each(|said| tracing::warn!("{said}"));
     }
 
     fn picture(&self) -> Result<Image> {

@@ -6,6 +6,7 @@
 use crate::InkError;
 use crate::path::{self, polygon, rectangle};
 use glam::{Vec2, Vec3, vec2};
+use std::sync::OnceLock;
 use tiny_skia::{FillRule, Mask, Path, Transform};
 use yugen_optics::Image;
 use yugen_optics::random::{hash_combine, unit_f32};
@@ -90,6 +91,7 @@ impl Mount {
             parts,
             leaf: plan.leaf.and_then(moved),
             unit: plan.unit,
+            composed: OnceLock::new(),
         })
     }
 }
@@ -121,6 +123,19 @@ pub struct Mounting {
     pub leaf: Option<Path>,
     /// Side of a figure of the brocade, pixels.
     pub unit: f32,
+    /// Made when the first picture is framed, for all that follow.
+    composed: OnceLock<Composed>,
+}
+
+/// A mounting in pixels, row after row.
+#[derive(Clone, Debug)]
+struct Composed {
+    /// How much is left of the painting, 0 to 255, where that is not all of it.
+    leaf: Option<Vec<u8>>,
+    /// What is behind the painting.
+    back: Vec<Vec3>,
+    /// What is over it: colour times cover, and cover.
+    front: Vec<(Vec3, f32)>,
 }
 
 /// A part of a mounting, in pixels of the whole picture.
@@ -381,7 +396,7 @@ impl Mounting {
         if [image.width, image.height] != self.painting.map(|n| n as usize) {
             return None;
         }
-        let leaf = self.leaf.as_ref().map(|leaf| self.coverage(leaf));
+        let Composed { leaf, back, front } = self.composed.get_or_init(|| self.compose());
         let pixels = self.size[0] as usize * self.size[1] as usize;
         let sheet = |at: usize| -> Option<(usize, f32)> {
             let [x, y] = [at % self.size[0] as usize, at / self.size[0] as usize];
@@ -390,26 +405,6 @@ impl Mounting {
             let left = leaf.as_ref().map_or(1.0, |leaf| f32::from(leaf[at]) / 255.0);
             inside.then_some((y * image.width + x, left)).filter(|_| left > 0.0)
         };
-        let mut back = vec![Vec3::ZERO; pixels];
-        // Over the painting: colour times cover, and cover.
-        let mut front = vec![(Vec3::ZERO, 0.0f32); pixels];
-        for part in &self.parts {
-            let bounds = part.path.bounds();
-            for (at, covered) in self.coverage(&part.path).into_iter().enumerate().filter(|(_, c)| *c > 0) {
-                let a = f32::from(covered) / 255.0 * part.cloth.cover;
-                let pixel = vec2(
-                    (at % self.size[0] as usize) as f32 + 0.5,
-                    (at / self.size[0] as usize) as f32 + 0.5,
-                );
-                let colour = part.cloth.at(pixel, bounds, self.unit);
-                if part.over {
-                    let (c, cover) = &mut front[at];
-                    (*c, *cover) = (*c * (1.0 - a) + colour * a, *cover * (1.0 - a) + a);
-                } else {
-                    back[at] = back[at].lerp(colour, a);
-                }
-            }
-        }
         let with_layers = n > 3;
         let mut channels = image.channels.clone();
         if with_layers {
@@ -443,6 +438,30 @@ impl Mounting {
         Some(Image { width, height, channels, data })
     }
 
+    /// Its parts in pixels, from the back to the front.
+    fn compose(&self) -> Composed {
+        let pixels = self.size[0] as usize * self.size[1] as usize;
+        let (mut back, mut front) = (vec![Vec3::ZERO; pixels], vec![(Vec3::ZERO, 0.0f32); pixels]);
+        for part in &self.parts {
+            let bounds = part.path.bounds();
+            for (at, covered) in self.coverage(&part.path).into_iter().enumerate().filter(|(_, c)| *c > 0) {
+                let a = f32::from(covered) / 255.0 * part.cloth.cover;
+                let pixel = vec2(
+                    (at % self.size[0] as usize) as f32 + 0.5,
+                    (at / self.size[0] as usize) as f32 + 0.5,
+                );
+                let colour = part.cloth.at(pixel, bounds, self.unit);
+                if part.over {
+                    let (c, cover) = &mut front[at];
+                    (*c, *cover) = (*c * (1.0 - a) + colour * a, *cover * (1.0 - a) + a);
+                } else {
+                    back[at] = back[at].lerp(colour, a);
+                }
+            }
+        }
+        Composed { leaf: self.leaf.as_ref().map(|leaf| self.coverage(leaf)), back, front }
+    }
+
     /// How much of each pixel a path covers, 0 to 255.
     fn coverage(&self, path: &Path) -> Vec<u8> {
         let [w, h] = self.size;
@@ -469,7 +488,9 @@ mod tests {
             for size in [[120, 80], [81, 163], [1, 1], [300, 20]] {
                 let mounting = mount.around(size).expect("it can be");
                 let image = painting(size);
+                let first = mounting.frame(&image).expect("it is of the size");
                 let framed = mounting.frame(&image).expect("it is of the size");
+                assert!(first.data == framed.data, "{}: a film's frames are alike", mount.name);
                 let [w, h] = mounting.size.map(|n| n as usize);
                 assert!(
                     (framed.width, framed.height) == (w, h) && w % 2 == 0 && h % 2 == 0,

@@ -17,7 +17,7 @@ use crate::scatter::Surfaces;
 use crate::select::select;
 use crate::signature::{Mark, Signature};
 use crate::stamp::{self, Stamp};
-use crate::steering::{Steering, StrokeEdit};
+use crate::steering::{Names, Steering, StrokeEdit};
 use crate::stroke::{Hand, Stroke};
 use crate::svg::{Drawing, svg};
 use crate::tone::Tones;
@@ -100,8 +100,7 @@ pub struct Painter {
     /// The prints of the last painting.
     stamps: [Vec<Stamp>; BRUSHED],
     style: Style,
-    /// Names of shapes.
-    names: Vec<String>,
+    names: Names,
     /// The controls of each draw, and what of single strokes is otherwise.
     of_draws: Arc<[Controls]>,
     edits: Arc<BTreeMap<u32, StrokeEdit>>,
@@ -178,8 +177,8 @@ impl Painter {
         // Direct light: what is thrown to and fro a wash does not show.
         let lit = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options.clone() };
         let light = Stage::new(device, queue, &rows, &lit)?;
-        let names: Vec<String> = scene.shapes.iter().map(|s| s.name.clone()).collect();
-        let of_draws = of_draws(&style, &rows, &names)?;
+        let names = Names::of(scene);
+        let of_draws = of_draws(&style, &rows, &names);
         let edits = Arc::new(style.steering.strokes.clone());
         let canvas = Canvas::new(device, queue, size, &materials(&style, size), &Resolve::default())?;
         let mut painter = Self {
@@ -248,9 +247,16 @@ impl Painter {
         }
     }
 
-    /// The strokes that something is otherwise of and that no frame has had so far.
-    pub fn unmet(&self) -> impl Iterator<Item = u32> {
-        self.unmet.iter().copied()
+    /// A sentence for each table of an object or a material that the scene does not have.
+    pub fn unmet_names(&self) -> Vec<String> {
+        self.style.steering.unmet(&self.names)
+    }
+
+    /// A sentence for each stroke that something is otherwise of and that no frame has had so far.
+    pub fn unmet_strokes(&self) -> Vec<String> {
+        let sentence =
+            |id| format!("[stroke.{id:08x}] changes nothing: no contour was drawn that has this data-id");
+        self.unmet.iter().map(sentence).collect()
     }
 
     /// Lets go of the strokes of the frames before: the next one is painted as a picture by itself.
@@ -459,7 +465,11 @@ impl Painter {
         };
         lines.iter_mut().for_each(|l| l.clean(&cleaning));
         lines.retain(|l| l.samples.iter().any(|s| s.visible));
-        select(&mut lines, &|draw| hand.of(draw).controls.detail, unit, known);
+        let detail = |draw: u32| hand.of(draw).controls.detail;
+        if !known {
+            pin(&mut lines, hand, &detail);
+        }
+        select(&mut lines, &detail, unit, known);
         (lines, dots)
     }
 
@@ -541,10 +551,39 @@ fn go_on(wanted: &dyn Fn() -> bool) -> Result<(), InkError> {
     if wanted() { Ok(()) } else { Err(InkError::Stopped) }
 }
 
+/// Marks the samples of pinned strokes in the first frame, where no stroke has a name yet: those that pieces of the chosen lines
+/// would have; of what is not chosen those that pieces of all lines would have.
+fn pin(lines: &mut [SampledLine], hand: &Hand, detail: &dyn Fn(u32) -> f32) {
+    let mut wanted: BTreeSet<u32> = hand.edits.iter().filter(|(_, e)| e.pin).map(|(id, _)| *id).collect();
+    if wanted.is_empty() {
+        return;
+    }
+    let place = |draw: u32, at: Vec2| (draw, at.to_array().map(f32::to_bits));
+    let mut of_pinned = HashMap::new();
+    let mut chosen = lines.to_vec();
+    select(&mut chosen, detail, hand.unit, false);
+    for lines in [&chosen[..], &*lines] {
+        for piece in hand.all_pieces(lines) {
+            let id = hand.own(&piece);
+            if wanted.remove(&id) {
+                of_pinned.extend(piece.samples.iter().map(|s| (place(piece.draw, s.line), id)));
+            }
+        }
+    }
+    for line in lines {
+        let draw = line.draw;
+        line.samples.iter_mut().for_each(|s| s.pinned = of_pinned.get(&place(draw, s.line)).copied());
+    }
+}
+
 /// The controls of each draw.
-fn of_draws(style: &Style, rows: &Rows, names: &[String]) -> Result<Arc<[Controls]>, InkError> {
-    let of_shapes = style.steering.controls(&style.controls, names)?;
-    Ok(rows.draws.iter().map(|d| of_shapes[d.shape as usize - 1]).collect())
+fn of_draws(style: &Style, rows: &Rows, names: &Names) -> Arc<[Controls]> {
+    let of_draw = |d: &DrawRow| {
+        let object = names.objects.get(d.shape as usize - 1).map_or("", String::as_str);
+        let materials = names.materials.get(d.material as usize).map_or(&[][..], Vec::as_slice);
+        style.steering.controls(&style.controls, object, materials)
+    };
+    rows.draws.iter().map(of_draw).collect()
 }
 
 /// What a style has the canvas made of.

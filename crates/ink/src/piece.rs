@@ -77,7 +77,9 @@ impl Hand {
         let mut pieces = join(lines.iter().flat_map(|line| self.pieces(line)).collect(), self.unit);
         // What is left of a line beyond a corner at its end is no stroke of its own.
         let least = LEAST_PIECE * self.unit.max(0.5);
-        pieces.retain(|piece| piece.length(&piece.arc()) >= least);
+        pieces.retain(|piece| {
+            piece.length(&piece.arc()) >= least || piece.samples.iter().any(|s| s.pinned.is_some())
+        });
         pieces
     }
 }

@@ -6,9 +6,10 @@ use crate::control::CONTROLS;
 use crate::painter::{Style, pigments};
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
-use crate::steering::{self, Steering, StrokeEdit};
+use crate::steering::{self, Changes, Steering, StrokeEdit};
 use crate::wrinkle::{MANNERS, Manner};
 use std::fmt::Write;
+use std::path::Path;
 use toml::de::{DeTable, DeValue};
 use yugen_scene::suggest;
 
@@ -27,7 +28,7 @@ pub struct Preset {
 pub const DEFAULT: &str = "sumi";
 
 /// Tables of tables.
-const TABLES: [&str; 2] = ["object", "stroke"];
+const TABLES: [&str; 3] = ["object", "material", "stroke"];
 /// Names that keys take instead of a number.
 const NAMES: [&str; 5] = ["doc", "paper", "manner", "pigment", "wash_pigment"];
 
@@ -52,6 +53,11 @@ pub fn find(name: &str) -> Result<Preset, InkError> {
     let hint = suggest(name, all.iter().map(|p| p.name.as_str()));
     let found = all.into_iter().find(|p| p.name == name);
     found.ok_or_else(|| InkError::Preset(format!("there is no preset '{name}'{hint}")))
+}
+
+/// Whether a name is that of a file of the user's own, and not of a preset that is built in.
+pub fn is_file(name: &str) -> bool {
+    Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
 /// One from the text of a file of the user's own, which `name` calls in errors.
@@ -80,16 +86,18 @@ pub fn write(style: &Style, doc: &str) -> String {
             let _ = writeln!(out, "{} = {v}", c.name);
         }
     }
-    for (name, changes) in &style.steering.objects {
-        let _ = writeln!(out, "\n[object.{}]", quoted(name));
-        for (name, v) in changes.iter() {
-            let _ = writeln!(out, "{name} = {v}");
+    for (kind, tables) in [("material", &style.steering.materials), ("object", &style.steering.objects)] {
+        for (name, changes) in tables {
+            let _ = writeln!(out, "\n[{kind}.{}]", quoted(name));
+            for (name, v) in changes.iter() {
+                let _ = writeln!(out, "{name} = {v}");
+            }
         }
     }
     for (id, edit) in &style.steering.strokes {
         let _ = writeln!(out, "\n[stroke.{id:08x}]");
-        if edit.hide {
-            out.push_str("hide = true\n");
+        for (name, _) in edit.flags().into_iter().filter(|(_, on)| *on) {
+            let _ = writeln!(out, "{name} = true");
         }
         for (name, v) in edit.changes.iter() {
             let _ = writeln!(out, "{name} = {v}");
@@ -137,7 +145,9 @@ fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
                 let known = NAMES.into_iter().chain(TABLES).chain(CONTROLS.iter().map(|c| c.name));
                 let what = match named {
                     true => "a name in quotes",
-                    false if TABLES.contains(&key) => "tables, as [object.NAME] and [stroke.ID]",
+                    false if TABLES.contains(&key) => {
+                        "tables, as [object.NAME], [material.NAME] and [stroke.ID]"
+                    }
                     false => "a number",
                 };
                 let hint = match known.clone().any(|k| k == key) {
@@ -151,7 +161,7 @@ fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
     Ok(Preset { name: name.into(), doc, style })
 }
 
-/// Reads the tables of objects or of strokes.
+/// Reads the tables of objects, of materials or of strokes.
 fn steer(steering: &mut Steering, kind: &str, all: &DeTable) -> Result<(), InkError> {
     // Later ones win over earlier ones of the file, and the parser sorts by name.
     let mut all: Vec<_> = all.iter().collect();
@@ -163,28 +173,31 @@ fn steer(steering: &mut Steering, kind: &str, all: &DeTable) -> Result<(), InkEr
             return Err(InkError::Preset(format!("[{kind}.{name}] must be a table of controls")));
         };
         let mut edit = StrokeEdit::default();
+        let of_stroke = kind == "stroke";
         for (key, value) in keys {
             let key: &str = key.get_ref();
-            let number = match value.get_ref() {
-                DeValue::Boolean(hide) if kind == "stroke" && key == "hide" => {
-                    edit.hide = *hide;
+            let flag = edit.flag(key).filter(|_| of_stroke);
+            let number = match (flag, value.get_ref()) {
+                (Some(flag), DeValue::Boolean(on)) => {
+                    *flag = *on;
                     continue;
                 }
-                DeValue::Float(number) => number.as_str().parse().unwrap_or(f32::NAN),
-                DeValue::Integer(number) => number.as_str().parse().unwrap_or(f32::NAN),
-                _ => return Err(within(InkError::Preset(format!("'{key}' must be a number")))),
+                (Some(_), _) => {
+                    return Err(within(InkError::Preset(format!("'{key}' must be true or false"))));
+                }
+                (None, value) => match value {
+                    DeValue::Float(number) => number.as_str().parse().unwrap_or(f32::NAN),
+                    DeValue::Integer(number) => number.as_str().parse().unwrap_or(f32::NAN),
+                    _ => return Err(within(InkError::Preset(format!("'{key}' must be a number")))),
+                },
             };
-            match kind {
-                "object" => edit.changes.of_object(key, number),
-                _ => edit.changes.of_stroke(key, number),
-            }
-            .map_err(within)?;
+            let add = if of_stroke { Changes::of_stroke } else { Changes::of_object };
+            add(&mut edit.changes, key, number).map_err(within)?;
         }
         match kind {
             "object" => steering.objects.push((name.into(), edit.changes)),
-            _ => {
-                steering.strokes.insert(steering::id(name).map_err(within)?, edit);
-            }
+            "material" => steering.materials.push((name.into(), edit.changes)),
+            _ => drop(steering.strokes.insert(steering::id(name).map_err(within)?, edit)),
         }
     }
     Ok(())
@@ -250,7 +263,7 @@ mod tests {
             ["[object.pine]\nink = 0.2", "[object.\"p*\"]\nink = 0.9", "[object.\"*\"]\nwater = 0.1"];
         for order in [[0, 1, 2], [1, 0, 2], [2, 1, 0]] {
             let style = read(&order.map(|i| tables[i]).join("\n"), "own").unwrap().style;
-            let controls = style.steering.controls(&style.controls, &["pine"]).unwrap()[0];
+            let controls = style.steering.controls(&style.controls, "pine", &[""; 0]);
             let later = order.iter().rev().find(|i| **i < 2);
             assert_eq!(controls.ink, if later == Some(&0) { 0.2 } else { 0.9 }, "{order:?}");
             assert_eq!(controls.water, 0.1);
@@ -261,7 +274,7 @@ mod tests {
     fn what_is_written_is_read_as_it_was() {
         let own = "doc = 'a \"word\" \\ and 松'\nsize = 0.7\nwash = 2\nlight = 0.1\npaper = 'silk'\npigment = 'oil'\n\
                    wash_pigment = 'indigo'\nmanner = 'rain'\n[object.\"pine*\"]\nink = 0.2\n[object.'a \"b\" \\\u{1f}']\nrub = 1\n\
-                   [stroke.0f3a9c12]\nhide = true\n[stroke.00000001]\nink = 1.3\nsize = 0.1";
+                   [material.\"wet ro*\"]\nwash = 0.5\n[stroke.0f3a9c12]\nhide = true\npin = true\n[stroke.00000001]\nink = 1.3\nsize = 0.1";
         let texts = presets().unwrap().into_iter().map(|p| write(&p.style, &p.doc)).collect::<Vec<_>>();
         for text in texts.iter().map(String::as_str).chain([own.replace('\u{1f}', "").as_str()]) {
             let a = read(text, "a").unwrap();
@@ -297,12 +310,13 @@ mod tests {
             ("ink = ", "own.toml: "),
             ("[ink]\na = 1", "expected a number"),
             ("[object.ball]\nwahs = 1", "[object.ball]: there is no control 'wahs'; did you mean 'wash'?"),
+            ("[material.clay]\nlight = 1", "[material.clay]: 'light' is of the whole sheet"),
             ("[object.ball]\nbleed = 1", "'bleed' is of the whole sheet"),
             ("[object]\nball = 1", "[object.ball] must be a table"),
             ("object = 1", "expected tables, as [object.NAME]"),
             ("[stroke.12]\nhide = true", "'12' is no stroke: expected data-id"),
-            ("[stroke.0f3a9c12]\nwash = 1", "'wash' is not of a stroke; expected hide, ink"),
-            ("[stroke.0f3a9c12]\nhide = 'yes'", "'hide' must be a number"),
+            ("[stroke.0f3a9c12]\nwash = 1", "'wash' is not of a stroke; expected hide, pin, ink"),
+            ("[stroke.0f3a9c12]\nhide = 'yes'", "'hide' must be true or false"),
         ] {
             assert!(said(text).contains(words), "{text}: {}", said(text));
         }

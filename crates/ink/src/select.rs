@@ -20,7 +20,10 @@ const STAY: f32 = 0.75;
 /// See [`STAY`].
 const COME: f32 = 1.2;
 
-/// Hides what is too much. `detail`: 0 to 1, of a draw; `unit`: pixels that stand for one in a picture of 1080 lines. `known`: there was a
+/// By so much what is pinned counts for more: others give way to it.
+const PINNED: f32 = 100.0;
+
+/// Hides what is too much; what is pinned stays. `detail`: 0 to 1, of a draw; `unit`: pixels that stand for one in a picture of 1080 lines. `known`: there was a
 /// frame before.
 pub fn select(lines: &mut Vec<SampledLine>, detail: &dyn Fn(u32) -> f32, unit: f32, known: bool) {
     let between = |[from, to]: [f32; 2], detail: f32| (from + (to - from) * detail) * unit;
@@ -43,7 +46,7 @@ pub fn select(lines: &mut Vec<SampledLine>, detail: &dyn Fn(u32) -> f32, unit: f
                 false => 1.0,
             };
             let reach = apart * change * (1.0 - 0.5 * outline(sample));
-            sample.visible &= !drawn.is_crowded(sample.pixel, *way, reach);
+            sample.visible &= sample.pinned.is_some() || !drawn.is_crowded(sample.pixel, *way, reach);
         }
         let stays = line.is_mostly_known();
         line.clean(&Cleaning { shortest: cleaning.shortest * if stays { STAY } else { 1.0 }, ..cleaning });
@@ -69,7 +72,11 @@ fn importance(line: &SampledLine) -> f32 {
     };
     let pairs = line.samples.windows(2).filter(|w| w[0].visible && w[1].visible);
     let of = |w: &[Sample]| {
-        let stays = if w[0].was_drawn() { 1.0 / STAY } else { 1.0 };
+        let stays = match &w[0] {
+            s if s.pinned.is_some() => PINNED,
+            s if s.was_drawn() => 1.0 / STAY,
+            _ => 1.0,
+        };
         w[0].pixel.distance(w[1].pixel) * (of_kind + 2.0 * outline(&w[0])) * stays
     };
     pairs.map(of).sum()
@@ -151,5 +158,13 @@ mod tests {
         let mut lines = vec![line(0.0, 0.0, 20.0, 0.0)];
         select(&mut lines, &|_| 0.0, 1.0, false);
         assert!(lines.is_empty(), "too short");
+        // What is pinned stays, however short it is and whatever is beside it, which gives way.
+        let mut lines = vec![line(0.0, 0.0, 200.0, 1.0), line(5.0, 0.0, 20.0, 0.0)];
+        lines[1].samples.iter_mut().for_each(|s| s.pinned = Some(7));
+        let (all, long) = (lines[1].samples.len(), lines[0].samples.len());
+        select(&mut lines, &|_| 0.0, 1.0, false);
+        let seen = |l: &SampledLine| l.samples.iter().filter(|s| s.visible).count();
+        assert_eq!((lines.len(), seen(&lines[1])), (2, all));
+        assert!(seen(&lines[0]) < long, "the other gives way");
     }
 }

@@ -1,9 +1,10 @@
-//! What is painted otherwise than the rest: single objects, and single strokes by the name that they keep through a film.
+//! What is painted otherwise than the rest: single objects, what is of one material, and single strokes by the name that they
+//! keep through a film.
 
 use crate::InkError;
 use crate::control::Controls;
-use std::collections::BTreeMap;
-use yugen_scene::suggest;
+use std::collections::{BTreeMap, BTreeSet};
+use yugen_scene::{Scene, suggest};
 
 /// Values of some controls.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,7 +30,9 @@ impl Changes {
         Controls::default().set(name, value)?;
         if !OF_STROKES.contains(&name) {
             let known = OF_STROKES.join(", ");
-            return Err(InkError::Preset(format!("'{name}' is not of a stroke; expected hide, {known}")));
+            return Err(InkError::Preset(format!(
+                "'{name}' is not of a stroke; expected hide, pin, {known}"
+            )));
         }
         self.add(name, value)
     }
@@ -62,15 +65,38 @@ impl Changes {
 pub struct StrokeEdit {
     /// It is not painted.
     pub hide: bool,
+    /// It is never left out for others and keeps its identity through the shot ([`crate::tracking`]).
+    pub pin: bool,
     /// How else it is.
     pub changes: Changes,
 }
 
+impl StrokeEdit {
+    /// What is true or not of it, by name.
+    pub fn flags(&self) -> [(&'static str, bool); 2] {
+        [("hide", self.hide), ("pin", self.pin)]
+    }
+
+    /// One of them.
+    pub fn flag(&mut self, name: &str) -> Option<&mut bool> {
+        match name {
+            "hide" => Some(&mut self.hide),
+            "pin" => Some(&mut self.pin),
+            _ => None,
+        }
+    }
+}
+
+/// Names, a last `*` standing for anything, and what is otherwise of what is called so; later ones over earlier ones.
+pub type Tables = Vec<(String, Changes)>;
+
 /// Of a style.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Steering {
-    /// Names of objects, a last `*` standing for anything, and what is otherwise; later ones over earlier ones.
-    pub objects: Vec<(String, Changes)>,
+    /// By the names of materials.
+    pub materials: Tables,
+    /// By the names of objects; over those of their materials.
+    pub objects: Tables,
     /// By the identity of strokes.
     pub strokes: BTreeMap<u32, StrokeEdit>,
 }
@@ -78,24 +104,52 @@ pub struct Steering {
 impl Steering {
     /// Whether nothing is otherwise.
     pub fn is_empty(&self) -> bool {
-        self.objects.is_empty() && self.strokes.is_empty()
+        self.objects.is_empty() && self.materials.is_empty() && self.strokes.is_empty()
     }
 
-    /// Controls of objects with these names.
-    pub fn controls(&self, base: &Controls, names: &[impl AsRef<str>]) -> Result<Vec<Controls>, InkError> {
-        let mut all = vec![*base; names.len()];
-        for (pattern, changes) in &self.objects {
-            let mut found = false;
-            for (controls, _) in all.iter_mut().zip(names).filter(|(_, name)| fits(pattern, name.as_ref())) {
-                changes.apply(controls);
-                found = true;
-            }
-            if !found {
-                let hint = suggest(pattern, names.iter().map(AsRef::as_ref));
-                return Err(InkError::Preset(format!("there is no object '{pattern}' in the scene{hint}")));
-            }
+    /// Controls of an object of this name with a material of these names: its own and those of what it is made of.
+    pub fn controls(&self, base: &Controls, object: &str, materials: &[impl AsRef<str>]) -> Controls {
+        let mut controls = *base;
+        let of_materials =
+            self.materials.iter().filter(|(p, _)| materials.iter().any(|m| fits(p, m.as_ref())));
+        let of_objects = self.objects.iter().filter(|(pattern, _)| fits(pattern, object));
+        of_materials.chain(of_objects).for_each(|(_, changes)| changes.apply(&mut controls));
+        controls
+    }
+
+    /// A sentence for each table of an object or a material that the scene does not have.
+    pub fn unmet(&self, names: &Names) -> Vec<String> {
+        let tables = |kind: &str, tables: &Tables, known: &BTreeSet<&str>| -> Vec<String> {
+            let unknown = tables.iter().filter(|(pattern, _)| !known.iter().any(|name| fits(pattern, name)));
+            let sentence = |(pattern, _): &(String, Changes)| {
+                let hint = suggest(pattern, known.iter().copied());
+                format!("[{kind}.{pattern}] changes nothing: the scene has no {kind} of that name{hint}")
+            };
+            unknown.map(sentence).collect()
+        };
+        let objects = names.objects.iter().map(String::as_str).collect();
+        let materials = names.materials.iter().flatten().map(String::as_str).collect();
+        [tables("material", &self.materials, &materials), tables("object", &self.objects, &objects)].concat()
+    }
+}
+
+/// What things of a scene are called.
+#[derive(Clone, Debug, Default)]
+pub struct Names {
+    /// By shape.
+    pub objects: Vec<String>,
+    /// By material: its own name and those of what it is made of.
+    pub materials: Vec<Vec<String>>,
+}
+
+impl Names {
+    /// Those of a scene.
+    pub fn of(scene: &Scene) -> Self {
+        let of_material = |id| scene.names_of_material(id).into_iter().map(String::from).collect();
+        Self {
+            objects: scene.shapes.iter().map(|s| s.name.clone()).collect(),
+            materials: (0..scene.materials.len()).map(of_material).collect(),
         }
-        Ok(all)
     }
 }
 
@@ -123,11 +177,31 @@ mod tests {
         changes.of_object("ink", 0.2).unwrap();
         let mut steering = Steering::default();
         steering.objects.push(("pine*".into(), changes));
-        let all = steering.controls(&Controls::default(), &["pine-1", "floor", "pine-2"]).unwrap();
-        assert_eq!(all.iter().map(|c| c.ink).collect::<Vec<_>>(), [0.2, Controls::default().ink, 0.2]);
-        steering.objects[0].0 = "flor".into();
-        let said = steering.controls(&Controls::default(), &["floor"]).unwrap_err().to_string();
-        assert!(said.contains("no object 'flor'") && said.contains("did you mean 'floor'?"), "{said}");
+        let usual = Controls::default();
+        let ink = |s: &Steering, object: &str, material: &str| s.controls(&usual, object, &[material]).ink;
+        let all = ["pine-1", "floor", "pine-2"].map(|name| ink(&steering, name, "wood"));
+        assert_eq!(all, [0.2, usual.ink, 0.2]);
+        // Of a material, where no table of the object says otherwise.
+        let mut changes = Changes::default();
+        [("ink", 0.7), ("water", 0.1)].into_iter().for_each(|(c, v)| changes.of_object(c, v).unwrap());
+        steering.materials.push(("woo*".into(), changes));
+        assert_eq!(["pine-1", "floor"].map(|name| ink(&steering, name, "wood")), [0.2, 0.7]);
+        assert_eq!(
+            steering.controls(&usual, "pine-1", &["bark", "wood"]).water,
+            0.1,
+            "a part of its material"
+        );
+        assert_eq!(ink(&steering, "floor", "stone"), usual.ink);
+        let mut names =
+            Names { objects: vec!["pine-1".into()], materials: vec![vec!["bark".into(), "wood".into()]] };
+        assert!(steering.unmet(&names).is_empty());
+        names = Names { objects: vec!["floor".into()], materials: vec![vec!["stone".into()]] };
+        (steering.objects[0].0, steering.materials[0].0) = ("flor".into(), "store".into());
+        let said = steering.unmet(&names);
+        assert_eq!(said.len(), 2);
+        for (said, table) in said.iter().zip(["[material.store]", "[object.flor]"]) {
+            assert!(said.contains(table) && said.contains("did you mean"), "{said}");
+        }
         let refused = [Changes::default().of_object("bleed", 0.5), Changes::default().of_stroke("wash", 0.5)];
         assert!(refused.iter().all(Result::is_err));
         let mut changes = Changes::default();

@@ -153,6 +153,9 @@ fn write_figures(out: &mut String, mounting: &Mounting) {
 }
 
 fn write_parts(out: &mut String, mounting: &Mounting, over: bool) {
+    if mounting.parts.iter().all(|p| p.over != over) {
+        return;
+    }
     let _ = writeln!(out, "<g id=\"mount{}\">", if over { "-over" } else { "" });
     for (i, part) in mounting.parts.iter().enumerate().filter(|(_, p)| p.over == over) {
         let fill = match part.cloth.figure.is_some() || part.cloth.rod {

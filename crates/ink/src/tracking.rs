@@ -7,6 +7,10 @@
 //! what the brush did there. What has nothing to inherit from fades in; what nobody has inherited from fades out where it was.
 //! And what was drawn is drawn on where it is as good not to ([`crate::select`]).
 //!
+//! What is pinned is drawn wherever it is seen, however much is beside it and however short it is; of several strokes that become one
+//! the pinned one goes on. Where it is covered or is no line any more it goes like others, but its place on the surface is
+//! remembered until the picture is another one: a line that is found there is it again.
+//!
 //! Nothing of this depends on light or paint: a tracker that has seen the lines of all frames before is in the state of one
 //! that has painted them.
 
@@ -64,6 +68,8 @@ pub struct Trace {
     pub age: u8,
     /// The line runs the other way now.
     pub reversed: bool,
+    /// The identity of the stroke where that is pinned.
+    pub pinned: Option<u32>,
 }
 
 impl Trace {
@@ -78,6 +84,7 @@ impl Trace {
             grace: 0,
             age,
             reversed: false,
+            pinned: None,
         }
     }
 }
@@ -122,10 +129,19 @@ struct Remembered {
     shape: u32,
     closed: bool,
     fading: bool,
+    pinned: bool,
+    /// It is pinned and not there: nothing of it is drawn.
+    asleep: bool,
     points: Vec<Point>,
 }
 
 impl Remembered {
+    /// Where it was, with nothing of it there.
+    fn put_to_sleep(&self) -> Self {
+        let points = self.points.iter().map(|p| Point { presence: 0.0, ..*p }).collect();
+        Self { fading: true, asleep: true, points, ..self.clone() }
+    }
+
     /// Pixels of phase from its beginning to its end.
     fn span(&self) -> f32 {
         match (self.points.first(), self.points.last()) {
@@ -290,13 +306,14 @@ impl Tracker {
                     }
                     None => age.map(Trace::only_seen),
                 };
+                sample.pinned = sample.trace.and_then(|t| t.pinned);
                 all += usize::from(sample.visible);
                 found += usize::from(sample.visible && sample.trace.is_some());
             }
         }
         if (found as f32) < CUT * all as f32 {
             self.memory = None;
-            lines.iter_mut().flat_map(|l| &mut l.samples).for_each(|s| s.trace = None);
+            lines.iter_mut().flat_map(|l| &mut l.samples).for_each(|s| (s.trace, s.pinned) = (None, None));
         }
         self.seen = lines.iter().flat_map(seen_runs).collect();
         if self.memory.is_none() {
@@ -349,15 +366,19 @@ impl Tracker {
             .filter(|(p, h)| h.keeps || p.length(&p.arc()) >= least || lasts(p))
             .unzip();
         let mut used: HashSet<u32> = memory.strokes.iter().map(|s| s.id).collect();
+        // Nobody has inherited a name yet; who has asked for one has it.
+        let asked = if known { HashMap::new() } else { asked_for(&pieces) };
+        used.extend(asked.values());
         let (mut strokes, mut next) = (Vec::new(), Memory::default());
         let mut change = Change { strokes: pieces.len(), ..Change::default() };
         let mut slips: Vec<f32> = Vec::new();
-        for (piece, found) in pieces.iter_mut().zip(&matches) {
+        for (i, (piece, found)) in pieces.iter_mut().zip(&matches).enumerate() {
             let parent = found.parent.map(|p| &memory.strokes[p as usize]);
             // One that was going has come again.
             change.born += usize::from(found.keeps && parent.is_some_and(|p| p.fading));
             let id = match (parent, found.keeps) {
                 (Some(parent), true) => parent.id,
+                _ if asked.contains_key(&i) => asked[&i],
                 _ => {
                     *if parent.is_some() { &mut change.split } else { &mut change.born } +=
                         usize::from(known);
@@ -410,6 +431,8 @@ impl Tracker {
                 shape: piece.shape,
                 closed: piece.closed,
                 fading: false,
+                pinned: hand.edits.get(&id).is_some_and(|edit| edit.pin),
+                asleep: false,
                 points: points.collect(),
             });
             strokes.push(stroke);
@@ -426,6 +449,8 @@ impl Tracker {
             strokes.push(hand.of_stroke(r.draw, r.id).fading(&fading));
             next.strokes.push(fading.remembered);
         }
+        let gone = |s: &&Remembered| s.pinned && (!s.fading || s.asleep) && !kept.contains(&s.id);
+        next.strokes.extend(memory.strokes.iter().filter(gone).map(Remembered::put_to_sleep));
         next.seen = std::mem::take(&mut self.seen);
         self.memory = Some(next);
         self.frame += 1;
@@ -473,6 +498,7 @@ impl Memory {
             grace: here.grace,
             age: 0,
             reversed,
+            pinned: (remembered.pinned && !beyond).then_some(remembered.id),
         }
     }
 }
@@ -485,6 +511,24 @@ fn orient(piece: &mut Piece, memory: &Memory) {
     if 2 * reversed > traces().count() && !memory.strokes.is_empty() {
         piece.reverse();
     }
+}
+
+/// The names that pieces are to have, by their index: each that of the pinned stroke that most of it is; of several with the same
+/// one the longest has it.
+fn asked_for(pieces: &[Piece]) -> HashMap<usize, u32> {
+    let mut longest: HashMap<u32, (usize, usize)> = HashMap::new();
+    for (i, piece) in pieces.iter().enumerate() {
+        let mut counts: HashMap<u32, usize> = HashMap::new();
+        piece.samples.iter().filter_map(|s| s.pinned).for_each(|id| *counts.entry(id).or_default() += 1);
+        let most = counts.into_iter().max_by_key(|(id, count)| (*count, std::cmp::Reverse(*id)));
+        if let Some((id, count)) = most {
+            let best = longest.entry(id).or_insert((i, count));
+            if count > best.1 {
+                *best = (i, count);
+            }
+        }
+    }
+    longest.into_iter().map(|(id, (i, _))| (i, id)).collect()
 }
 
 /// From whom a piece inherits.
@@ -505,10 +549,14 @@ fn match_strokes(pieces: &[Piece], memory: &Memory) -> Vec<Match> {
         }
         claims.extend(votes.into_iter().map(|(stroke, count)| (count, i, stroke)));
     }
-    // Those that are there come before those that are going.
-    let fading = |stroke: u32| memory.strokes[stroke as usize].fading;
+    // Those that are there come before those that are going, and of them those that are pinned before others.
+    let rank = |stroke: u32| match &memory.strokes[stroke as usize] {
+        s if s.fading => 2,
+        s if s.pinned => 0,
+        _ => 1,
+    };
     claims.sort_by(|a, b| {
-        fading(a.2).cmp(&fading(b.2)).then(b.0.cmp(&a.0)).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
+        rank(a.2).cmp(&rank(b.2)).then(b.0.cmp(&a.0)).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2))
     });
     let mut matches = vec![Match::default(); pieces.len()];
     let mut taken: HashSet<u32> = HashSet::new();

@@ -48,6 +48,8 @@ pub struct Sample {
     pub strength: f32,
     /// What was here in the frame before.
     pub trace: Option<Trace>,
+    /// The stroke that it is of, where that is pinned: it is seen unless something covers it.
+    pub pinned: Option<u32>,
 }
 
 /// A line in the picture, sampled every [`STEP`] pixels or closer.
@@ -153,6 +155,7 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
                     line: pixel,
                     strength: a.strength + (b.strength - a.strength) * along as f32,
                     trace: None,
+                    pinned: None,
                 });
             }
         }
@@ -281,7 +284,7 @@ impl SampledLine {
         2 * seen().filter(|s| s.was_drawn()).count() > seen().count()
     }
 
-    /// Decides by vote, bridges gaps and drops what is short.
+    /// Decides by vote, bridges gaps and drops what is short, but for what is pinned.
     pub fn clean(&mut self, cleaning: &Cleaning) {
         let n = self.samples.len();
         let length = |i: usize| {
@@ -326,7 +329,7 @@ impl SampledLine {
         };
         flip_short_runs(&mut vote, &step, self.closed, false, &bridge);
         flip_short_runs(&mut vote, &step, self.closed, true, &|_, _| cleaning.shortest);
-        self.samples.iter_mut().zip(vote).for_each(|(s, v)| s.visible = v);
+        self.samples.iter_mut().zip(vote).for_each(|(s, v)| s.visible = v || s.visible && s.pinned.is_some());
     }
 
     /// The runs that are seen: ranges of samples, which go on from the first after the last where the line is closed; and
@@ -406,6 +409,7 @@ impl Sample {
             line: Vec2::ZERO,
             strength: 1.0,
             trace: None,
+            pinned: None,
         }
     }
 }

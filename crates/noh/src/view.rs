@@ -97,6 +97,7 @@ impl Stage {
         fit(&mut surfaces, self.robe().map_or(0, Robe::bytes));
         for (finish, surface) in surfaces {
             materials.insert(finish, scene.materials.len());
+            scene.name_material(scene.materials.len(), finish.name());
             match (surface, self.robe()) {
                 (Some(surface), _) => material(&mut scene, finish, &surface)?,
                 (None, Some(robe)) => robe.material(&mut scene),

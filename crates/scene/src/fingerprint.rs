@@ -22,6 +22,7 @@ impl Scene {
             cameras: _,
             textures,
             materials,
+            material_names: _,
             shapes,
             groups,
             lights,

@@ -65,6 +65,8 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Materials.
     pub materials: Vec<Material>,
+    /// What `materials` are called in the file; those beyond its end, and those that are empty, have no name.
+    pub material_names: Vec<String>,
     /// Shapes placed in the world.
     pub shapes: Vec<Shape>,
     /// Groups of shapes that instances place.

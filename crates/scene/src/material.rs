@@ -1,7 +1,7 @@
 //! What a surface is made of, and from named values to a material, for every reader alike.
 
 use super::Value;
-use crate::{MaterialId, TextureId};
+use crate::{MaterialId, Scene, TextureId};
 use std::sync::Arc;
 use yugen_optics::{ColourSpace, Vec3};
 use yugen_reflectance::{Choice, Kind, ModelError, ParamType};
@@ -87,6 +87,57 @@ pub enum Material {
     },
     /// Light passes as if nothing were there.
     Null,
+}
+
+impl Material {
+    /// The materials that it is made of.
+    pub fn parts(&self) -> Vec<MaterialId> {
+        match self {
+            Self::TwoSided { front, back } => vec![*front, *back],
+            Self::Blend { first, second, .. } => vec![*first, *second],
+            Self::Sum(all) => all.clone(),
+            Self::Mask { base, .. }
+            | Self::NormalMap { base, .. }
+            | Self::BumpMap { base, .. }
+            | Self::Body { base, .. }
+            | Self::OneSided { base } => vec![*base],
+            Self::Model { .. } | Self::Cloth { .. } | Self::Null => Vec::new(),
+        }
+    }
+}
+
+impl Scene {
+    /// Gives a material a name, where it has none.
+    pub fn name_material(&mut self, id: MaterialId, name: &str) {
+        if self.material_names.len() <= id {
+            self.material_names.resize(id + 1, String::new());
+        }
+        if self.material_names[id].is_empty() {
+            self.material_names[id] = name.into();
+        }
+    }
+
+    /// What a material is called; empty where it has no name.
+    pub fn material_name(&self, id: MaterialId) -> &str {
+        self.material_names.get(id).map_or("", String::as_str)
+    }
+
+    /// The names of a material and of all that it is made of, each once, its own first.
+    pub fn names_of_material(&self, id: MaterialId) -> Vec<&str> {
+        let (mut names, mut open, mut seen) = (Vec::new(), vec![id], vec![false; self.materials.len()]);
+        while let Some(id) = open.pop() {
+            if seen.get(id).copied().unwrap_or(true) {
+                continue;
+            }
+            seen[id] = true;
+            let name = self.material_name(id);
+            if !name.is_empty() && !names.contains(&name) {
+                names.push(name);
+            }
+            open.extend(self.materials[id].parts().into_iter().rev());
+        }
+        names
+    }
 }
 
 /// What happens where a turned shading normal looks away from the eye or the light. Both are on by default, as in

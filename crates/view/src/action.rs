@@ -1,8 +1,9 @@
 //! Everything that can be done in the window, in one table: keys, menus, the overlay, scripts and the manual read it.
 
-use crate::ink::StrokeChange;
+use crate::ink::{StrokeChange, Subject, TableChange};
 use crate::language::{Language, Words};
 use egui::{Key, Modifiers};
+use yugen_ink::control::CONTROLS;
 use yugen_optics::tonemap::Curve;
 use yugen_realtime::Lighting;
 use yugen_scene::suggest;
@@ -72,6 +73,10 @@ pub enum Command {
     Set(String, String),
     /// Something of the stroke that is looked at.
     Stroke(StrokeChange),
+    /// Something of how an object or a material of this name is painted.
+    Steer(Subject, String, TableChange),
+    /// The painting beside that of the slides' method or alone; the other where absent.
+    Literal(Option<bool>),
     /// The picture to a file: .png as it is seen, .exr as light; of a painting .svg and .toml as well.
     Save(String),
     /// The whole window to a file.
@@ -141,7 +146,7 @@ pub enum LightChange {
     Stops(f32),
 }
 
-/// How picture and reference are seen together.
+/// How picture and reference are seen together, or a painting and that of the slides' method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Compare {
     /// Real-time left of a line, reference right of it.
@@ -592,8 +597,8 @@ pub const ACTIONS: &[Action] = &[
         keys: &[key(Key::X, "next")],
         held: false,
         does: [
-            "how both are seen: either side of a line, in turns, or one alone",
-            "比べ方：線の左右、交互、片方だけ",
+            "how both are seen: either side of a line, in turns, or one alone; of a painting, ours (realtime) and the slides' (reference)",
+            "比べ方：線の左右、交互、片方だけ。水墨では本手法（realtime）とスライドの手法（reference）",
         ],
         parse: |w| one_of(w, &Compare::ALL).map(Command::Compare),
     },
@@ -650,18 +655,20 @@ pub const ACTIONS: &[Action] = &[
     },
     Action {
         name: "stroke",
-        usage: "hide|show|plain|CONTROL VALUE|ID",
+        usage: "hide|show|pin|unpin|plain|CONTROL VALUE|ID",
         group: Group::Ink,
-        keys: &[key(Key::Delete, "hide")],
+        keys: &[key(Key::Delete, "hide"), key(Key::Insert, "pin")],
         held: false,
         does: [
-            "the selected contour stroke (click on it): hidden, shown, as the others, with a control of its own; or select one",
-            "選んだ輪郭の筆線（クリック）：隠す、見せる、ほかと同じに戻す、調整する。または筆線を選ぶ",
+            "the selected contour stroke (click on it): hidden, shown, pinned (never left out for others), as the others, with a control of its own; or select one",
+            "選んだ輪郭の筆線（クリック）：隠す、見せる、固定する（省かれない）、ほかと同じに戻す、調整する。または筆線を選ぶ",
         ],
         parse: |w| {
             match w {
                 ["hide"] => Some(StrokeChange::Hide(true)),
                 ["show"] => Some(StrokeChange::Hide(false)),
+                ["pin"] => Some(StrokeChange::Pin(true)),
+                ["unpin"] => Some(StrokeChange::Pin(false)),
                 ["plain"] => Some(StrokeChange::Plain),
                 [name, value] => Some(StrokeChange::Set(name.to_string(), number(value)?)),
                 [id] => yugen_ink::steering::id(id).ok().map(StrokeChange::Choose),
@@ -669,6 +676,43 @@ pub const ACTIONS: &[Action] = &[
             }
             .map(Command::Stroke)
         },
+    },
+    Action {
+        name: "steer",
+        usage: "object|material NAME [CONTROL VALUE|plain]",
+        group: Group::Ink,
+        keys: &[],
+        held: false,
+        does: [
+            "an object or a material by its name (a last * stands for anything): a control of its own, or as the others; without, look at it (click on a surface)",
+            "名前で選んだ物体や材質（末尾の * は任意）：調整する、ほかと同じに戻す。指定がなければ選ぶ（面をクリック）",
+        ],
+        parse: |w| {
+            let (subject, rest) = w.split_first()?;
+            let subject = Subject::ALL.iter().find(|(_, name)| name == subject)?.0;
+            let control = |name: &str| CONTROLS.iter().any(|c| c.name == name);
+            let (name, change) = match rest {
+                [name @ .., control_name, value] if !name.is_empty() && control(control_name) => {
+                    (name, TableChange::Set(control_name.to_string(), number(value)?))
+                }
+                [name @ .., "plain"] if !name.is_empty() => (name, TableChange::Plain),
+                [] => return None,
+                name => (name, TableChange::Choose),
+            };
+            Some(Command::Steer(subject, name.join(" "), change))
+        },
+    },
+    Action {
+        name: "literal",
+        usage: "[on|off]",
+        group: Group::Ink,
+        keys: &[shift(Key::Space, "")],
+        held: false,
+        does: [
+            "the slides' method beside the painting, on or off; seen together as a picture and its reference (compare, split)",
+            "スライドの手法による絵との比較。見せ方は参照画像と同じ（compare、split）",
+        ],
+        parse: |w| switch(w).map(Command::Literal),
     },
     Action {
         name: "save",
@@ -939,7 +983,8 @@ mod tests {
     fn scripts_are_read_and_mistakes_are_named() {
         let read = script(
             "orbit 30 10; wait  # a moment\n\nlight left lamp off;material ball alpha_x .1\nsave a b.png; \
-             preset own one.toml; stroke 0f3a9c12; stroke ink 1.2; quit",
+             preset own one.toml; stroke 0f3a9c12; stroke ink 1.2; stroke pin; steer object wet rock 2
+             steer material pine* ink .5; steer object rock plain; quit",
         );
         let expected = [
             Command::Orbit([30.0, 10.0]),
@@ -950,6 +995,10 @@ mod tests {
             Command::Preset(Some("own one.toml".into())),
             Command::Stroke(StrokeChange::Choose(0x0f3a_9c12)),
             Command::Stroke(StrokeChange::Set("ink".into(), 1.2)),
+            Command::Stroke(StrokeChange::Pin(true)),
+            Command::Steer(Subject::Object, "wet rock 2".into(), TableChange::Choose),
+            Command::Steer(Subject::Material, "pine*".into(), TableChange::Set("ink".into(), 0.5)),
+            Command::Steer(Subject::Object, "rock".into(), TableChange::Plain),
             Command::Quit,
         ];
         let read: Vec<Command> = read.expect("a script").into_iter().map(|s| s.command).collect();
@@ -962,8 +1011,10 @@ mod tests {
             ("curve filmic", "expected `curve clip|reinhard|aces|agx|next`"),
             ("light off", "expected `light"),
             ("wait x", "expected `wait"),
-            ("stroke 12", "expected `stroke hide|show|plain"),
+            ("stroke 12", "expected `stroke hide|show|pin"),
             ("set ink", "expected `set CONTROL VALUE`"),
+            ("steer light lamp", "expected `steer object|material NAME"),
+            ("steer object plain ink x", "expected `steer object|material NAME"),
             ("quit now", "expected `quit`"),
         ] {
             let error = script(wrong).expect_err(wrong);

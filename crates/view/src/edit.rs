@@ -345,18 +345,9 @@ pub fn models_of(scene: &Scene, id: MaterialId) -> Vec<MaterialId> {
             continue;
         }
         seen[id] = true;
-        match &scene.materials[id] {
-            Material::Model { .. } => found.push(id),
-            Material::TwoSided { front, back } => open.extend([*back, *front]),
-            Material::Blend { first, second, .. } => open.extend([*second, *first]),
-            Material::Sum(all) => open.extend(all.iter().rev()),
-            Material::Mask { base, .. }
-            | Material::NormalMap { base, .. }
-            | Material::BumpMap { base, .. }
-            | Material::Body { base, .. }
-            | Material::OneSided { base } => open.push(*base),
-            Material::Cloth { .. } | Material::Null => {}
-        }
+        let material = &scene.materials[id];
+        found.extend(matches!(material, Material::Model { .. }).then_some(id));
+        open.extend(material.parts().into_iter().rev());
     }
     found
 }

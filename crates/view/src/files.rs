@@ -32,6 +32,10 @@ pub struct InkReport {
     pub seconds: f64,
     /// The selected stroke and the object that it is of, where it is painted.
     pub stroke: Option<(u32, Option<String>)>,
+    /// What a table is looked at of: an object or a material, and its name.
+    pub subject: Option<(&'static str, String)>,
+    /// Sentences about tables that changed nothing.
+    pub unmet: Vec<String>,
 }
 
 /// What is seen.

@@ -27,6 +27,8 @@ pub struct Order {
     pub camera: Camera,
     /// How.
     pub style: Style,
+    /// By the slides' method as well.
+    pub literal: bool,
     /// What [`Painted`] will call it.
     pub number: u64,
 }
@@ -46,6 +48,10 @@ pub struct Picture {
     pub image: Arc<Image>,
     /// Its strokes.
     pub painting: Arc<Painting>,
+    /// What the slides' method makes of the same, where that was asked for and is there.
+    pub literal: Option<Arc<Image>>,
+    /// Sentences about tables of the style that changed nothing.
+    pub unmet: Arc<[String]>,
     /// In fewer pixels than were asked for; the whole one follows.
     pub draft: bool,
     /// That it took.
@@ -184,9 +190,8 @@ fn paint(
                 } else if !Arc::ptr_eq(&known.scene, &order.scene) {
                     known.painter.pose(&order.scene)?;
                 }
-                let styled = known.painter.restyle(order.style.clone());
+                known.painter.restyle(order.style.clone());
                 *bench = Some(Bench { of: order.of, scene: order.scene.clone(), painting: None, ..known });
-                styled?;
                 bench.as_mut()
             }
             None => {
@@ -236,7 +241,15 @@ fn paint(
         whole
     };
     // The window may ask for layers as soon as it knows, so the painter is free by then.
-    put(Ok(whole));
+    put(Ok(whole.clone()));
+    if order.literal && !mailbox.outdated() {
+        let literal = {
+            let mut bench = lock(bench);
+            let Some(bench) = bench.as_mut() else { return Ok(()) };
+            bench.painter.paint_literally(&order.scene, &order.camera)?
+        };
+        put(Ok(Picture { literal: Some(Arc::new(literal)), ..whole }));
+    }
     Ok(())
 }
 
@@ -252,7 +265,9 @@ fn picture(
     bench.painter.forget();
     let painting = bench.painter.paint_while(camera, wanted)?;
     let image = Arc::new(bench.painter.image(false)?);
-    Ok(Picture { image, painting: Arc::new(painting), draft, seconds: begun.elapsed().as_secs_f64() })
+    let unmet = [bench.painter.unmet_names(), bench.painter.unmet_strokes()].concat().into();
+    let seconds = begun.elapsed().as_secs_f64();
+    Ok(Picture { image, painting: Arc::new(painting), literal: None, unmet, draft, seconds })
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -3,7 +3,7 @@
 use crate::action::{Bounces, Command, Compare, Resolution};
 use crate::edit::{Edits, MaterialItem, materials, models_of};
 use crate::eye::{Eye, first_camera};
-use crate::ink::Ink;
+use crate::ink::{Ink, StrokeChange};
 use crate::language::{Language, Words};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -309,8 +309,11 @@ impl State {
                 // What closes a list closes the one on top.
                 if which.is_none() && self.help {
                     self.help = false;
-                } else if which.is_none() && self.ink.on && self.ink.stroke.is_some() {
-                    self.ink.stroke = None;
+                } else if which.is_none()
+                    && self.ink.on
+                    && (self.ink.stroke.is_some() || self.ink.subject.is_some())
+                {
+                    (self.ink.stroke, self.ink.subject) = (None, None);
                 } else {
                     self.selected = which.as_ref().map(|w| self.material(w)).transpose()?;
                 }
@@ -355,12 +358,15 @@ impl State {
             }
             Command::Compare(how) => {
                 self.compare = how.unwrap_or_else(|| next(Compare::ALL.map(|(c, _)| c), self.compare));
-                (self.reference, self.ink.on) = (true, false);
+                match self.ink.on {
+                    true => self.ink.compare(true),
+                    false => self.reference = true,
+                }
             }
             Command::Split(part) => self.split = part.clamp(0.0, 1.0),
             Command::Slide(part) => self.split = (self.split + part).clamp(0.0, 1.0),
             Command::Ink(on) => self.paint(on.unwrap_or(!self.ink.on)),
-            Command::Preset(Some(file)) if file.ends_with(".toml") => {
+            Command::Preset(Some(file)) if yugen_ink::preset::is_file(file) => {
                 return Ok(Effect::Preset(file.into()));
             }
             Command::Preset(name) => {
@@ -371,9 +377,22 @@ impl State {
                 self.ink.set(name, word)?;
                 self.paint(true);
             }
+            // Keys must not change what is not seen.
+            Command::Stroke(change) if !self.ink.on && !matches!(change, StrokeChange::Choose(_)) => {
+                return Err("no painting is seen whose stroke could be changed: `ink` first".into());
+            }
             Command::Stroke(change) => {
                 self.ink.change_stroke(change)?;
                 self.paint(true);
+            }
+            Command::Steer(subject, name, change) => {
+                self.ink.steer(*subject, name, change)?;
+                self.paint(true);
+            }
+            Command::Literal(on) => {
+                let on = on.unwrap_or(!(self.ink.on && self.ink.literal));
+                self.ink.compare(on);
+                self.paint(self.ink.on || on);
             }
             Command::Save(file) => return Ok(Effect::Save(file.into())),
             Command::Window(file) => return Ok(Effect::Window(file.into())),
@@ -541,6 +560,8 @@ mod tests {
         run(&mut state, "select none");
         assert!(state.ink.stroke.is_none() && state.selected.is_some());
         for (script, painted, reference) in [
+            ("compare next", true, false),
+            ("reference on", false, true),
             ("compare next", false, true),
             ("ink", true, false),
             ("reference on", false, true),
@@ -549,6 +570,12 @@ mod tests {
             run(&mut state, script);
             assert_eq!((state.ink.on, state.reference), (painted, reference), "{script}");
         }
+        // Of a painting it is the slides' method that stands beside it.
+        assert!(state.ink.literal);
+        run(&mut state, "literal");
+        assert!(state.ink.on && !state.ink.literal);
+        run(&mut state, "ink off; literal");
+        assert!(state.ink.on && state.ink.literal);
         let error = run(&mut state, "stroke hide").remove(0).expect_err("no stroke is selected");
         assert!(error.contains("click on a contour"), "{error}");
         // The same file anew keeps strokes, another does not.

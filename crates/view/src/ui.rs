@@ -7,7 +7,7 @@ mod look;
 mod panel;
 mod timeline;
 
-pub use look::{Font, set_look};
+pub use look::set_look;
 
 use crate::action::{Command, Compare, of_key};
 use crate::language::Words;
@@ -15,6 +15,7 @@ use crate::reference::Difference;
 use crate::state::State;
 use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, TextureId, Ui, pos2, vec2};
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// What the renderers have to show.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +26,10 @@ pub struct Seen {
     pub reference: Option<TextureId>,
     /// The painting.
     pub ink: Option<TextureId>,
+    /// What the slides' method makes of the same.
+    pub literal: Option<TextureId>,
+    /// Sentences about tables of the preset that changed nothing.
+    pub unmet: Arc<[String]>,
     /// How it came to be.
     pub painted: Option<Strokes>,
     /// It is not yet the one that is asked for.
@@ -81,6 +86,8 @@ const STROKES: Words = ["strokes", "筆線"];
 const WAITING: Words = ["the reference begins…", "参照画像を計算中…"];
 const REALTIME: Words = ["real-time", "リアルタイム"];
 const REFERENCE: Words = ["reference", "参照"];
+const OURS: Words = ["Yugen", "本手法"];
+const SLIDES: Words = ["the slides' method", "スライドの手法"];
 const DROP: Words = ["drop a scene file to open it", "シーンファイルをドロップして開く"];
 const FRAMES: Words = ["frames", "フレーム"];
 const SAMPLES: Words = ["samples", "サンプル"];
@@ -183,41 +190,41 @@ fn picture(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
     };
     let line = rect.left() + state.split * rect.width();
     let (left, right) = rect.split_left_right_at_x((line * points).round() / points);
-    let reference = seen.reference.filter(|_| state.reference);
+    let painting = state.ink.on;
+    let compared = if painting { state.ink.literal } else { state.reference };
+    let first = seen.ink.filter(|_| painting).or(seen.realtime);
+    let other = if painting { seen.literal } else { seen.reference }.filter(|_| compared);
+    let [name, other_name] = if painting { [OURS, SLIDES] } else { [REALTIME, REFERENCE] };
     let time = ui.input(|i| i.time);
     let [mut of_left, mut of_right] = [None; 2];
-    match (reference, state.compare) {
-        _ if !state.reference => {
-            let painting = seen.ink.filter(|_| state.ink.on);
-            painting.or(seen.realtime).iter().for_each(|id| draw(rect, *id));
-        }
+    match (other, state.compare) {
         (None, _) => {
-            seen.realtime.iter().for_each(|id| draw(rect, *id));
-            of_right = Some(WAITING);
+            first.iter().for_each(|id| draw(rect, *id));
+            of_right = Some(WAITING).filter(|_| compared && !painting);
         }
-        (Some(reference), Compare::Split) => {
-            seen.realtime.iter().for_each(|id| draw(left, *id));
-            draw(right, reference);
+        (Some(other), Compare::Split) => {
+            first.iter().for_each(|id| draw(left, *id));
+            draw(right, other);
             painter.vline(line, rect.y_range(), Stroke::new(1.5, look::LINE));
-            (of_left, of_right) = (Some(REALTIME), Some(REFERENCE));
+            (of_left, of_right) = (Some(name), Some(other_name));
         }
-        (Some(reference), Compare::Flicker) => {
-            let first = ((time / FLICKER) as u64).is_multiple_of(2);
-            match (first, seen.realtime) {
+        (Some(other), Compare::Flicker) => {
+            let turn = ((time / FLICKER) as u64).is_multiple_of(2);
+            match (turn, first) {
                 (true, Some(id)) => draw(rect, id),
-                _ => draw(rect, reference),
+                _ => draw(rect, other),
             }
-            of_left = Some(if first { REALTIME } else { REFERENCE });
+            of_left = Some(if turn { name } else { other_name });
             let next = FLICKER - time % FLICKER;
             ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64(next.max(0.01)));
         }
         (Some(_), Compare::RealTime) => {
-            seen.realtime.iter().for_each(|id| draw(rect, *id));
-            of_left = Some(REALTIME);
+            first.iter().for_each(|id| draw(rect, *id));
+            of_left = Some(name);
         }
-        (Some(reference), Compare::Reference) => {
-            draw(rect, reference);
-            of_left = Some(REFERENCE);
+        (Some(other), Compare::Reference) => {
+            draw(rect, other);
+            of_left = Some(other_name);
         }
     }
     if state.ink.on && seen.stroke.len() > 1 {
@@ -249,7 +256,7 @@ fn picture(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
         painter.rect_stroke(rect.shrink(6.0), 4.0, Stroke::new(2.0, look::LINE), egui::StrokeKind::Inside);
         tag(rect.center(), Align2::CENTER_CENTER, DROP);
     }
-    let on_line = reference.is_some() && state.compare == Compare::Split;
+    let on_line = other.is_some() && state.compare == Compare::Split;
     pointer(ui, &response, rect, on_line.then_some(line), asked);
 }
 

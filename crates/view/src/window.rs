@@ -11,7 +11,7 @@ use crate::language::{Language, Words};
 use crate::maker::{Made, Maker, Order, Ready};
 use crate::reference::{Difference, Finding, Reference, difference};
 use crate::state::{Effect, State};
-use crate::ui::{self, Font, Seen};
+use crate::ui::{self, Seen};
 use graphics::Graphics;
 use ink::Easel;
 use script::Script;
@@ -22,9 +22,11 @@ use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, WindowId};
+use yugen_ink::signature::Font;
 use yugen_optics::Image;
 use yugen_optics::tonemap::ToneMap;
 use yugen_realtime::{Lighting, Options as StageOptions};
+use yugen_scene::prepared::DrawRow;
 use yugen_scene::{Camera, Scene};
 
 /// What the window is opened with.
@@ -578,8 +580,11 @@ impl App {
                     graphics.wants_window = Some((file, 2));
                 }
             }
-            Effect::Pick(place) if self.state.ink.on => self.pick_stroke(place),
-            Effect::Pick([x, y]) => self.pick(x, y)?,
+            Effect::Pick(place) if self.state.ink.on => self.pick_ink(place)?,
+            Effect::Pick(place) => match self.picked(place)? {
+                Some(draw) => self.state.select_material(draw.material as usize),
+                None => self.state.selected = None,
+            },
             Effect::Preset(file) => {
                 let text = self.files.read_text(&file)?;
                 self.state.ink.read(&text, &file.display().to_string())?;
@@ -596,20 +601,25 @@ impl App {
         Ok(())
     }
 
-    fn pick(&mut self, x: f32, y: f32) -> Result<(), String> {
+    /// What is placed at a place of the picture.
+    fn picked(&self, [x, y]: [f32; 2]) -> Result<Option<DrawRow>, String> {
         let [w, h] = self.seen.size;
         let pixel = |part: f32, all: u32| {
             (part.clamp(0.0, 1.0) * all as f32).min(all.saturating_sub(1) as f32) as u32
         };
-        let Some(stage) = self.graphics.as_ref().and_then(|g| g.stage.as_ref()) else { return Ok(()) };
+        let Some(stage) = self.graphics.as_ref().and_then(|g| g.stage.as_ref()) else { return Ok(None) };
         let picked = stage.pick([pixel(x, w), pixel(y, h)]).map_err(|e| e.to_string())?;
-        let material =
-            picked.and_then(|p| stage.scene().draws().get(p.draw as usize)).map(|d| d.material as usize);
-        match material {
-            Some(id) => self.state.select_material(id),
-            None => self.state.selected = None,
+        Ok(picked.and_then(|p| stage.scene().draws().get(p.draw as usize)).copied())
+    }
+
+    /// The first column of a picture in which the other one of two is seen, as they are compared now.
+    fn first_of_other(&self, width: usize) -> usize {
+        use crate::action::Compare;
+        match self.state.compare {
+            Compare::Split => (self.state.split * width as f32).round() as usize,
+            Compare::Reference => 0,
+            Compare::RealTime | Compare::Flicker => width,
         }
-        Ok(())
     }
 
     /// The picture as light: the real-time one, the reference right of the line or where it alone is seen; the other as well.
@@ -629,16 +639,8 @@ impl App {
             .map(|f| &*f.image)
             .filter(|f| (f.width, f.height) == (image.width, image.height));
         let image = match found {
-            Some(reference) if linear => beside(image, reference),
-            Some(reference) => {
-                use crate::action::Compare;
-                let from = match self.state.compare {
-                    Compare::Split => (self.state.split * image.width as f32).round() as usize,
-                    Compare::Reference => 0,
-                    Compare::RealTime | Compare::Flicker => image.width,
-                };
-                split(&image, reference, from)
-            }
+            Some(reference) if linear => beside(image, reference, "reference"),
+            Some(reference) => split(&image, reference, self.first_of_other(image.width)),
             None => image,
         };
         let picture = Picture {
@@ -743,16 +745,12 @@ fn same_view(a: &Camera, b: &Camera) -> bool {
         && (a.film.width, a.film.height) == (b.film.width, b.film.height)
 }
 
-/// The picture with the reference as layers beside it.
-fn beside(image: Image, reference: &Image) -> Image {
-    let names: Vec<String> = image
-        .channels
-        .iter()
-        .cloned()
-        .chain(["reference.R", "reference.G", "reference.B"].map(String::from))
-        .collect();
+/// The picture with another as a layer of this name beside it.
+fn beside(image: Image, other: &Image, name: &str) -> Image {
+    let names: Vec<String> =
+        image.channels.iter().cloned().chain(["R", "G", "B"].map(|c| format!("{name}.{c}"))).collect();
     let n = image.channels.len();
-    let pixels = image.data.chunks_exact(n).zip(reference.data.chunks_exact(3));
+    let pixels = image.data.chunks_exact(n).zip(other.data.chunks_exact(3));
     let data = pixels.flat_map(|(a, b)| a.iter().chain(b).copied()).collect();
     Image { channels: names, data, ..image }
 }

@@ -11,6 +11,7 @@ use yugen_optics::tonemap::Curve;
 use yugen_reflectance::Kind;
 use yugen_scene::{Geometry, Light, Material, ModelBuilder, Scene, Shape, Value};
 use yugen_view::action::{ACTIONS, Command, LightChange};
+use yugen_view::ink::Subject;
 use yugen_view::language::Language;
 use yugen_view::state::State;
 use yugen_view::ui::{Asked, Seen, set_look, show};
@@ -195,8 +196,26 @@ fn a_painting_is_steered_by_the_controls_of_its_table() {
     h.run();
     h.get_by_role_and_label(egui::Role::CheckBox, "hidden").click_accesskit();
     h.run();
+    h.get_by_role_and_label(egui::Role::CheckBox, "pinned").click_accesskit();
+    h.run();
     let edit = h.state().state.ink.style.steering.strokes.get(&0x0f3a_9c12).cloned().expect("it has a table");
-    assert!(edit.hide && edit.changes.iter().count() == 1, "{edit:?}");
+    assert!(edit.hide && edit.pin && edit.changes.iter().count() == 1, "{edit:?}");
+    h.get_by_label("As the others").click_accesskit();
+    h.run();
+    assert!(h.state().state.ink.style.steering.is_empty());
+    // So has an object, and what it is made of.
+    h.state_mut().state.ink.stroke = None;
+    h.state_mut().state.ink.offered =
+        vec![(Subject::Object, "ball".into()), (Subject::Material, "red clay".into())];
+    h.run();
+    h.get_by_label("material red clay").click_accesskit();
+    h.run();
+    assert_eq!(h.state().state.ink.subject, Some((Subject::Material, "red clay".into())));
+    h.get_by_role_and_label(egui::Role::Slider, "material wash").focus();
+    h.run();
+    h.key_press(Key::ArrowRight);
+    h.run();
+    assert_eq!(h.state().state.ink.steered().collect::<Vec<_>>(), [(Subject::Material, "red clay")]);
     h.get_by_label("As the others").click_accesskit();
     h.run();
     assert!(h.state().state.ink.style.steering.is_empty());

@@ -109,7 +109,7 @@ impl Finish {
             seal_size: self.seal_size,
             carving: named(&Carving::ALL, &self.carving),
             corner: named(&Corner::ALL, &self.corner),
-            font: font.into(),
+            font,
         })))
     }
 }

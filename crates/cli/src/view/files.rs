@@ -93,6 +93,8 @@ impl Files for OnDisk {
                 "seconds": ink.seconds,
                 "stroke": ink.stroke.as_ref().map(|(id, _)| format!("{id:08x}")),
                 "object": ink.stroke.as_ref().and_then(|(_, object)| object.as_ref()),
+                "steered": ink.subject.as_ref().map(|(kind, name)| format!("{kind} {name}")),
+                "unmet": ink.unmet,
             })),
             "message": report.message,
         }));

@@ -21,7 +21,6 @@ mod with_window {
     use yugen_archive::read_bounded;
     use yugen_view::action::script;
     use yugen_view::language::Language;
-    use yugen_view::ui::Font;
     use yugen_view::{Files, Options};
 
     /// Most bytes of a script.
@@ -96,7 +95,6 @@ mod with_window {
             if let Some(font) = &font {
                 tracing::info!("Japanese characters are from {}", font.name);
             }
-            let font = font.map(|f| Font { name: f.name, bytes: f.bytes, index: f.index });
             let options = Options { scene, file: self.scene, size: self.size, language, font, script };
             Ok(yugen_view::run(options, Arc::new(files))?)
         }

@@ -15,11 +15,16 @@ type = "directional"
 direction = [1, -2, -1]
 irradiance = 3
 
+[material."wet clay"]
+model = "lambert"
+reflectance = 0.4
+
 [[shape]]
 name = "ball"
 type = "sphere"
 radius = 0.8
 at = [0, 0.8, 0]
+material = "wet clay"
 
 [[shape]]
 name = "table"
@@ -125,11 +130,18 @@ fn single_objects_and_strokes_are_steered() {
     }
     refused(
         yugen_in(&folder, "ink ball.toml --preset own.toml --literal -o d.png"),
-        &["single objects and strokes"],
+        &["single objects, materials and strokes"],
     );
-    std::fs::write(folder.join("own.toml"), "[object.bal]\nink = 1").unwrap();
-    let line = "ink ball.toml --preset own.toml -o d.png";
-    refused(yugen_in(&folder, line), &["no object 'bal' in the scene", "did you mean 'ball'?"]);
+    std::fs::write(folder.join("own.toml"), "[object.bal]\nink = 1\n[material.wood]\nink = 1").unwrap();
+    let told = yugen_in(&folder, "ink ball.toml --size 96x64 --preset own.toml -o d.png");
+    for words in ["[object.bal] changes nothing", "did you mean 'ball'?", "[material.wood] changes nothing"] {
+        assert!(told.success && told.err.contains(words), "{}", told.err);
+    }
+    // By material; what is said of the object counts more.
+    paint("[material.\"wet*\"]\nsize = 3\nink = 1.4", "-o m.svg");
+    assert_eq!(read("m.svg"), read("b.svg"));
+    paint("[object.ball]\nsize = 3\nink = 1.4\n[material.\"wet clay\"]\nsize = 0.5\nink = 0.1", "-o m.svg");
+    assert_eq!(read("m.svg"), read("b.svg"));
     // Rubbing and suggestive contours are ink.
     paint("rub = 2.0\nsuggestive = 1.0", "-o e.png");
     assert!(mean(&folder.join("e.png")) < mean(&folder.join("a.png")));

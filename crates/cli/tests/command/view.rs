@@ -371,14 +371,48 @@ fn a_scene_is_painted_in_ink_and_one_of_its_strokes_is_hidden() {
     assert_eq!(text("c.svg"), text("d.svg"));
     assert_eq!(picture("c.png").data, picture("d.png").data);
 
+    // A surface that is clicked on offers its object and its material, which are steered by name; what nobody has is told.
+    let wrong = "[object.bal]\nink = 1\n[stroke.00000001]\nhide = true";
+    std::fs::write(folder.join("wrong.toml"), wrong).expect("it can be written");
+    let said = view(
+        "panel off; ink; pick 0.5 0.5; report; steer material red wash 0; steer object ball contour 0.5; wait; report
+         save e.svg; save e.png; save e.toml; stroke 00000002; stroke pin; save f.toml; preset wrong.toml; wait; report; quit",
+    );
+    assert_eq!(
+        (&said[0]["ink"]["steered"], &said[1]["ink"]["steered"]),
+        (&"object ball".into(), &"object ball".into())
+    );
+    assert!(said[1]["ink"]["unmet"].as_array().is_some_and(Vec::is_empty), "{}", said[1]);
+    let unmet = said[2]["ink"]["unmet"].to_string();
+    let told = ["did you mean 'ball'?", "[stroke.00000001]", "[stroke.00000002]"];
+    assert!(told.iter().all(|words| unmet.contains(words)), "{unmet}");
+    assert!(text("e.toml").contains("[material.\"red\"]\nwash = 0") && text("f.toml").contains("pin = true"));
+    paint("--preset e.toml -o g.svg -o g.png");
+    assert_eq!((text("e.svg"), picture("e.png").data), (text("g.svg"), picture("g.png").data));
+
+    // Beside the slides' method, left and right of a line.
+    view(
+        "panel off; ink; literal; wait; save both.png; compare reference; save slides.png; save both.exr
+         literal off; wait; save ours.png; quit",
+    );
+    paint("--literal -o l.png");
+    let [both, slides, ours] = ["both.png", "slides.png", "ours.png"].map(picture);
+    assert_eq!((&slides.data, &ours.data), (&picture("l.png").data, &picture("a.png").data));
+    let column =
+        |image: &Image, x: usize| (0..image.height).map(|y| image.pixel(x, y).to_vec()).collect::<Vec<_>>();
+    let (left, right) = (both.width / 2 - 2, both.width / 2 + 2);
+    assert_eq!((column(&both, left), column(&both, right)), (column(&ours, left), column(&slides, right)));
+    assert!(column(&ours, right) != column(&slides, right));
+    assert!(picture("both.exr").channels.iter().any(|c| c == "literal.G"));
+
     // What cannot be is a sentence.
-    std::fs::write(folder.join("wrong.toml"), "[object.bal]\nink = 1").expect("it can be written");
     for (script, words) in [
         ("preset sumie", "did you mean 'sumi'?"),
         ("set dryness 2", "out of range"),
-        ("stroke hide", "click on a contour"),
+        ("ink; stroke hide", "click on a contour"),
+        ("stroke hide", "`ink` first"),
+        ("steer object ball bleed 1", "of the whole sheet"),
         ("preset none.toml", "none.toml"),
-        ("preset wrong.toml; wait; quit", "did you mean 'ball'?"),
         ("ink; save ball.toml", "ball.toml"),
     ] {
         let said = run(&mut display.view(&folder, &["ball.toml", "--do", script, "--size", "120x90"]));

@@ -6,6 +6,7 @@ use crate::canvas::{BRUSHED, Canvas, Layer};
 use crate::depth::DepthMap;
 use crate::projection::Projection;
 use crate::resolve::Resolve;
+use crate::steering::Names;
 use std::sync::Arc;
 use yugen_optics::Image;
 use yugen_scene::prepared::Rows;
@@ -26,22 +27,21 @@ pub(super) struct Sight {
 }
 
 impl Painter {
-    /// Takes over another style, but for its creases, its seed and its signature. After an error it has the one before.
-    pub fn restyle(&mut self, style: Style) -> Result<(), InkError> {
+    /// Takes over another style, but for its creases, its seed and its signature.
+    pub fn restyle(&mut self, style: Style) {
         let signature = self.style.signature.clone();
         let style = Style { creases: self.style.creases, seed: self.style.seed, signature, ..style };
-        self.of_draws = of_draws(&style, &self.rows, &self.names)?;
+        self.of_draws = of_draws(&style, &self.rows, &self.names);
         self.edits = Arc::new(style.steering.strokes.clone());
         self.unmet = self.edits.keys().copied().collect();
         self.style = style;
-        Ok(())
     }
 
     /// Takes over other values of materials and lights, and another pose, of the same scene.
     pub fn refill(&mut self, scene: &Scene) -> Result<(), InkError> {
         let rows = Rows::new(scene)?;
-        let names: Vec<String> = scene.shapes.iter().map(|s| s.name.clone()).collect();
-        let of_draws = of_draws(&self.style, &rows, &names)?;
+        let names = Names::of(scene);
+        let of_draws = of_draws(&self.style, &rows, &names);
         self.sights.clear();
         for (stage, options) in [&mut self.stage, &mut self.light].into_iter().zip(&self.options) {
             if !stage.refill(&rows)? {

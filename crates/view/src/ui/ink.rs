@@ -1,9 +1,9 @@
 //! The part of the panel about ink.
 
-use super::Asked;
-use super::panel::{named, row, short};
+use super::panel::{comparisons, named, row, short};
+use super::{Asked, OURS, SLIDES, Seen, look};
 use crate::action::Command;
-use crate::ink::{SelectedStroke, StrokeChange};
+use crate::ink::{SelectedStroke, StrokeChange, Subject, TableChange};
 use crate::language::Words;
 use crate::state::State;
 use egui::{ComboBox, Slider, SliderClamping, Ui};
@@ -22,15 +22,26 @@ const PIGMENT: Words = ["pigment", "顔料"];
 const WASH: Words = ["wash", "淡彩"];
 const MANNER: Words = ["wrinkles", "皴法"];
 const STROKE: Words = ["stroke", "筆線"];
-const CLICK: Words = ["click on a contour to steer its stroke", "輪郭の筆線をクリックして調整する"];
+const CLICK: Words = [
+    "click on a contour to steer its stroke, on a surface to steer the object or its material",
+    "輪郭の筆線をクリックして調整する。面をクリックすると物体や材質",
+];
 const HIDE: Words = ["hidden", "隠す"];
+const PIN: Words = ["pinned", "固定する"];
+const PINNED: Words = [
+    "never left out for other strokes, and the same stroke through the whole shot",
+    "ほかの筆線のために省かれず、ショットの間ずっと同じ筆線であり続ける",
+];
+const SUBJECTS: [Words; 2] = [["object", "物体"], ["material", "材質"]];
+const STEERED_THINGS: Words = ["steered objects and materials", "調整した物体と材質"];
+const BESIDE: Words = ["the slides' method beside it", "スライドの手法と比べる"];
 const PLAIN: Words = ["As the others", "ほかと同じに戻す"];
 const STEERED: Words = ["steered strokes", "調整した筆線"];
 const SAVE: Words = ["Save", "保存"];
 const SAVE_PRESET: Words = ["Save the preset", "プリセットを保存"];
 
 /// Shows it.
-pub fn show(ui: &mut Ui, state: &State, asked: &mut Asked) {
+pub fn show(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
     let (l, ink) = (state.language, &state.ink);
     let mut on = ink.on;
     if ui.checkbox(&mut on, l.of(PAINTED)).changed() {
@@ -66,6 +77,17 @@ pub fn show(ui: &mut Ui, state: &State, asked: &mut Asked) {
     }
     ui.add_space(4.0);
     stroke(ui, state, asked);
+    things(ui, state, asked);
+    for sentence in seen.unmet.iter() {
+        ui.colored_label(look::WRONG, sentence);
+    }
+    let mut beside = ink.literal;
+    if ui.checkbox(&mut beside, l.of(BESIDE)).changed() {
+        asked.commands.push(Command::Literal(Some(beside)));
+    }
+    if ink.literal {
+        comparisons(ui, state, [OURS, SLIDES], asked);
+    }
     ui.horizontal_wrapped(|ui| {
         if ui.button(format!("{} .svg", l.of(SAVE))).clicked() {
             asked.commands.push(Command::Save(".svg".into()));
@@ -81,12 +103,16 @@ fn stroke(ui: &mut Ui, state: &State, asked: &mut Asked) {
     let (l, ink) = (state.language, &state.ink);
     let mut change = |change: StrokeChange| asked.commands.push(Command::Stroke(change));
     match ink.selected() {
+        None if ink.subject.is_some() => {}
         None => drop(ui.weak(l.of(CLICK))),
-        Some(SelectedStroke { id, hidden, controls }) => {
-            let mut hide = hidden;
+        Some(SelectedStroke { id, hidden, pinned, controls }) => {
+            let (mut hide, mut pin) = (hidden, pinned);
             ui.label(format!("{} {id:08x}", l.of(STROKE)));
             if ui.checkbox(&mut hide, l.of(HIDE)).changed() {
                 change(StrokeChange::Hide(hide));
+            }
+            if ui.checkbox(&mut pin, l.of(PIN)).on_hover_text(l.of(PINNED)).changed() {
+                change(StrokeChange::Pin(pin));
             }
             for (name, now) in controls {
                 let Some(control) = CONTROLS.iter().find(|c| c.name == name) else { continue };
@@ -106,6 +132,49 @@ fn stroke(ui: &mut Ui, state: &State, asked: &mut Asked) {
             for id in ink.style.steering.strokes.keys() {
                 if ui.selectable_label(ink.stroke == Some(*id), format!("{id:08x}")).clicked() {
                     change(StrokeChange::Choose(*id));
+                }
+            }
+        });
+    }
+}
+
+/// The object and the materials of what was clicked on, and those that are otherwise than the others.
+fn things(ui: &mut Ui, state: &State, asked: &mut Asked) {
+    let (l, ink) = (state.language, &state.ink);
+    let chosen =
+        |subject: Subject, name: &str| ink.subject.as_ref().is_some_and(|(s, n)| *s == subject && n == name);
+    let label = |subject: Subject, name: &str| format!("{} {name}", l.of(SUBJECTS[subject as usize]));
+    let mut steer = |subject: Subject, name: &str, change: TableChange| {
+        asked.commands.push(Command::Steer(subject, name.into(), change));
+    };
+    ui.horizontal_wrapped(|ui| {
+        for (subject, name) in &ink.offered {
+            if ui.selectable_label(chosen(*subject, name), label(*subject, name)).clicked() {
+                steer(*subject, name, TableChange::Choose);
+            }
+        }
+    });
+    if let Some((subject, name)) = &ink.subject {
+        if !ink.offered.iter().any(|(s, n)| s == subject && n == name) {
+            ui.label(label(*subject, name));
+        }
+        for (control_name, now) in ink.subject_controls(&state.scene) {
+            let Some(control) = CONTROLS.iter().find(|c| c.name == control_name) else { continue };
+            let label = format!("{} {control_name}", l.of(SUBJECTS[*subject as usize]));
+            if let Some(value) = slider(ui, control, &label, now) {
+                steer(*subject, name, TableChange::Set(control_name.into(), value));
+            }
+        }
+        if ink.steered().any(|(s, n)| s == *subject && n == name) && ui.button(l.of(PLAIN)).clicked() {
+            steer(*subject, name, TableChange::Plain);
+        }
+    }
+    if ink.steered().next().is_some() {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(l.of(STEERED_THINGS));
+            for (subject, name) in ink.steered() {
+                if ui.selectable_label(chosen(subject, name), label(subject, name)).clicked() {
+                    steer(subject, name, TableChange::Choose);
                 }
             }
         });

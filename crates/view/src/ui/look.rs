@@ -2,6 +2,7 @@
 
 use egui::{Color32, Context, CornerRadius, FontData, FontDefinitions, FontFamily, Margin, Stroke, Theme};
 use std::sync::Arc;
+use yugen_ink::signature::Font;
 
 /// Around the picture.
 pub const BEHIND: Color32 = Color32::from_gray(12);
@@ -17,17 +18,6 @@ pub const ACCENT: Color32 = Color32::from_rgb(201, 160, 92);
 pub const LINE: Color32 = Color32::from_rgb(230, 190, 120);
 /// Something went wrong.
 pub const WRONG: Color32 = Color32::from_rgb(238, 120, 92);
-
-/// A font with the characters that the built-in ones lack.
-#[derive(Clone)]
-pub struct Font {
-    /// Its name or file.
-    pub name: String,
-    /// The file.
-    pub bytes: Arc<Vec<u8>>,
-    /// Which of a collection.
-    pub index: u32,
-}
 
 /// The frame of a bar at the foot.
 pub fn bar() -> egui::Frame {

@@ -56,7 +56,7 @@ pub fn show(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
                 ui.add_space(4.0);
             };
             section(ui, PICTURE, &mut |ui, asked| picture(ui, state, asked));
-            section(ui, ink::INK, &mut |ui, asked| ink::show(ui, state, asked));
+            section(ui, ink::INK, &mut |ui, asked| ink::show(ui, state, seen, asked));
             section(ui, CAMERA, &mut |ui, asked| camera(ui, state, asked));
             section(ui, LIGHTS, &mut |ui, asked| lights(ui, state, asked));
             section(ui, MATERIALS, &mut |ui, asked| materials(ui, state, asked));
@@ -333,18 +333,7 @@ fn reference(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
     if !state.reference {
         return;
     }
-    ui.horizontal_wrapped(|ui| {
-        for (compare, words) in [
-            (Compare::Split, SPLIT),
-            (Compare::Flicker, FLICKER),
-            (Compare::RealTime, ONLY_REALTIME),
-            (Compare::Reference, ONLY_REFERENCE),
-        ] {
-            if ui.selectable_label(state.compare == compare, l.of(words)).clicked() {
-                asked.commands.push(Command::Compare(Some(compare)));
-            }
-        }
-    });
+    comparisons(ui, state, [ONLY_REALTIME, ONLY_REFERENCE], asked);
     let number = |v: Option<f64>, digits: usize| v.map_or("—".to_string(), |v| format!("{v:.digits$}"));
     let fact = |ui: &mut Ui, name: Words, value: String| {
         ui.horizontal(|ui| {
@@ -355,6 +344,22 @@ fn reference(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
     fact(ui, RMSE, seen.difference.map_or("—".into(), |d| format!("{:.2} %", 100.0 * d.relative_rmse)));
     fact(ui, FLIP, number(seen.difference.map(|d| d.flip), 4));
     fact(ui, SAMPLES, format!("{:.1}", seen.samples));
+}
+
+/// How two pictures of these names are seen together.
+pub(super) fn comparisons(ui: &mut Ui, state: &State, [one, other]: [Words; 2], asked: &mut Asked) {
+    ui.horizontal_wrapped(|ui| {
+        for (compare, words) in [
+            (Compare::Split, SPLIT),
+            (Compare::Flicker, FLICKER),
+            (Compare::RealTime, one),
+            (Compare::Reference, other),
+        ] {
+            if ui.selectable_label(state.compare == compare, state.language.of(words)).clicked() {
+                asked.commands.push(Command::Compare(Some(compare)));
+            }
+        }
+    });
 }
 
 fn files(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {

@@ -3,7 +3,7 @@
 use crate::error::ViewError;
 use crate::picture::{Shown, film_of};
 use crate::state::State;
-use crate::ui::{Asked, Font, set_look};
+use crate::ui::{Asked, set_look};
 use crate::window::Wake;
 use egui::{FullOutput, TextureId, Ui, ViewportId};
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
@@ -16,6 +16,7 @@ use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
+use yugen_ink::signature::Font;
 use yugen_optics::colour::srgb_to_linear;
 use yugen_optics::tonemap::Curve;
 use yugen_optics::{ColourSpace, Image};
@@ -41,6 +42,7 @@ pub struct Graphics {
     realtime: Option<Shown>,
     reference: Option<(Film, Shown)>,
     ink: Option<(Film, Shown)>,
+    literal: Option<(Film, Shown)>,
     flight: Option<(Arc<AtomicBool>, Instant)>,
     refused: Arc<Mutex<Option<String>>>,
     repaint_at: Option<Instant>,
@@ -140,6 +142,7 @@ impl Graphics {
             realtime: None,
             reference: None,
             ink: None,
+            literal: None,
             flight: None,
             refused,
             repaint_at: None,
@@ -269,9 +272,22 @@ impl Graphics {
         self.ink.as_ref().map(|(_, s)| s.id)
     }
 
-    /// A painting: its colours are those of the display.
+    pub fn literal(&self) -> Option<TextureId> {
+        self.literal.as_ref().map(|(_, s)| s.id)
+    }
+
     pub fn set_ink(&mut self, image: &Image) {
         let before = self.ink.take();
+        self.ink = Some(self.painting(image, before));
+    }
+
+    pub fn set_literal(&mut self, image: &Image) {
+        let before = self.literal.take();
+        self.literal = Some(self.painting(image, before));
+    }
+
+    /// A painting, to be shown where another was before: its colours are those of the display.
+    fn painting(&mut self, image: &Image, before: Option<(Film, Shown)>) -> (Film, Shown) {
         let (film, shown) = self.film(image, before);
         let settings = DisplaySettings {
             space: ColourSpace::LinearSrgb,
@@ -280,7 +296,7 @@ impl Graphics {
             origin: [0, 0],
         };
         shown.show(&self.gpu.device, &self.gpu.queue, &settings);
-        self.ink = Some((film, shown));
+        (film, shown)
     }
 
     /// A picture, to be shown where another was before.

@@ -1,11 +1,12 @@
 //! The picture as an ink painting.
 
-use super::{App, Wake, same_view};
+use super::{App, Wake, beside, same_view, split};
 use crate::action::Resolution;
 use crate::error::ViewError;
 use crate::files::{InkReport, Picture};
 use crate::painting::{AT_WORK, InkPainter, Order, Painted, Picture as Painting};
 use std::path::Path;
+use std::sync::Arc;
 use winit::event_loop::ActiveEventLoop;
 use yugen_optics::ColourSpace;
 use yugen_optics::tonemap::Curve;
@@ -57,7 +58,7 @@ impl App {
     /// Asks for paintings and shows what has been painted.
     pub(super) fn paint_ink(&mut self, event_loop: &ActiveEventLoop) {
         if !self.state.ink.on {
-            (self.seen.ink, self.seen.painting) = (None, false);
+            (self.seen.ink, self.seen.literal, self.seen.painting) = (None, None, false);
             self.seen.stroke.clear();
             return;
         }
@@ -79,7 +80,10 @@ impl App {
         match outcome {
             Ok(picture) => {
                 graphics.set_ink(&picture.image);
-                self.easel.done = (number, !picture.draft);
+                picture.literal.iter().for_each(|literal| graphics.set_literal(literal));
+                let compared = picture.literal.is_some() || !self.state.ink.literal;
+                self.easel.done = (number, !picture.draft && compared);
+                self.seen.unmet = picture.unmet.clone();
                 self.seen.painted = Some(super::ui::Strokes {
                     size: [picture.image.width as u32, picture.image.height as u32],
                     strokes: picture.painting.strokes.len(),
@@ -90,7 +94,7 @@ impl App {
             Err(problem) => {
                 // The painting before is not that of this order.
                 (self.easel.done, self.easel.shown) = ((number, true), None);
-                self.seen.painted = None;
+                (self.seen.painted, self.seen.unmet) = (None, Arc::default());
                 failure = Some(problem);
             }
         }
@@ -123,20 +127,34 @@ impl App {
                 of: [self.stage_scene, easel.values],
                 camera: view.clone(),
                 style: self.state.ink.style.clone(),
+                literal: self.state.ink.literal,
                 number: easel.number,
             });
             easel.asked = Some((want.0, want.1, view));
         }
         self.seen.painting = easel.done != (easel.number, true);
         self.seen.ink = graphics.ink().filter(|_| easel.shown.is_some());
+        let literal = easel.shown.as_ref().is_some_and(|shown| shown.literal.is_some());
+        self.seen.literal = graphics.literal().filter(|_| literal);
         let stroke = self.state.ink.stroke.zip(easel.shown.as_ref());
         self.seen.stroke = stroke.map_or(Vec::new(), |(id, shown)| shown.way(id));
     }
 
-    /// Selects the contour stroke at a place of the picture; none of a draft, whose identities are of fewer pixels.
-    pub(super) fn pick_stroke(&mut self, place: [f32; 2]) {
+    /// Selects the contour stroke at a place of the picture, none of a draft, whose identities are of fewer pixels; where there is
+    /// none the object. What it is made of is offered as well.
+    pub(super) fn pick_ink(&mut self, place: [f32; 2]) -> Result<(), String> {
         let whole = self.easel.shown.as_ref().filter(|shown| !shown.draft);
-        self.state.ink.stroke = whole.and_then(|shown| shown.stroke_at(place));
+        let stroke = whole.and_then(|shown| shown.stroke_at(place));
+        let shape = match stroke {
+            Some(id) => {
+                whole.and_then(|shown| shown.painting.strokes.iter().find(|s| s.id == id)).map(|s| s.shape)
+            }
+            None => self.picked(place)?.map(|draw| draw.shape),
+        };
+        self.state.ink.stroke = stroke;
+        let shape = shape.and_then(|s| (s as usize).checked_sub(1));
+        self.state.ink.offer(&self.state.scene, shape, stroke.is_none());
+        Ok(())
     }
 
     /// The painting, its strokes or its preset to a file.
@@ -155,8 +173,13 @@ impl App {
             self.saved(&name);
             return Ok(());
         }
-        let image = match &self.easel.shown {
-            Some(shown) if extension != "exr" => yugen_optics::Image::clone(&shown.image),
+        let literal = self.easel.shown.as_ref().and_then(|shown| shown.literal.clone());
+        let image = match (&self.easel.shown, literal) {
+            (Some(shown), Some(literal)) if extension != "exr" => {
+                split(&shown.image, &literal, self.first_of_other(shown.image.width))
+            }
+            (Some(shown), None) if extension != "exr" => yugen_optics::Image::clone(&shown.image),
+            (_, Some(literal)) => beside(painter.layers()?, &literal, "literal"),
             _ => painter.layers()?,
         };
         let picture = Picture { image, space: ColourSpace::LinearSrgb, exposure: 0.0, curve: Curve::Clip };
@@ -175,6 +198,8 @@ impl App {
             strokes: shown.painting.strokes.len(),
             seconds: shown.seconds,
             stroke: stroke.map(|id| (id, object.map(|o| o.name.clone()))),
+            subject: self.state.ink.subject.as_ref().map(|(s, name)| (s.name(), name.clone())),
+            unmet: shown.unmet.to_vec(),
         })
     }
 }

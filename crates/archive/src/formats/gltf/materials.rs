@@ -28,6 +28,7 @@ impl Reader<'_> {
             None => &default,
         };
         let finish = self.describe(entry, colour)?;
+        self.scene.name_material(finish.id, &entry.name);
         self.materials.insert((index, colour), finish.clone());
         Ok(finish)
     }

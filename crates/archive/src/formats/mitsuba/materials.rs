@@ -153,6 +153,7 @@ impl Builder<'_> {
             _ => return Err(p.unknown_plugin()),
         };
         p.finish()?;
+        self.scene.name_material(id, p.id());
         self.materials.insert(p.index, id);
         Ok(id)
     }

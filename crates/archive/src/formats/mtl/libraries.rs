@@ -80,7 +80,11 @@ impl Libraries {
         let called = |name: &str| self.materials.iter().find(|(m, _)| m.name == name);
         let found = called(name).or_else(|| called(name.split_once(" #")?.0.trim())).cloned();
         let finish = match found {
-            Some((mtl, file)) => Some(self.finish(&mtl, &file, scene)?),
+            Some((mtl, file)) => {
+                let finish = self.finish(&mtl, &file, scene)?;
+                scene.name_material(finish.id, &mtl.name);
+                Some(finish)
+            }
             None => {
                 let near = nearest(name, self.materials.iter().map(|(m, _)| m.name.as_str()));
                 let hint = near.map_or(String::new(), |n| format!("; did you mean '{n}'?"));

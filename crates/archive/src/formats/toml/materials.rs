@@ -312,6 +312,7 @@ impl<'a> Reader<'a> {
         };
         let Named::Written(item) = written else { unreachable!("matched above") };
         let id = self.describe_material(item)?;
+        self.scene.name_material(id, name);
         self.materials.insert(name.to_string(), Named::Done(id));
         Ok(id)
     }

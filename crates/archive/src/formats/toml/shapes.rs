@@ -278,6 +278,9 @@ impl<'a> Reader<'a> {
             Material::OneSided { base } => Material::OneSided { base: base + m },
             Material::Null => Material::Null,
         }));
+        for (id, name) in other.material_names.iter().enumerate() {
+            self.scene.name_material(id + m, name);
+        }
         let own = |mut shape: Shape| {
             shape.material = material.unwrap_or(shape.material + m);
             shape.emission = shape.emission.map(shift);
