@@ -10,10 +10,12 @@ use finish::Finish;
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 use yugen_archive::formats::mesh::Up;
 use yugen_archive::formats::{self, image};
 use yugen_archive::{atomic_write, check_outputs, check_writable, read_bounded};
+use yugen_ink::brush::Bristles;
 use yugen_ink::control::CONTROLS;
 use yugen_ink::mount::{MOUNTS, Mount, Mounting};
 use yugen_ink::painter::{Painter, Painting, Style};
@@ -193,7 +195,14 @@ impl Ink {
             true => {
                 let bytes = read_bounded(Path::new(&self.preset), MOST)?;
                 let text = String::from_utf8(bytes).with_context(|| format!("{}: not UTF-8", self.preset))?;
-                preset::read(&text, &self.preset)?.style
+                let mut preset = preset::read(&text, &self.preset)?;
+                if let Some(brush) = &preset.brush {
+                    let picture = Path::new(&self.preset).with_file_name(brush);
+                    let image = image::read(&picture, &image::ReadOptions::to(ColourSpace::LinearSrgb))?;
+                    let bristles = Bristles::new(brush, &image).with_context(|| self.preset.clone())?;
+                    preset.style.brush = Some(Arc::new(bristles));
+                }
+                preset.style
             }
             false => preset::find(&self.preset)?.style,
         };

@@ -6,6 +6,7 @@
 mod output;
 mod argument;
 mod brdf;
+mod brush;
 mod capture;
 mod figure;
 mod film;
@@ -80,6 +81,7 @@ enum Verb {
     #[command(subcommand)]
     Noh(noh::Noh),
     Ink(ink::Ink),
+    Brush(brush::Brush),
 }
 
 /// A reader that has seen enough, as `head` has, ends the program quietly, as it ends others.
@@ -135,6 +137,7 @@ fn main() -> ExitCode {
         Verb::Motion(verb) => verb.run(),
         Verb::Noh(verb) => verb.run(),
         Verb::Ink(verb) => verb.run(),
+        Verb::Brush(verb) => verb.run(),
     };
     match outcome.and_then(|()| Ok(output::flush()?)) {
         Ok(()) => ExitCode::SUCCESS,

@@ -5,6 +5,7 @@
 //! puts the layers over one another (`composite.wgsl`).
 
 use crate::InkError;
+use crate::brush::Bristles;
 use crate::drying::Drying;
 use crate::footprint::{EXTENT, Footprint, TEXELS, TRAIL, TRAIL_WAVES, VARIANTS, bristle_trail};
 use crate::paper::{Paper, Sheet};
@@ -14,6 +15,7 @@ use crate::resolve::Resolve;
 use crate::stamp::Stamp;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
+use std::sync::Arc;
 use wgpu::util::{BufferInitDescriptor, DeviceExt, TextureDataOrder};
 use wgpu::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, Device, Extent3d, Queue, TextureFormat,
@@ -93,7 +95,7 @@ struct SplatRow {
     trail: f32,
     lanes: f32,
     miss: f32,
-    unused: [f32; 2],
+    across: [f32; 2],
 }
 
 #[repr(C)]
@@ -144,7 +146,7 @@ pub struct Canvas {
 }
 
 /// What a canvas is made of.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Materials {
     /// The paper.
     pub paper: &'static Paper,
@@ -156,6 +158,8 @@ pub struct Materials {
     pub bleed: f32,
     /// Raggedness of the brush, 0 to 1.
     pub roughness: f32,
+    /// Its bristles, where they are those of a picture.
+    pub bristles: Option<Arc<Bristles>>,
     /// Pixels that stand for one in a picture of 1080 lines.
     pub unit: f32,
     /// Same seed, same sheet and same brush.
@@ -213,7 +217,8 @@ impl Canvas {
         });
 
         let masks = mask_texture(device, queue, m);
-        let trail: Vec<u8> = bristle_trail(m.seed).iter().map(|v| (v * 255.0) as u8).collect();
+        let trail = m.bristles.as_ref().map_or_else(|| bristle_trail(m.seed), |b| b.trail.clone());
+        let trail: Vec<u8> = trail.iter().map(|v| (v * 255.0) as u8).collect();
         let trail =
             bytes_texture(device, queue, "trail", TextureFormat::R8Unorm, TRAIL.map(|n| n as u32), &trail);
         let sheet = m.paper.sheet(size, m.unit, m.seed);
@@ -238,13 +243,18 @@ impl Canvas {
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             })
         };
+        // Of noise each stroke takes another part; a picture's breadth is that of the brush.
+        let (trail_length, lanes, across) = match &m.bristles {
+            Some(bristles) => (bristles.length, 0.5, [0.0, 0.5]),
+            None => (TRAIL_LENGTH, m.full / (BRISTLE * m.unit.max(0.5) * TRAIL_WAVES), [7.0, 0.0]),
+        };
         let splat_row = SplatRow {
             size: size.map(|n| n as f32),
             extent: EXTENT,
-            trail: TRAIL_LENGTH,
-            lanes: m.full / (BRISTLE * m.unit.max(0.5) * TRAIL_WAVES),
+            trail: trail_length,
+            lanes,
             miss: MISS * m.unit,
-            unused: [0.0; 2],
+            across,
         };
         let splat_row = uniform("splat", bytemuck::bytes_of(&splat_row));
         let resolve_row = uniform("resolve", bytemuck::bytes_of(resolve));
@@ -331,7 +341,7 @@ impl Canvas {
             device: device.clone(),
             queue: queue.clone(),
             size,
-            materials: *m,
+            materials: m.clone(),
             splat,
             splat_group,
             resolve,
@@ -535,7 +545,10 @@ fn mask_texture(device: &Device, queue: &Queue, m: &Materials) -> wgpu::TextureV
     let levels = TEXELS.ilog2() + 1;
     let mut bytes: Vec<u8> = Vec::new();
     for variant in 0..VARIANTS as u32 {
-        let mask = Footprint::new(m.seed, variant, m.roughness);
+        let mut mask = Footprint::new(m.seed, variant, m.roughness);
+        if let Some(bristles) = &m.bristles {
+            mask.scale_across(&|across| bristles.at(across));
+        }
         let mut level: Vec<[f32; 2]> =
             mask.bristles.iter().copied().zip(mask.diffused).map(|(f, d)| [f, d]).collect();
         let mut n = TEXELS;

@@ -67,6 +67,7 @@ controls! {
     contrast = 0.6, 0.0 to 1.0: "Difference between a stroke pressed and a stroke lifted.";
     detail = 0.6, 0.0 to 1.0: "How many of the lines are drawn: 0 the outlines, 1 all.";
     distance = 0.5, 0.0 to 1.0: "How much paler what is far away is.";
+    mist = 0.0, 0.0 to 1.0: "How much mist lies over the ground: what is far and low sinks into it and is left as paper.";
     wash = 1.0, 0.0 to 2.0: "Ink of the wash (ran); 0 leaves it out.";
     wrinkle = 1.0, 0.0 to 2.0: "Ink of wrinkles (cun); 0 leaves them out.";
     rub = 0.0, 0.0 to 2.0: "Ink of rubbing (ca), a dry brush wiped over what is dark; 0 leaves it out.";

@@ -68,6 +68,17 @@ impl Footprint {
     }
 }
 
+impl Footprint {
+    /// Leaves of what bristles bring so much at each place across, −1 to 1.
+    pub fn scale_across(&mut self, part: &dyn Fn(f32) -> f32) {
+        for (y, row) in self.bristles.chunks_exact_mut(TEXELS).enumerate() {
+            let across = ((y as f32 + 0.5) / TEXELS as f32 * 2.0 - 1.0) * EXTENT;
+            let part = part(across.clamp(-1.0, 1.0));
+            row.iter_mut().for_each(|f| *f *= part);
+        }
+    }
+}
+
 /// Tips of bristles, at least so far apart that none stands on another; how much ink each has and how wide it is.
 fn bristle_tips(random: &mut Pcg32, roughness: f32) -> Vec<(Vec2, f32, f32)> {
     // Few bristles of a worn brush, many of a soft one.

@@ -16,15 +16,17 @@
 //! | [`tracking`] | strokes that stay what they are from frame to frame |
 //! | [`piece`] | parts of lines that are drawn in one go |
 //! | [`stroke`] | lines as strokes: pressure, dryness, ink |
+//! | [`mist`] | what lies before what is far and low |
 //! | [`tone`], [`scatter`] | how dark a place is; places that stay on surfaces |
 //! | [`wash`], [`wrinkle`], [`rub`], [`dot`] | colour wash (ran), wrinkles (cun), rubbing (ca), dots (dian) |
 //! | [`stamp`], [`footprint`] | prints of the brush and what one looks like |
+//! | [`brush`] | bristles from the picture or the photograph of a stroke |
 //! | [`canvas`], [`resolve`] | stamps to loads of ink to a picture, on the GPU |
 //! | [`flow`], [`dispersion`] | water and ink that run in paper, on the processor and on the GPU |
 //! | [`paper`], [`pigment`] | what is painted on and with |
 //! | [`signature`] | an inscription and the artist's seal |
 //! | [`mount`] | what a painting hangs, rolls or folds in |
-//! | [`svg`], `path` | strokes as vectors, closed curves |
+//! | [`svg`], `path`, `trace` | strokes as vectors, closed curves, outlines of a picture |
 //! | [`literal`] | the slides of Xu, Yang and Wu 2012 as they stand, for comparison |
 //! | [`control`], [`preset`] | what is steered, and ways of painting |
 //! | [`steering`] | what of single objects and strokes is otherwise |
@@ -32,6 +34,7 @@
 //!
 //! Lengths are in pixels of a picture of 1080 lines where nothing else is said, so that a painting looks the same in any size.
 
+pub mod brush;
 pub mod canvas;
 pub mod contour;
 pub mod control;
@@ -44,6 +47,7 @@ mod error;
 pub mod flow;
 pub mod footprint;
 pub mod literal;
+pub mod mist;
 pub mod mount;
 pub mod painter;
 pub mod paper;
@@ -65,6 +69,7 @@ pub mod suggestive;
 pub mod svg;
 pub mod tone;
 pub mod topology;
+mod trace;
 pub mod tracking;
 pub mod visibility;
 pub mod wash;

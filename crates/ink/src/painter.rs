@@ -1,12 +1,14 @@
 //! From a scene to its painting.
 
 use crate::InkError;
+use crate::brush::Bristles;
 use crate::canvas::{BRUSHED, Canvas, LAYERS, Layer, Materials};
 use crate::contour::MeshPoint;
 use crate::contour::{Surface, to_world};
 use crate::control::Controls;
 use crate::depth::DepthMap;
 use crate::dot;
+use crate::mist::Mist;
 use crate::mount::Mounting;
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
@@ -58,6 +60,8 @@ pub struct Style {
     pub steering: Steering,
     /// Inscription and seal.
     pub signature: Option<Arc<Signature>>,
+    /// The bristles of the brush, where they are those of a picture.
+    pub brush: Option<Arc<Bristles>>,
     /// Same seed, same painting.
     pub seed: u32,
 }
@@ -72,6 +76,7 @@ impl Default for Style {
             creases: Creases::default(),
             steering: Steering::default(),
             signature: None,
+            brush: None,
             seed: 0,
         }
     }
@@ -109,6 +114,7 @@ pub struct Painter {
     size: [u32; 2],
     space: ColourSpace,
     tracker: Tracker,
+    mist: Mist,
 }
 
 /// A topology, and the triangles that it is of.
@@ -138,6 +144,9 @@ pub struct Painting {
     /// What became of the strokes of the frame before.
     pub change: Change,
 }
+
+/// Part of a line below which it is lost in mist: less than a tenth of its ink would only be a smear.
+const SUNK: f32 = 0.08;
 
 /// Relative depth by which something must be nearer to cover a stroke that goes.
 const COVERS: f32 = 0.01;
@@ -202,6 +211,7 @@ impl Painter {
             size,
             space: scene.working_space,
             tracker: Tracker::default(),
+            mist: mist(scene),
         };
         painter.find_topologies();
         painter.mark()?;
@@ -348,6 +358,8 @@ impl Painter {
         let (unit, seed) = (hand.unit, self.style.seed);
         let small: HashSet<u32> = dots.iter().map(|(draw, _)| *draw).collect();
         let near = |depth| hand.nearness(depth);
+        let (mist, eye) = (self.mist, projection.eye());
+        let mist = |point: DVec3, thick: f32| mist.left(eye, point, thick);
         let surfaces = Surfaces {
             rows: &self.rows,
             without: &small,
@@ -357,6 +369,7 @@ impl Painter {
             of_draws: &self.of_draws,
             unit,
             near: &near,
+            mist: &mist,
             seed,
         };
         layers[Layer::Wash as usize] = wash::stamps(&surfaces);
@@ -433,9 +446,12 @@ impl Painter {
     ) -> (Vec<SampledLine>, Vec<Small>) {
         let unit = hand.unit;
         let (mut lines, mut dots) = (Vec::new(), Vec::new());
+        let (mist, eye) = (self.mist, projection.eye());
         self.each_surface(|surface, _, i, draw| {
             if let Some(dot) = dot::dot(&surface.positions, projection, map, &hand.of(i), i, draw.shape) {
-                dots.push((i, dot));
+                let thick = hand.of(i).controls.mist;
+                let left = surface.positions.first().map_or(1.0, |p| mist.left(eye, *p, thick));
+                dots.push((i, dot.map(|d| Stamp { ink: d.ink * left, ..d })));
                 return;
             }
             let to_eye = |p| projection.to_eye(p);
@@ -447,6 +463,16 @@ impl Painter {
                 lines.extend(sample(&line, draw.shape, projection, map));
             }
         });
+        for line in &mut lines {
+            let thick = hand.of(line.draw).controls.mist;
+            if thick > 0.0 {
+                for sample in &mut line.samples {
+                    let point = sample.mesh_point.position(|v| self.place(line.draw, v));
+                    sample.strength *= point.map_or(1.0, |p| mist.left(eye, p, thick));
+                    sample.visible &= sample.strength > SUNK;
+                }
+            }
+        }
         let known = {
             let mut tracker = std::mem::take(&mut self.tracker);
             let project = |draw: u32, mesh_point: &MeshPoint| {
@@ -595,9 +621,15 @@ fn materials(style: &Style, size: [u32; 2]) -> Materials {
         full: hand.radius(1.0),
         bleed: style.controls.bleed,
         roughness: style.controls.roughness,
+        bristles: style.brush.clone(),
         unit: hand.unit,
         seed: style.seed,
     }
+}
+
+/// Over a scene as it stands.
+fn mist(scene: &Scene) -> Mist {
+    Mist::over(scene.bounds().unwrap_or_default().map(|p| p.as_dvec3()))
 }
 
 /// The hand where nothing is known of the scene.

@@ -20,8 +20,10 @@ pub struct Preset {
     pub name: String,
     /// What it is.
     pub doc: String,
-    /// What it comes to.
+    /// What it comes to, but for the brush.
     pub style: Style,
+    /// The picture of its brush, a file beside its own, for whoever may open files: see [`crate::brush::Bristles`].
+    pub brush: Option<String>,
 }
 
 /// What is painted where nobody says.
@@ -30,7 +32,7 @@ pub const DEFAULT: &str = "sumi";
 /// Tables of tables.
 const TABLES: [&str; 3] = ["object", "material", "stroke"];
 /// Names that keys take instead of a number.
-const NAMES: [&str; 5] = ["doc", "paper", "manner", "pigment", "wash_pigment"];
+const NAMES: [&str; 7] = ["doc", "base", "brush", "paper", "manner", "pigment", "wash_pigment"];
 
 /// Those that are built in; the first is what is painted where nobody says.
 pub fn presets() -> Result<Vec<Preset>, InkError> {
@@ -77,7 +79,8 @@ pub fn write(style: &Style, doc: &str) -> String {
         ("wash_pigment", pigment(Layer::Wash)),
         ("manner", style.manner.name),
     ];
-    for (key, word) in words {
+    let brush = style.brush.as_ref().map(|b| ("brush", b.name.as_str()));
+    for (key, word) in words.into_iter().chain(brush) {
         let _ = writeln!(out, "{key} = {}", quoted(word));
     }
     for c in CONTROLS {
@@ -126,12 +129,18 @@ fn parse(text: &str) -> Result<DeTable<'_>, InkError> {
 
 fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
     let mut style = Style::default();
-    let mut doc = String::new();
+    let (mut doc, mut brush) = (String::new(), None);
+    // What all else is a change of.
+    if let Some(DeValue::String(base)) = keys.get("base").map(|v| v.get_ref()) {
+        style = find(base)?.style;
+    }
     for (key, value) in keys {
         let key: &str = key.get_ref();
         let named = NAMES.contains(&key);
         match value.get_ref() {
             DeValue::String(word) if key == "doc" => doc = word.to_string(),
+            DeValue::String(_) if key == "base" => {}
+            DeValue::String(word) if key == "brush" => brush = Some(word.to_string()),
             DeValue::String(word) if named => set_name(&mut style, key, word)?,
             // What floats cannot name is out of every range.
             DeValue::Float(number) if !named && !TABLES.contains(&key) => {
@@ -158,7 +167,7 @@ fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
             }
         }
     }
-    Ok(Preset { name: name.into(), doc, style })
+    Ok(Preset { name: name.into(), doc, style, brush })
 }
 
 /// Reads the tables of objects, of materials or of strokes.
@@ -291,6 +300,11 @@ mod tests {
             let again = read(text, "again").unwrap().style;
             assert_eq!((again.controls, again.pigments), (preset.style.controls, preset.style.pigments));
         }
+        // Changes of another, whatever stands first.
+        let own = read("dryness = 0.2\nbase = 'dry'\nbrush = 'own.png'", "own").unwrap();
+        let dry = find("dry").unwrap().style;
+        assert_eq!((own.style.controls.dryness, own.style.controls.size), (0.2, dry.controls.size));
+        assert_eq!((own.style.manner.name, own.brush.as_deref()), (dry.manner.name, Some("own.png")));
         // Whatever characters a name has.
         let mut style = Style::default();
         style.steering.objects.push(("a\n\"\u{1f}\\".into(), Default::default()));
@@ -304,6 +318,8 @@ mod tests {
             ("dryness = 7", "own.toml: dryness = 7 is out of range: 0 to 1"),
             ("dryeness = 0.5", "did you mean 'dryness'?"),
             ("dryness = 'much'", "'dryness' cannot be so in a preset: expected a number"),
+            ("base = 'sumie'", "there is no preset 'sumie'; did you mean 'sumi'?"),
+            ("brush = 1", "'brush' cannot be so in a preset: expected a name"),
             ("paper = 3", "'paper' cannot be so in a preset: expected a name"),
             ("paper = 'rav'", "there is no paper 'rav'; did you mean 'raw'?"),
             ("ink = nan", "out of range"),

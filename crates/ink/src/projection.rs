@@ -76,6 +76,11 @@ impl Projection {
         self.size
     }
 
+    /// Where the eye is; of parallel rays, where the camera stands.
+    pub fn eye(&self) -> DVec3 {
+        self.eye
+    }
+
     /// From a point to the eye, not of unit length, so that it may be interpolated; constant where rays are parallel.
     pub fn to_eye(&self, p: DVec3) -> DVec3 {
         if self.parallel { -self.forward } else { self.eye - p }

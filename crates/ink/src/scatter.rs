@@ -29,6 +29,8 @@ pub struct Place {
     pub pixel: Vec2,
     /// Along the camera's axis.
     pub depth: f32,
+    /// In the world.
+    pub point: DVec3,
     /// Index of the draw.
     pub draw: u32,
     /// The shape, counted from one.
@@ -58,6 +60,8 @@ pub struct Surfaces<'a> {
     pub unit: f32,
     /// How near something at a depth is, 0 to 1.
     pub near: &'a dyn Fn(f32) -> f32,
+    /// What mist leaves of a point at a value of its control.
+    pub mist: &'a dyn Fn(DVec3, f32) -> f32,
     /// Same seed, same marks.
     pub seed: u32,
 }
@@ -76,7 +80,9 @@ impl Surfaces<'_> {
 
     /// What is left of ink at the depth of a place.
     pub fn paleness(&self, place: &Place) -> f32 {
-        1.0 - 0.75 * self.controls(place.draw).distance * (1.0 - (self.near)(place.depth))
+        let controls = self.controls(place.draw);
+        let far = 1.0 - 0.75 * controls.distance * (1.0 - (self.near)(place.depth));
+        far * (self.mist)(place.point, controls.mist)
     }
 }
 
@@ -135,7 +141,7 @@ pub fn scatter(
                 }
                 let (near, shape) = map.at(pixel);
                 if shape == draw.shape && (near - depth).abs() <= SAME * depth.abs() {
-                    places.push(Place { pixel, depth, draw: index, shape, hash, weight });
+                    places.push(Place { pixel, depth, point, draw: index, shape, hash, weight });
                 }
             }
         }

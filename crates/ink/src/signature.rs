@@ -7,6 +7,7 @@
 use crate::InkError;
 use crate::canvas::Layer;
 use crate::path::{polygon, rectangle};
+use crate::trace;
 use glam::{Vec2, Vec3, vec2};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
@@ -14,6 +15,8 @@ use skrifa::{FontRef, MetadataProvider};
 use std::sync::Arc;
 use tiny_skia::{FillRule, Mask, Path, PathBuilder, Transform};
 use yugen_motion::noise::noise;
+use yugen_optics::Image;
+use yugen_optics::colour::linear_to_srgb;
 
 /// A font's file.
 #[derive(Clone)]
@@ -80,14 +83,78 @@ pub struct Signature {
     pub size: f32,
     /// Characters of the seal; none where it is empty.
     pub seal: String,
+    /// What is cut into the seal instead of characters.
+    pub design: Option<Design>,
     /// Side of the seal, pixels of a picture of 1080 lines.
     pub seal_size: f32,
     /// How it is cut.
     pub carving: Carving,
     /// Where they stand.
     pub corner: Corner,
-    /// What characters look like.
-    pub font: Font,
+    /// What characters look like; there may be none where nothing is written.
+    pub font: Option<Font>,
+}
+
+/// A seal's design from a picture: closed curves in its pixels, holes winding the other way.
+#[derive(Clone, Debug)]
+pub struct Design {
+    name: String,
+    form: Path,
+}
+
+/// Most pixels of a side of a design's picture that are traced; a larger one is averaged down.
+const MOST_OF_DESIGN: usize = 1024;
+
+impl Design {
+    /// From a picture whose ink is black or coloured on white, or on nothing (channel A); `name` is its own, for vectors and errors.
+    pub fn new(name: &str, picture: &Image) -> Result<Self, InkError> {
+        let wrong = |what: &str| InkError::Preset(format!("{name}: {what}"));
+        let rgb: Option<Vec<usize>> = ["R", "G", "B"].iter().map(|c| picture.channel(c)).collect();
+        let rgb =
+            rgb.or_else(|| Some(vec![picture.channel("Y")?])).ok_or_else(|| wrong("it has no colours"))?;
+        let alpha = picture.channel("A");
+        let step = picture.width.max(picture.height).div_ceil(MOST_OF_DESIGN).max(1);
+        let size = [picture.width / step, picture.height / step];
+        let ink = |x: usize, y: usize| {
+            let pixel = picture.pixel(x, y);
+            let light = rgb.iter().map(|c| pixel[*c]).sum::<f32>() / rgb.len() as f32;
+            let dark = 1.0 - linear_to_srgb(light.clamp(0.0, 1.0));
+            dark * alpha.map_or(1.0, |a| pixel[a].clamp(0.0, 1.0))
+        };
+        let mean = |i: usize| {
+            let (x, y) = (i % size[0] * step, i / size[0] * step);
+            let all = (y..y + step).flat_map(|y| (x..x + step).map(move |x| ink(x, y)));
+            all.sum::<f32>() / (step * step) as f32
+        };
+        let mut cover: Vec<f32> = (0..size[0] * size[1]).map(mean).collect();
+        let most = cover.iter().copied().fold(0.0, f32::max);
+        // Vermilion is not black; what is half as dark as the darkest is ink.
+        if most.is_nan() || most < 0.2 {
+            return Err(wrong(
+                "there is nothing dark in it that could be a seal: expected black on white or on nothing",
+            ));
+        }
+        cover.iter_mut().for_each(|v| *v = if v.is_nan() { 0.0 } else { *v / most });
+        let mut form = PathBuilder::new();
+        for outline in trace::outlines(&cover, size) {
+            for (i, p) in outline.into_iter().enumerate() {
+                if i == 0 { form.move_to(p.x, p.y) } else { form.line_to(p.x, p.y) }
+            }
+            form.close();
+        }
+        let form = form.finish().ok_or_else(|| wrong("what is dark in it has no area"))?;
+        Ok(Self { name: name.into(), form })
+    }
+
+    /// Its longer side fills that of a square at a corner.
+    fn mark(&self, at: Vec2, side: f32) -> Option<Mark> {
+        let b = self.form.bounds();
+        let scale = side / b.width().max(b.height()).max(1e-3);
+        let middle = at + 0.5 * side - scale * vec2(b.left() + b.right(), b.top() + b.bottom()) / 2.0;
+        let placed = Transform::from_row(scale, 0.0, 0.0, scale, middle.x, middle.y);
+        let form = self.form.clone().transform(placed)?;
+        Some(Mark { layer: Layer::Seal, text: self.name.clone(), form, cut: None })
+    }
 }
 
 /// Side of a character where nobody says: a twenty-seventh of the picture's height, by eye.
@@ -119,9 +186,16 @@ pub struct Mark {
 impl Signature {
     /// What it comes to in a picture of so many pixels, of which `unit` stand for one of 1080 lines.
     pub fn marks(&self, [width, height]: [u32; 2], unit: f32) -> Result<Vec<Mark>, InkError> {
-        let font = FontRef::from_index(&self.font.bytes, self.font.index)
-            .map_err(|e| InkError::Preset(format!("{}: no font that can be read: {e}", self.font.name)))?;
-        let glyph = |c: char| outline(&font, c, &self.font.name);
+        let font = self.font.as_ref().map(|own| {
+            FontRef::from_index(&own.bytes, own.index)
+                .map(|font| (font, &own.name))
+                .map_err(|e| InkError::Preset(format!("{}: no font that can be read: {e}", own.name)))
+        });
+        let font = font.transpose()?;
+        let glyph = |c: char| match &font {
+            Some((font, name)) => outline(font, c, name),
+            None => Err(InkError::Preset(format!("there is no font to write '{c}' with"))),
+        };
         let (side, seal, margin) = (self.size * unit, self.seal_size * unit, MARGIN * unit);
         let room = height as f32 - 2.0 * margin;
         let rows = ((room / (STEP[0] * side)) as usize).max(1);
@@ -132,7 +206,7 @@ impl Signature {
             .collect();
         let tall = |column: &[char]| column.len() as f32 * STEP[0] * side;
         let gap = 0.4 * side;
-        let with_seal = !self.seal.trim().is_empty();
+        let with_seal = self.design.is_some() || !self.seal.trim().is_empty();
         let under = columns.last().map_or(0.0, |c| tall(c) + gap);
         // The seal stands under the last column, or left of it where there is no room or it would lie over the one
         // beside.
@@ -187,7 +261,11 @@ impl Signature {
         }
         if with_seal {
             let x = if own { right - of_columns - seal / 2.0 } else { middle(columns.len() - 1) };
-            marks.push(self.seal(vec2(x - seal / 2.0, top + under), seal, &glyph)?);
+            let at = vec2(x - seal / 2.0, top + under);
+            marks.push(match self.design.as_ref().and_then(|design| design.mark(at, seal)) {
+                Some(mark) => mark,
+                None => self.seal(at, seal, &glyph)?,
+            });
         }
         Ok(marks)
     }
@@ -367,11 +445,12 @@ mod tests {
             seal_size: 60.0,
             carving: Carving::White,
             corner: Corner::UpperRight,
-            font: Font {
+            design: None,
+            font: Some(Font {
                 name: "Hack".into(),
                 bytes: Arc::new(epaint_default_fonts::HACK_REGULAR.to_vec()),
                 index: 0,
-            },
+            }),
         }
     }
 
@@ -466,6 +545,46 @@ mod tests {
         assert!(white_i > white && red_i < red);
     }
 
+    /// A ring, black on white or red on nothing, becomes a seal with a hole, without any font.
+    #[test]
+    fn a_seal_is_cut_after_a_picture() {
+        let ring = |channels: &[&str], ink: &[f32], paper: &[f32]| {
+            let mut image = Image::new(200, 160, channels);
+            for (i, pixel) in image.data.chunks_exact_mut(channels.len()).enumerate() {
+                let r = vec2((i % 200) as f32 - 100.0, (i / 200) as f32 - 80.0).length();
+                pixel.copy_from_slice(if (30.0..60.0).contains(&r) { ink } else { paper });
+            }
+            Design::new("ring.png", &image)
+        };
+        let black = ring(&["R", "G", "B"], &[0.0; 3], &[1.0; 3]);
+        let red = ring(&["R", "G", "B", "A"], &[0.6, 0.05, 0.03, 1.0], &[0.0; 4]);
+        for design in [black, red] {
+            let own = Signature {
+                inscription: String::new(),
+                seal: String::new(),
+                design: Some(design.expect("a design")),
+                font: None,
+                ..signature()
+            };
+            let marks = own.marks([400, 300], 1.0).expect("it fits");
+            let b = marks[0].form.bounds();
+            assert!(marks.len() == 1 && (b.width() - 60.0).abs() < 1.0 && (b.height() - 60.0).abs() < 1.0);
+            let mut loads = vec![0.0; 400 * 300];
+            marks[0].print([400, 300], 1.0, &mut loads);
+            let at = |x: f32, y: f32| loads[(b.top() + y) as usize * 400 + (b.left() + x) as usize];
+            let mean = |r: f32| {
+                (0..40)
+                    .map(|i| Vec2::from_angle(i as f32 / 40.0 * std::f32::consts::TAU) * r + 30.0)
+                    .map(|p| at(p.x, p.y))
+                    .sum::<f32>()
+                    / 40.0
+            };
+            assert!(mean(22.0) > 0.5 && mean(8.0) == 0.0, "{} {}", mean(22.0), mean(8.0));
+        }
+        let blank = ring(&["R", "G", "B"], &[0.9; 3], &[1.0; 3]).expect_err("there is nothing").to_string();
+        assert!(blank.contains("ring.png: there is nothing dark"), "{blank}");
+    }
+
     #[test]
     fn what_cannot_be_written_is_said() {
         let said = |s: Signature| s.marks([640, 360], 1.0 / 3.0).expect_err("it cannot be").to_string();
@@ -476,7 +595,7 @@ mod tests {
         let wrong = said(Signature { inscription: "word\n".repeat(60), ..signature() });
         assert!(wrong.contains("640 x 360") && wrong.contains("shorten"), "{wrong}");
         let font = Font { name: "x.ttf".into(), bytes: Arc::new(vec![0; 64]), index: 0 };
-        let wrong = said(Signature { font, ..signature() });
+        let wrong = said(Signature { font: Some(font), ..signature() });
         assert!(wrong.contains("x.ttf: no font"), "{wrong}");
     }
 }

@@ -11,7 +11,8 @@ struct Splat {
     lanes: f32,
     // Pixels by which prints miss the outline at which they end.
     miss: f32,
-    unused: vec2<f32>,
+    // How far the lane of a stroke moves it across the trail, and where its middle is.
+    across: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> splat: Splat;
@@ -77,7 +78,7 @@ fn print(p: Print) -> Sums {
         * (p.weight_ratio.x * held(p.position.xy, p.variant.y, p.brush.w));
     // The place in the stroke, not in the stamp: neighbours that overlap agree on what a bristle does.
     let along = p.brush.z + p.local.x * p.weight_ratio.y;
-    let place = vec2<f32>(along / splat.trail + p.brush.w, p.local.y * splat.lanes + p.brush.w * 7.0);
+    let place = vec2<f32>(along / splat.trail + p.brush.w, p.local.y * splat.lanes + p.brush.w * splat.across.x + splat.across.y);
     let bristle = textureSample(trail, around, place).x;
     // What has only crept counts little where bristles were.
     let weight = mask.x * mask.x + 0.01 * mask.y;

@@ -23,6 +23,7 @@ fn canvas(gpu: &Gpu, roughness: f32, bleed: f32) -> Canvas {
         full: FULL,
         bleed,
         roughness,
+        bristles: None,
         unit: 1.0,
         seed: 3,
     };

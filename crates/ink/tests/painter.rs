@@ -224,6 +224,35 @@ fn a_pinned_stroke_that_was_hidden_is_the_same_again() {
     assert!(2 * both.len() >= first.len(), "{both:?} of {first:?}");
 }
 
+/// What is far and low is lost in mist; what is near is not, nor the top of what is tall.
+#[test]
+fn mist_swallows_what_is_far_and_low() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let block = |size: [f32; 3], at: [f32; 3]| {
+        shape(primitives::block(Vec3::from(size)), Mat4::from_translation(Vec3::from(at)))
+    };
+    let scene = scene(vec![
+        block([0.8, 0.8, 0.8], [-0.9, 0.0, 2.0]),
+        block([7.0, 2.0, 6.0], [7.0, 0.0, -30.0]),
+        block([4.0, 24.0, 4.0], [-5.0, 11.0, -30.0]),
+    ]);
+    let view = camera(Vec3::new(0.0, 1.2, 6.0));
+    let paint = |mist: f32| {
+        let mut style = Style::default();
+        style.controls.set("mist", mist).unwrap();
+        let mut painter = Painter::new(&gpu.device, &gpu.queue, &scene, &view, style, 2).unwrap();
+        let painting = painter.paint(&view).unwrap();
+        [1, 2, 3].map(|shape| {
+            let of_it = painting.strokes.iter().filter(|s| s.shape == shape);
+            of_it.map(|s| s.points.iter().map(|p| p.ink * p.radius).sum::<f32>()).sum::<f32>()
+        })
+    };
+    let (clear, misty) = (paint(0.0), paint(0.5));
+    assert!(clear.iter().all(|ink| *ink > 1.0), "{clear:?}");
+    assert!(misty[1] < 0.05 * clear[1], "{misty:?} of {clear:?}");
+    assert!(misty[0] > 0.2 * clear[0] && misty[2] > 0.02 * clear[2], "{misty:?} of {clear:?}");
+}
+
 /// Whatever was painted before: another style, another size, other values, something that was stopped half way.
 #[test]
 fn a_painter_that_goes_on_paints_what_a_new_one_does() {

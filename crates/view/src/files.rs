@@ -89,6 +89,9 @@ pub trait Files: Send + Sync {
     /// Reads a text of a page or so.
     fn read_text(&self, path: &Path) -> Result<String, String>;
 
+    /// Reads a picture, as linear sRGB.
+    fn read_picture(&self, path: &Path) -> Result<Image, String>;
+
     /// Prints what is seen.
     fn report(&self, report: &Report);
 }

@@ -1,9 +1,12 @@
 //! How the scene is painted in ink: the preset, what was changed of it, and the stroke that is looked at.
 
+use std::sync::Arc;
+use yugen_ink::brush::Bristles;
 use yugen_ink::control::CONTROLS;
 use yugen_ink::painter::Style;
 use yugen_ink::preset::{self, Preset};
 use yugen_ink::steering::{Changes, OF_STROKES, OF_THE_SHEET, StrokeEdit, Tables};
+use yugen_optics::Image;
 use yugen_scene::{Geometry, Scene, Shape};
 
 /// What becomes of a stroke.
@@ -123,14 +126,24 @@ impl Ink {
         Ok(())
     }
 
-    /// The preset of a file's text.
-    pub fn read(&mut self, text: &str, name: &str) -> Result<(), String> {
-        self.take(preset::read(text, name).map_err(|e| e.to_string())?);
+    /// The preset of a file's text; `open` reads the picture of a brush, a file beside it.
+    pub fn read(
+        &mut self,
+        text: &str,
+        name: &str,
+        open: &dyn Fn(&str) -> Result<Image, String>,
+    ) -> Result<(), String> {
+        let mut preset = preset::read(text, name).map_err(|e| e.to_string())?;
+        if let Some(brush) = &preset.brush {
+            let bristles = Bristles::new(brush, &open(brush)?).map_err(|e| e.to_string())?;
+            preset.style.brush = Some(Arc::new(bristles));
+        }
+        self.take(preset);
         Ok(())
     }
 
     fn take(&mut self, preset: Preset) {
-        let Preset { name, doc, mut style } = preset;
+        let Preset { name, doc, mut style, .. } = preset;
         // What is otherwise of strokes is of the scene, not of the brush; a file's own tables count more.
         let mut strokes = std::mem::take(&mut self.style.steering.strokes);
         strokes.extend(std::mem::take(&mut style.steering.strokes));
@@ -340,8 +353,12 @@ mod tests {
             let error = ink.set(name, word).unwrap_err();
             assert!(error.contains(said), "{error}");
         }
+        let none = |name: &str| Err(format!("{name} is not there"));
+        assert!(ink.read("brush = 'b.png'", "own.toml", &none).unwrap_err().contains("b.png is not there"));
         assert!(ink.choose(Some("sumie")).unwrap_err().contains("did you mean 'sumi'?"));
-        assert!(ink.read("ink = 9", "own.toml").unwrap_err().contains("own.toml: ink = 9 is out of range"));
+        assert!(
+            ink.read("ink = 9", "own.toml", &none).unwrap_err().contains("own.toml: ink = 9 is out of range")
+        );
         assert_eq!(ink.changes, before);
     }
 }

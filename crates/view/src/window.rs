@@ -587,7 +587,8 @@ impl App {
             },
             Effect::Preset(file) => {
                 let text = self.files.read_text(&file)?;
-                self.state.ink.read(&text, &file.display().to_string())?;
+                let open = |brush: &str| self.files.read_picture(&file.with_file_name(brush));
+                self.state.ink.read(&text, &file.display().to_string(), &open)?;
                 self.state.paint(true);
             }
             Effect::FullScreen => {

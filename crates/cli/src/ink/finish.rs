@@ -6,8 +6,10 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::PathBuf;
 use std::sync::Arc;
+use yugen_archive::formats::image::{self, ReadOptions};
 use yugen_ink::mount::{MOUNTS, Mount};
-use yugen_ink::signature::{Carving, Corner, SEAL_SIZE, SIZE, Signature};
+use yugen_ink::signature::{Carving, Corner, Design, SEAL_SIZE, SIZE, Signature};
+use yugen_optics::ColourSpace;
 
 /// Its options.
 #[derive(Args)]
@@ -28,9 +30,13 @@ pub struct Finish {
     #[arg(long, value_name = "TEXT", conflicts_with = "literal")]
     seal: Option<String>,
 
-    /// Side of the seal, pixels of a picture of 1080 lines.
-    #[arg(long, value_name = "PIXELS", default_value_t = SEAL_SIZE, value_parser = side, requires = "seal")]
-    seal_size: f32,
+    /// Presses a seal after a picture instead: black or coloured on white, or on nothing.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["literal", "seal", "carving"])]
+    seal_image: Option<PathBuf>,
+
+    /// Side of the seal, the longer one of a picture's, pixels of a picture of 1080 lines [default: 58].
+    #[arg(long, value_name = "PIXELS", value_parser = side)]
+    seal_size: Option<f32>,
 
     /// Characters of the seal are white in a red ground, or red in a frame.
     #[arg(long, value_name = "HOW", default_value = Carving::ALL[0].1, requires = "seal",
@@ -66,7 +72,7 @@ impl Finish {
     /// Inscription and seal, where there are any.
     pub fn signature(&self) -> Result<Option<Arc<Signature>>> {
         if let Some(mount) = self.mount().filter(|m| !m.corners)
-            && (self.inscription.is_some() || self.seal.is_some())
+            && (self.inscription.is_some() || self.seal.is_some() || self.seal_image.is_some())
         {
             bail!(
                 "--mount {} cuts off the corners, where inscription and seal stand: leave them out or mount it otherwise",
@@ -82,31 +88,42 @@ impl Finish {
                 bail!("{option}: there is no character in it");
             }
         }
-        if inscription.is_empty() && seal.is_empty() {
-            if let Some(font) = &self.font {
-                bail!(
-                    "--font {}: nothing is written with it; say what by --inscription or --seal",
-                    font.display()
-                );
-            }
+        if self.seal_size.is_some() && self.seal.is_none() && self.seal_image.is_none() {
+            bail!("--seal-size: there is no seal; say what by --seal or --seal-image");
+        }
+        let written = !inscription.is_empty() || !seal.is_empty();
+        if !written && let Some(font) = &self.font {
+            bail!(
+                "--font {}: nothing is written with it; say what by --inscription or --seal",
+                font.display()
+            );
+        }
+        let design = self.seal_image.as_ref().map(|file| -> Result<Design> {
+            let name = file.display().to_string();
+            Ok(Design::new(&name, &image::read(file, &ReadOptions::to(ColourSpace::LinearSrgb))?)?)
+        });
+        let design = design.transpose()?;
+        if !written && design.is_none() {
             return Ok(None);
         }
-        let found = match &self.font {
+        let font = match &self.font {
+            _ if !written => None,
             Some(file) => Some(font::read(file, 0)?),
             None => font::japanese(),
         };
-        let Some(font) = found else {
+        if written && font.is_none() {
             bail!(
                 "an inscription or a seal needs a font, and none with Japanese characters was found: name one by --font FILE \
                  (Debian: apt-get install fonts-noto-cjk)"
             );
-        };
-        tracing::info!("characters are from {}", font.name);
+        }
+        font.iter().for_each(|font| tracing::info!("characters are from {}", font.name));
         Ok(Some(Arc::new(Signature {
             inscription,
             size: self.inscription_size,
             seal,
-            seal_size: self.seal_size,
+            design,
+            seal_size: self.seal_size.unwrap_or(SEAL_SIZE),
             carving: named(&Carving::ALL, &self.carving),
             corner: named(&Corner::ALL, &self.corner),
             font,

@@ -4,9 +4,10 @@ use crate::{json, output};
 use serde_json::{Map, json};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
-use yugen_archive::formats::image::{WriteOptions, can_write, is_for_display, write};
+use yugen_archive::formats::image::{ReadOptions, WriteOptions, can_write, is_for_display, read, write};
 use yugen_archive::formats::{self, load_scene};
 use yugen_archive::{atomic_write, read_bounded};
+use yugen_optics::{ColourSpace, Image};
 use yugen_scene::Scene;
 use yugen_view::{Files, Picture, Report};
 
@@ -60,6 +61,10 @@ impl Files for OnDisk {
     fn read_text(&self, path: &Path) -> Result<String, String> {
         let bytes = read_bounded(path, MOST).map_err(|e| e.to_string())?;
         String::from_utf8(bytes).map_err(|_| format!("{}: not UTF-8", path.display()))
+    }
+
+    fn read_picture(&self, path: &Path) -> Result<Image, String> {
+        read(path, &ReadOptions::to(ColourSpace::LinearSrgb)).map_err(|e| e.to_string())
     }
 
     fn report(&self, report: &Report) {

@@ -147,6 +147,91 @@ fn single_objects_and_strokes_are_steered() {
     assert!(mean(&folder.join("e.png")) < mean(&folder.join("a.png")));
 }
 
+/// Writes a grey picture.
+fn draw(file: &Path, [w, h]: [u32; 2], grey: impl Fn(f32, f32) -> f32) {
+    let mut encoder = png::Encoder::new(std::fs::File::create(file).unwrap(), w, h);
+    encoder.set_color(png::ColorType::Grayscale);
+    let at = |i: u32| (grey((i % w) as f32, (i / w) as f32).clamp(0.0, 1.0) * 255.0) as u8;
+    let pixels: Vec<u8> = (0..w * h).map(at).collect();
+    encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+}
+
+/// A brush from a photograph, made up: a slanting stroke with dry streaks on paper that is lit from one side.
+#[test]
+fn a_brush_is_made_of_a_photograph_of_a_stroke() {
+    let folder = scratch("ink-brush");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    let paper = |x: f32| 0.9 - 0.25 * x / 480.0;
+    draw(&folder.join("stroke.png"), [480, 320], |x, y| {
+        let (u, v) = (0.8 * (x - 240.0) + 0.6 * (y - 160.0), 0.8 * (y - 160.0) - 0.6 * (x - 240.0));
+        let streak = (v * 0.9).sin() > 0.2 && u > -20.0;
+        if u.abs() < 150.0 && v.abs() < 22.0 && !streak { 0.2 } else { paper(x) }
+    });
+    let made = report(yugen_in(&folder, "brush stroke.png -o own.toml --preset dry --json"));
+    let white: Vec<f64> = made["white"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    assert!((made["length"].as_f64().unwrap() - 280.0).abs() < 25.0, "{made}");
+    assert!(
+        (made["half_width"].as_f64().unwrap() - 22.0).abs() < 2.5 && white[0] < 0.1 && white[2] > 0.2,
+        "{made}"
+    );
+    let text = std::fs::read_to_string(folder.join("own.toml")).unwrap();
+    assert!(text.contains("brush = \"own.png\"") && text.contains("size = 1.5"), "{text}");
+    std::fs::write(folder.join("plain.toml"), text.replace("brush = \"own.png\"\n", "")).unwrap();
+    for (preset, picture) in [("own", "a"), ("own", "b"), ("plain", "c")] {
+        good(yugen_in(
+            &folder,
+            &format!("ink ball.toml --size 240x160 --preset {preset}.toml -o {picture}.png"),
+        ));
+    }
+    let [a, b, c] = ["a.png", "b.png", "c.png"].map(|f| std::fs::read(folder.join(f)).unwrap());
+    assert!(a == b && a != c);
+    draw(&folder.join("blank.png"), [200, 100], |x, _| paper(x));
+    draw(&folder.join("small.png"), [20, 30], |x, _| paper(x));
+    std::fs::write(folder.join("none.toml"), "brush = 'none.png'").unwrap();
+    std::fs::write(folder.join("small.toml"), "brush = 'small.png'").unwrap();
+    for (line, words) in [
+        ("brush blank.png -o x.toml", &["blank.png", "no stroke was found"][..]),
+        ("brush none.png -o x.toml", &["none.png"]),
+        ("brush stroke.png -o x.txt", &["x.txt", ".toml"]),
+        ("brush stroke.png -o stroke.toml", &["stroke.png"]),
+        ("brush stroke.png -o x.toml --preset dyr", &["did you mean 'dry'?"]),
+        ("ink ball.toml --preset none.toml -o x.png", &["none.png"]),
+        ("ink ball.toml --preset small.toml -o x.png", &["small.png", "no picture of a straight stroke"]),
+    ] {
+        refused(yugen_in(&folder, line), words);
+    }
+    assert!(!folder.join("x.toml").exists() && !folder.join("x.png").exists());
+}
+
+/// A seal after a picture, without a font: a ring with a hole.
+#[test]
+fn a_seal_is_pressed_after_a_picture() {
+    let folder = scratch("ink-seal");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    draw(&folder.join("ring.png"), [100, 100], |x, y| {
+        let r = (x - 50.0).hypot(y - 50.0);
+        if (20.0..45.0).contains(&r) { 0.05 } else { 1.0 }
+    });
+    draw(&folder.join("white.png"), [50, 50], |_, _| 1.0);
+    let line = "ink ball.toml --size 240x160 --seal-image ring.png --seal-size 200 --corner lower-left -o a.svg -o a.png";
+    good(yugen_in(&folder, line));
+    let svg = std::fs::read_to_string(folder.join("a.svg")).unwrap();
+    let seal = svg.split("id=\"yin\"").nth(1).expect("a seal").split("</g>").next().unwrap().to_string();
+    assert_eq!(seal.matches('Z').count(), 2, "a ring has two outlines: {seal}");
+    good(yugen_in(&folder, "ink ball.toml --size 240x160 -o b.png"));
+    let [a, b] = ["a.png", "b.png"].map(|f| std::fs::read(folder.join(f)).unwrap());
+    assert_ne!(a, b);
+    for (line, words) in [
+        ("ink ball.toml --seal-image white.png -o x.png", &["white.png: there is nothing dark"][..]),
+        ("ink ball.toml --seal-image none.png -o x.png", &["none.png"]),
+        ("ink ball.toml --seal-image ring.png --seal A -o x.png", &["--seal"]),
+        ("ink ball.toml --seal-size 40 -o x.png", &["--seal-size: there is no seal"]),
+        ("ink ball.toml --seal-image ring.png --mount fan -o x.png", &["cuts off the corners"]),
+    ] {
+        refused(yugen_in(&folder, line), words);
+    }
+}
+
 /// Inscription, seal and mounting, as pixels, layers and vectors.
 #[test]
 fn a_painting_is_signed_and_mounted() {
