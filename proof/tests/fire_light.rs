@@ -24,6 +24,8 @@ const ACROSS: u32 = 4;
 const HALF: f32 = 0.17;
 /// Moments of the fire.
 const INSTANTS: u32 = 20;
+/// As in light.wgsl.
+const EMITTER_WORDS: usize = 27;
 const FOOT: Vec3 = Vec3::new(2.6, -1.0, 2.2);
 
 fn materials(scene: &Scene) -> Vec<(&'static str, Material)> {
@@ -146,15 +148,32 @@ fn rgb(stage: &Stage) -> Image {
     stage.image().expect("a picture").select(&["R", "G", "B"]).expect("channels")
 }
 
-/// The table of docs/realtime.md: `full` and `paper` against the reference, over instants of a fire that flickers.
+/// The same lights as wide to all sides, in the mean, as the spherical Gaussians of Tokuyoshi et al. 2024 are.
+fn isotropic(rows: &Rows) -> Rows {
+    let mut rows = rows.clone();
+    let [first, count, plain] = [4, 5, 11].map(|word| rows.words[word] as usize);
+    assert!(plain < count, "a fire lights by slabs");
+    for emitter in plain..count {
+        // As `slab_sample` reads them: the diagonal of the covariance, then what is beside it.
+        let at = first + EMITTER_WORDS * emitter + 21;
+        let own = [0, 1, 2].map(|k| f32::from_bits(rows.words[at + k]));
+        let mean = own.iter().sum::<f32>() / 3.0;
+        rows.words[at..at + 3].fill(mean.to_bits());
+        rows.words[at + 3..at + 6].fill(0);
+    }
+    rows
+}
+
+/// The table of docs/realtime.md: `full`, the same with lights as wide to all sides, and `paper` against the reference, over
+/// instants of a fire that flickers.
 #[test]
 fn materials_reflect_a_fire_as_in_the_reference() {
     let Some(gpu) = Gpu::for_tests() else { return };
     let mut scene = scene(Flicker::Full);
     let mut rows = Rows::new(&scene).expect("rows");
-    let lightings = [Lighting::Full, Lighting::Paper];
+    let lightings = [Lighting::Full, Lighting::Full, Lighting::Paper];
     let mut stages = lightings.map(|l| stage(&gpu, &rows, l));
-    let mut offs = [[Off::default(); 12]; 2];
+    let mut offs = [[Off::default(); 12]; 3];
     for instant in 0..INSTANTS {
         // Without a rhythm of their own, over half a minute.
         scene.pose(None, (instant as f32 * 0.618_034).fract() * 30.0).expect("a pose");
@@ -163,8 +182,9 @@ fn materials_reflect_a_fire_as_in_the_reference() {
         let mut want = wants[0].clone();
         want.data.iter_mut().zip(&wants[1].data).for_each(|(a, b)| *a = 0.5 * (*a + b));
         rows.pose(&scene).expect("a pose of the same scene");
-        for (stage, offs) in stages.iter_mut().zip(&mut offs) {
-            assert!(stage.pose(&rows).expect("a pose"), "of the same stage");
+        let round = isotropic(&rows);
+        for ((stage, rows), offs) in stages.iter_mut().zip([&rows, &round, &rows]).zip(&mut offs) {
+            assert!(stage.pose(rows).expect("a pose"), "of the same stage");
             for _ in 0..16 {
                 stage.frame(&scene.cameras[0]).expect("a frame");
             }
@@ -186,22 +206,18 @@ fn materials_reflect_a_fire_as_in_the_reference() {
             }
         }
     }
-    println!("{:<16} full: error ratio FLIP   paper: error ratio FLIP", "");
+    println!("{:<16} error ratio FLIP: full, isotropic, paper", "");
     for (i, shape) in scene.shapes.iter().take(12).enumerate() {
-        let [full, paper] = [offs[0][i], offs[1][i]];
-        println!(
-            "{:<16}       {:.3} {:.3} {:.3}         {:.3} {:.3} {:.3}",
-            shape.name,
-            full.light.error(),
-            full.light.ratio(),
-            full.flip,
-            paper.light.error(),
-            paper.light.ratio(),
-            paper.flip
-        );
+        let columns = offs.map(|offs| {
+            format!("{:.3} {:.3} {:.3}", offs[i].light.error(), offs[i].light.ratio(), offs[i].flip)
+        });
+        println!("{:<16} {}", shape.name, columns.join("   "));
     }
+    // A flame is no ball: on the sharpest gold it is seen. Measured .031 and .060.
+    let [full, round] = [offs[0][3], offs[1][3]].map(|off| off.light.error());
+    assert!(round > 1.3 * full, "{round} {full}");
     for (i, shape) in scene.shapes.iter().take(12).enumerate() {
-        let [full, paper] = [offs[0][i], offs[1][i]];
+        let [full, paper] = [offs[0][i], offs[2][i]];
         let (error, ratio) = (full.light.error(), full.light.ratio());
         // Worst seen .043 and .975.
         assert!(error < 0.1 && (ratio - 1.0).abs() < 0.08, "{}: {error} {ratio}", shape.name);

@@ -193,8 +193,9 @@ impl Performance {
             near("mask", up(EYES) + ahead * 1.6 - left * 0.25, up(EYES + 0.03), 22.0),
             near("sleeve", up(1.25) + ahead * 2.0 + left * 1.2, up(1.05) + left * 0.2, 34.0),
         ];
-        for (name, way) in [("front", ahead), ("side", left), ("back", -ahead)] {
-            all.push(camera(name, up(0.95) + way * 6.0, up(0.95), Projection::Orthographic, 1.9));
+        // From behind within the stage, for the mirror board closes it.
+        for (name, way) in [("front", 6.0 * ahead), ("side", 6.0 * left), ("back", -2.5 * ahead)] {
+            all.push(camera(name, up(0.95) + way, up(0.95), Projection::Orthographic, 1.9));
         }
         Ok(all)
     }
