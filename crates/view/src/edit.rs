@@ -1,6 +1,6 @@
 //! Changes to materials and lights, and the scene that they make.
 
-use crate::action::LightChange;
+use crate::command::LightChange;
 use glam::Vec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -11,6 +11,7 @@
 //! It opens no files: whoever calls [`run`] does that for it ([`Files`]).
 
 pub mod action;
+pub mod command;
 pub mod edit;
 mod error;
 pub mod eye;

@@ -38,7 +38,7 @@ impl<Order, Done> Mailbox<Order, Done> {
         self.slots().done.take()
     }
 
-    /// Whether anything is asked for, worked on or waits to be taken.
+    /// Whether anything is asked for, worked on or waits to be taken; after a first result of several the rest does not count.
     pub fn busy(&self) -> bool {
         let slots = self.slots();
         slots.busy || slots.order.is_some() || slots.done.is_some()

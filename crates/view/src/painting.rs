@@ -195,7 +195,7 @@ fn paint(
                 bench.as_mut()
             }
             None => {
-                let threads = std::thread::available_parallelism().map_or(1, usize::from);
+                let threads = yugen_optics::parallel::threads();
                 let (camera, style) = (&order.camera, order.style.clone());
                 let painter = Painter::new(device, queue, &order.scene, camera, style, threads)?;
                 *took = f64::INFINITY;

@@ -1,6 +1,6 @@
 //! What the window shows and how, without a window.
 
-use crate::action::{Bounces, Command, Compare, Resolution};
+use crate::command::{Bounces, Command, Compare, Resolution};
 use crate::edit::{Edits, MaterialItem, materials, models_of};
 use crate::eye::{Eye, first_camera};
 use crate::ink::{Ink, StrokeChange};

@@ -9,7 +9,8 @@ mod timeline;
 
 pub use look::set_look;
 
-use crate::action::{Command, Compare, of_key};
+use crate::action::of_key;
+use crate::command::{Command, Compare};
 use crate::language::Words;
 use crate::reference::Difference;
 use crate::state::State;

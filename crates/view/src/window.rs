@@ -1,21 +1,29 @@
 //! The loop of events: a window, the stage in it, and whatever is asked of both.
 
+mod compare;
 mod graphics;
 mod ink;
+mod load;
+mod save;
 mod script;
+mod stage;
 
-use crate::action::{Command, Resolution, Step};
+use crate::action::Step;
+use crate::command::Command;
 use crate::error::ViewError;
-use crate::files::{Files, Picture, Report};
+use crate::files::{Files, Picture};
 use crate::language::{Language, Words};
-use crate::maker::{Made, Maker, Order, Ready};
-use crate::reference::{Difference, Finding, Reference, difference};
+use crate::maker::Maker;
+use crate::reference::{Difference, Finding, Reference};
 use crate::state::{Effect, State};
 use crate::ui::{self, Seen};
+use compare::COMPARE;
 use graphics::Graphics;
 use ink::Easel;
+use load::{Loading, WATCH};
 use script::Script;
-use std::path::{Path, PathBuf};
+use stage::{PATIENT, REST, same_eye, same_view};
+use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant, SystemTime};
 use winit::application::ApplicationHandler;
@@ -23,9 +31,7 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, WindowId};
 use yugen_ink::signature::Font;
-use yugen_optics::Image;
-use yugen_optics::tonemap::ToneMap;
-use yugen_realtime::{Lighting, Options as StageOptions};
+use yugen_realtime::Lighting;
 use yugen_scene::prepared::DrawRow;
 use yugen_scene::{Camera, Scene};
 
@@ -45,19 +51,8 @@ pub struct Options {
     pub script: Vec<Step>,
 }
 
-/// Frames after which a picture is good enough.
-const MOST_FRAMES: u32 = 1024;
-/// After this long without a move nothing moves.
-const REST: Duration = Duration::from_millis(200);
-/// Milliseconds that a frame may take while something moves; and where nothing does, so that the window still answers.
-const QUICK: f64 = 60.0;
-const PATIENT: f64 = 2500.0;
 /// Between two looks at whether the device is done.
 const LOOK: Duration = Duration::from_millis(3);
-/// Between two looks at whether the file has changed.
-const WATCH: Duration = Duration::from_millis(500);
-/// Between two comparisons with the reference, at least.
-const COMPARE: Duration = Duration::from_millis(1500);
 /// Frame times that are remembered.
 const HISTORY: usize = 120;
 
@@ -65,7 +60,6 @@ const NO_FONT: Words = [
     "no font with Japanese characters was found, so this is in English (Debian: apt-get install fonts-noto-cjk)",
     "",
 ];
-const SAVED: Words = ["saved", "保存しました："];
 
 /// What wakes the loop.
 pub(crate) enum Wake {
@@ -91,16 +85,6 @@ pub fn run(options: Options, files: Arc<dyn Files>) -> Result<(), ViewError> {
     let mut app = App::new(options, files, event_loop.create_proxy());
     event_loop.run_app(&mut app).map_err(|e| ViewError::NoWindow(e.to_string()))?;
     app.failure.map_or(Ok(()), Err)
-}
-
-/// A scene on its way from its file.
-struct Loading {
-    file: PathBuf,
-    /// When it had last changed.
-    changed: Option<SystemTime>,
-    /// Somebody wants it; else the file has changed.
-    asked: bool,
-    scene: mpsc::Receiver<Result<Scene, String>>,
 }
 
 struct App {
@@ -207,152 +191,6 @@ impl App {
         event_loop.exit();
     }
 
-    /// Pixels of the picture on the screen.
-    fn whole(&self) -> Option<[u32; 2]> {
-        let (rect, points) = (self.picture?, self.graphics.as_ref()?.pixels_per_point());
-        Some([rect.width(), rect.height()].map(|s| (s * points).round().max(1.0) as u32))
-    }
-
-    /// The camera of the picture: what the eye sees, in as many pixels as are computed now.
-    fn view(&self, at_rest: bool) -> Option<Camera> {
-        let whole = self.whole()?;
-        let mut camera = self.state.eye.camera().clone();
-        // All scenes' cameras share the filter that the stage was made for.
-        camera.film.filter = self.changed_scene.cameras.first().map_or(camera.film.filter, |c| c.film.filter);
-        let part = self.part(whole, at_rest);
-        let [w, h] = whole.map(|s| s.div_ceil(part).max(1));
-        camera.resize(whole[0], whole[1]);
-        camera.resize(w, h);
-        Some(camera)
-    }
-
-    /// Of how many pixels across and down one is computed.
-    fn part(&self, [w, h]: [u32; 2], at_rest: bool) -> u32 {
-        match self.state.resolution {
-            Resolution::Full => 1,
-            Resolution::Half => 2,
-            Resolution::Quarter => 4,
-            Resolution::Auto => {
-                if let (true, Some(part)) = (at_rest, self.rest_part) {
-                    return part;
-                }
-                let limit = if at_rest { PATIENT } else { QUICK };
-                let [sw, sh] = self.seen.size;
-                let each = self.frame_milliseconds / (f64::from(sw) * f64::from(sh)).max(1.0);
-                let whole = each * f64::from(w) * f64::from(h);
-                [1, 2, 4, 8].into_iter().find(|p| whole / f64::from(p * p) <= limit).unwrap_or(8)
-            }
-        }
-    }
-
-    /// Frames after which a picture is good enough: of one that is not seen the first, for what lies where.
-    fn enough(&self) -> u32 {
-        if self.state.ink.on { 1 } else { MOST_FRAMES }
-    }
-
-    fn at_rest(&self) -> bool {
-        self.moved.elapsed() >= REST
-    }
-
-    /// The stage shows what is asked for, at rest, and the device is done.
-    fn settled(&self) -> bool {
-        let rests = |g: &Graphics| g.stage.as_ref().is_some_and(|s| !s.is_moving()) && !g.in_flight();
-        let done = self.graphics.as_ref().is_some_and(rests);
-        done && self.loading.is_none()
-            && self.ink_settled()
-            && self.shown_changes == self.state.changes
-            && !self.maker.busy()
-            && self.at_rest()
-            && self.frames > 0
-            && self.view(true).is_some_and(|v| self.camera.as_ref().is_some_and(|c| same_view(c, &v)))
-    }
-
-    /// Has scenes, changes and stages made that are not what is shown.
-    fn prepare(&mut self, event_loop: &ActiveEventLoop) {
-        while let Some(made) = self.maker.take() {
-            self.take(event_loop, made);
-        }
-        if self.asked_changes == self.state.changes && self.asked_scene == self.state.scenes {
-            return;
-        }
-        let anew = self.stage_scene != self.state.scenes
-            || self.stage_bounces != self.state.most_bounces()
-            || self.stage_lighting != self.state.lighting;
-        self.ask(anew);
-    }
-
-    fn ask(&mut self, anew: bool) {
-        let Some(graphics) = &self.graphics else { return };
-        let Some(camera) = self.view(true) else { return };
-        let options = StageOptions {
-            size: [camera.film.width, camera.film.height],
-            filter: self.state.scene.cameras.first().map_or(camera.film.filter, |c| c.film.filter),
-            aovs: Vec::new(),
-            trace_camera: false,
-            threads: std::thread::available_parallelism().map_or(1, usize::from),
-            bounces: Some(self.state.most_bounces()),
-            hide_emitters: self.state.scene.integrator.hide_emitters,
-            lighting: self.state.lighting,
-            seed: 0,
-        };
-        (self.asked_changes, self.asked_scene) = (self.state.changes, self.state.scenes);
-        self.maker.ask(Order {
-            scene: self.state.scene.clone(),
-            moment: self.state.moment(),
-            edits: self.state.edits.clone(),
-            number: self.state.changes,
-            of: (self.state.scenes, self.state.most_bounces(), self.state.lighting),
-            stage: anew.then(|| (graphics.device().clone(), graphics.queue().clone(), options)),
-        });
-        // What plays is always being prepared.
-        self.seen.preparing = !self.state.playing();
-    }
-
-    fn take(&mut self, event_loop: &ActiveEventLoop, made: Made) {
-        let newest = made.number == self.asked_changes;
-        self.seen.preparing = !newest && !self.state.playing();
-        self.prepared = made.seconds;
-        let Some(graphics) = &mut self.graphics else { return };
-        match made.outcome {
-            Err(problem) => {
-                if newest {
-                    // What was shown stays, and nothing else is waited for.
-                    self.shown_changes = made.number;
-                }
-                if !self.script.is_empty() || graphics.stage.is_none() && self.state.scenes == 1 {
-                    self.fail(event_loop, ViewError::Scene(problem));
-                } else {
-                    self.state.complain(problem);
-                }
-            }
-            Ok((scene, Ready::Stage(stage))) => {
-                (self.stage_scene, self.stage_bounces, self.stage_lighting) = made.of;
-                graphics.set_stage(*stage);
-                self.easel.values += 1;
-                (self.changed_scene, self.shown_changes) = (scene, made.number);
-                (self.camera, self.frames) = (None, 0);
-            }
-            Ok((scene, ready @ (Ready::Rows(_) | Ready::Pose(_)))) => {
-                let Some(stage) = &mut graphics.stage else { return };
-                let taken = match &ready {
-                    Ready::Pose(rows) => stage.pose(rows),
-                    Ready::Rows(rows) => stage.refill(rows),
-                    Ready::Stage(_) => return,
-                };
-                match taken {
-                    Err(e) => self.fail(event_loop, e),
-                    Ok(false) => self.ask(true),
-                    Ok(true) => {
-                        self.easel.values += u64::from(matches!(ready, Ready::Rows(_)));
-                        self.state.follow(&scene);
-                        (self.changed_scene, self.shown_changes) = (scene, made.number);
-                        self.frames = 0;
-                    }
-                }
-            }
-        }
-    }
-
     /// Adds a frame to the picture where there is room for one.
     fn advance(&mut self, event_loop: &ActiveEventLoop) {
         let at_rest = self.at_rest();
@@ -418,144 +256,6 @@ impl App {
         }
     }
 
-    /// Starts, restarts and ends the reference, and shows what it has found.
-    fn refine(&mut self) {
-        if !self.state.reference {
-            (self.reference, self.reference_of, self.finding) = (None, None, None);
-            (self.seen.reference, self.seen.difference, self.seen.samples) = (None, None, 0.0);
-            self.comparing = None;
-            return;
-        }
-        let Some(view) = self.view(true) else { return };
-        let same =
-            |(changes, camera): &(u64, Camera)| *changes == self.shown_changes && same_view(camera, &view);
-        if !self.reference_of.as_ref().is_some_and(same) {
-            // What it has found is of another picture, and what is being compared as well.
-            (self.reference, self.reference_of, self.finding) = (None, None, None);
-            self.comparing = None;
-            (self.seen.reference, self.seen.difference, self.seen.samples) = (None, None, 0.0);
-            if self.at_rest() && self.shown_changes == self.state.changes && self.frames > 0 {
-                let wake = self.proxy.clone();
-                let bounces = self.state.most_bounces();
-                self.reference = Some(Reference::start(&self.changed_scene, &view, bounces, move || {
-                    // The loop may have ended.
-                    drop(wake.send_event(Wake::Thread));
-                }));
-                self.reference_of = Some((self.shown_changes, view));
-                self.compared_number = 0;
-            }
-        }
-        let settings = graphics::settings(&self.state);
-        let Some(graphics) = &mut self.graphics else { return };
-        match self.reference.as_ref().and_then(Reference::take) {
-            Some(Err(problem)) => {
-                self.state.reference = false;
-                self.state.complain(problem);
-            }
-            Some(Ok(finding)) => {
-                graphics.set_reference(&finding.image);
-                self.seen.samples = finding.samples;
-                self.seen.reference = graphics.reference();
-                self.finding = Some(finding);
-            }
-            None => {}
-        }
-        if self.finding.is_some() {
-            graphics.show_reference(settings);
-        }
-    }
-
-    /// Measures how far the two are apart, now and then.
-    fn compare(&mut self, event_loop: &ActiveEventLoop) {
-        if let Some(comparing) = &self.comparing {
-            match comparing.try_recv() {
-                Err(mpsc::TryRecvError::Empty) => return,
-                Ok(difference) => self.seen.difference = difference.filter(|_| self.state.reference),
-                Err(mpsc::TryRecvError::Disconnected) => {}
-            }
-            self.comparing = None;
-            self.compared = Instant::now();
-        }
-        let Some(finding) = self.finding.clone() else { return };
-        // A picture of which parts have no sample yet cannot be compared.
-        let ready = self.settled() && self.frames >= 4 && finding.samples >= 1.0;
-        if !ready
-            || self.compared.elapsed() < COMPARE && self.script.is_empty()
-            || finding.number == self.compared_number
-        {
-            return;
-        }
-        let image = match self.graphics.as_ref().and_then(|g| g.stage.as_ref()).map(|s| s.image()) {
-            Some(Ok(image)) => image,
-            Some(Err(e)) => return self.fail(event_loop, e),
-            None => return,
-        };
-        self.compared_number = finding.number;
-        let display = ToneMap::new(self.changed_scene.working_space, self.state.exposure, self.state.curve);
-        let (sender, receiver) = mpsc::channel();
-        let wake = self.proxy.clone();
-        std::thread::spawn(move || {
-            // Nobody may listen any more.
-            let _ = sender.send(difference(&image, &finding.image, &display));
-            let _ = wake.send_event(Wake::Thread);
-        });
-        self.comparing = Some(receiver);
-    }
-
-    /// Reads a scene, beside the window's work.
-    fn load(&mut self, file: &Path, asked: bool) {
-        let (sender, receiver) = mpsc::channel();
-        let (files, wake, path) = (self.files.clone(), self.proxy.clone(), file.to_path_buf());
-        let changed = files.changed(file);
-        std::thread::spawn(move || {
-            // Nobody may listen any more.
-            let _ = sender.send(files.load(&path));
-            let _ = wake.send_event(Wake::Thread);
-        });
-        self.loading = Some(Loading { file: file.to_path_buf(), changed, asked, scene: receiver });
-    }
-
-    /// Takes a scene that has been read; looks whether the file has changed.
-    fn watch(&mut self, event_loop: &ActiveEventLoop) {
-        if let Some(loading) = &self.loading {
-            let (path, asked, changed) = (loading.file.clone(), loading.asked, loading.changed);
-            let loaded = match loading.scene.try_recv() {
-                Err(mpsc::TryRecvError::Empty) => return,
-                Ok(loaded) => loaded,
-                Err(mpsc::TryRecvError::Disconnected) => {
-                    Err(format!("{}: reading it failed: this is a fault of the program", path.display()))
-                }
-            };
-            self.loading = None;
-            // What could not be read is not read again before it changes; another file is no longer of interest then.
-            if loaded.is_ok() || path == self.state.file {
-                self.watched = changed;
-            }
-            match loaded {
-                Ok(scene) => {
-                    self.state.set_scene(scene, &path);
-                    if let Some(graphics) = &self.graphics {
-                        graphics.set_title(&path);
-                    }
-                }
-                // A script goes on without what it did not ask for.
-                Err(problem) if self.script.is_empty() || !asked => self.state.complain(problem),
-                Err(problem) => self.fail(event_loop, ViewError::Scene(problem)),
-            }
-            if let Some(graphics) = &self.graphics {
-                graphics.window.request_redraw();
-            }
-        } else if self.looked.elapsed() >= WATCH {
-            self.looked = Instant::now();
-            let changed = self.files.changed(&self.state.file);
-            // Half written is not yet there, or changes once more.
-            if changed.is_some() && changed != self.watched {
-                let file = self.state.file.clone();
-                self.load(&file, false);
-            }
-        }
-    }
-
     /// Does it, or says in the window why not; in a script, ends.
     fn apply(&mut self, event_loop: &ActiveEventLoop, command: &Command) -> Result<(), String> {
         let outcome = self.state.apply(command).and_then(|effect| self.effect(event_loop, effect));
@@ -587,7 +287,12 @@ impl App {
             },
             Effect::Preset(file) => {
                 let text = self.files.read_text(&file)?;
-                let open = |brush: &str| self.files.read_picture(&file.with_file_name(brush));
+                // By its whole path, since the preset may be written anywhere.
+                let open = |brush: &str| {
+                    let picture = file.with_file_name(brush);
+                    let picture = std::path::absolute(&picture).unwrap_or(picture);
+                    Ok((picture.display().to_string(), self.files.read_picture(&picture)?))
+                };
                 self.state.ink.read(&text, &file.display().to_string(), &open)?;
                 self.state.paint(true);
             }
@@ -611,77 +316,6 @@ impl App {
         let Some(stage) = self.graphics.as_ref().and_then(|g| g.stage.as_ref()) else { return Ok(None) };
         let picked = stage.pick([pixel(x, w), pixel(y, h)]).map_err(|e| e.to_string())?;
         Ok(picked.and_then(|p| stage.scene().draws().get(p.draw as usize)).copied())
-    }
-
-    /// The first column of a picture in which the other one of two is seen, as they are compared now.
-    fn first_of_other(&self, width: usize) -> usize {
-        use crate::action::Compare;
-        match self.state.compare {
-            Compare::Split => (self.state.split * width as f32).round() as usize,
-            Compare::Reference => 0,
-            Compare::RealTime | Compare::Flicker => width,
-        }
-    }
-
-    /// The picture as light: the real-time one, the reference right of the line or where it alone is seen; the other as well.
-    fn save(&mut self, file: &Path) -> Result<(), String> {
-        if self.state.ink.on {
-            return self.save_ink(file);
-        }
-        let stage = self.graphics.as_ref().and_then(|g| g.stage.as_ref()).ok_or("there is no picture yet")?;
-        let linear = file
-            .extension()
-            .or(file.file_name())
-            .is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case(".exr"));
-        let image = stage.image().map_err(|e| e.to_string())?;
-        let found = self
-            .finding
-            .as_ref()
-            .map(|f| &*f.image)
-            .filter(|f| (f.width, f.height) == (image.width, image.height));
-        let image = match found {
-            Some(reference) if linear => beside(image, reference, "reference"),
-            Some(reference) => split(&image, reference, self.first_of_other(image.width)),
-            None => image,
-        };
-        let picture = Picture {
-            image,
-            space: self.changed_scene.working_space,
-            exposure: self.state.exposure,
-            curve: self.state.curve,
-        };
-        self.written(file, picture)
-    }
-
-    fn written(&mut self, file: &Path, picture: Picture) -> Result<(), String> {
-        let name = self.files.save(file, &self.state.file, picture)?;
-        self.saved(&name);
-        Ok(())
-    }
-
-    fn saved(&mut self, name: &Path) {
-        let saved = self.state.language.of(SAVED);
-        self.state.note(format!("{saved} {}", name.display()));
-    }
-
-    fn report(&self) -> Report {
-        let selected = self.state.selected.and_then(|i| Some((i, self.state.materials.get(i)?)));
-        Report {
-            file: self.state.file.clone(),
-            adapter: self.seen.adapter.clone(),
-            surface: self.seen.surface.clone(),
-            size: self.seen.size,
-            frames: self.frames,
-            milliseconds: self.frame_milliseconds,
-            passes: self.seen.passes.clone(),
-            samples: self.seen.samples,
-            difference: self.seen.difference,
-            selected: selected.map(|(i, m)| (i + 1, m.kind.name().to_string(), m.worn_by.clone())),
-            moment: self.state.moment(),
-            prepared: self.prepared,
-            ink: self.ink_report(),
-            message: self.state.message.as_ref().map_or(String::new(), |m| m.text.clone()),
-        }
     }
 
     fn draw(&mut self, event_loop: &ActiveEventLoop) {
@@ -733,39 +367,6 @@ impl App {
             Ok(None) => {}
         }
     }
-}
-
-/// Whether both see the same, in whatever number of pixels.
-fn same_eye(a: &Camera, b: &Camera) -> bool {
-    a.to_world == b.to_world && a.near_far == b.near_far
-}
-
-fn same_view(a: &Camera, b: &Camera) -> bool {
-    same_eye(a, b)
-        && a.projection == b.projection
-        && (a.film.width, a.film.height) == (b.film.width, b.film.height)
-}
-
-/// The picture with another as a layer of this name beside it.
-fn beside(image: Image, other: &Image, name: &str) -> Image {
-    let names: Vec<String> =
-        image.channels.iter().cloned().chain(["R", "G", "B"].map(|c| format!("{name}.{c}"))).collect();
-    let n = image.channels.len();
-    let pixels = image.data.chunks_exact(n).zip(other.data.chunks_exact(3));
-    let data = pixels.flat_map(|(a, b)| a.iter().chain(b).copied()).collect();
-    Image { channels: names, data, ..image }
-}
-
-/// The picture, from column `from` on the reference.
-fn split(image: &Image, reference: &Image, from: usize) -> Image {
-    let mut out = Image::rgb(image.width, image.height);
-    for y in 0..image.height {
-        for x in 0..image.width {
-            let source = if x < from { image } else { reference };
-            out.pixel_mut(x, y).copy_from_slice(&source.pixel(x, y)[..3]);
-        }
-    }
-    out
 }
 
 impl ApplicationHandler<Wake> for App {

@@ -7,7 +7,7 @@ use yugen_realtime::{Gpu, Options, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Film, Filter, Geometry, Light, Material, ModelBuilder, Scene, Shape, Value};
-use yugen_view::action::LightChange;
+use yugen_view::command::LightChange;
 use yugen_view::edit::{Edits, materials};
 
 fn scene() -> Scene {

@@ -1,7 +1,8 @@
 //! All actions with their keys, over the picture.
 
 use super::{Asked, look};
-use crate::action::{ACTIONS, Command, Group};
+use crate::action::{ACTIONS, Group};
+use crate::command::Command;
 use crate::language::Words;
 use crate::state::State;
 use egui::{RichText, Ui};

@@ -2,7 +2,7 @@
 
 use super::panel::{comparisons, named, row, short};
 use super::{Asked, OURS, SLIDES, Seen, look};
-use crate::action::Command;
+use crate::command::Command;
 use crate::ink::{SelectedStroke, StrokeChange, Subject, TableChange};
 use crate::language::Words;
 use crate::state::State;

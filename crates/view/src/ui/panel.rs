@@ -1,7 +1,7 @@
 //! The panel of settings.
 
 use super::{Asked, Seen, ink, look};
-use crate::action::{Bounces, Command, Compare, LightChange, Resolution};
+use crate::command::{Bounces, Command, Compare, LightChange, Resolution};
 use crate::edit::{Edits, MaterialItem, shown};
 use crate::language::{Language, Words};
 use crate::state::State;

@@ -1,7 +1,7 @@
 //! The strip below the picture of a scene that moves.
 
 use super::{Asked, look};
-use crate::action::Command;
+use crate::command::Command;
 use crate::language::Words;
 use crate::state::{State, Time};
 use egui::{ComboBox, Slider, Ui};

@@ -1,7 +1,9 @@
 //! The picture as an ink painting.
 
-use super::{App, Wake, beside, same_view, split};
-use crate::action::Resolution;
+use super::compare::{beside, split};
+use super::stage::same_view;
+use super::{App, Wake};
+use crate::command::Resolution;
 use crate::error::ViewError;
 use crate::files::{InkReport, Picture};
 use crate::painting::{AT_WORK, InkPainter, Order, Painted, Picture as Painting};

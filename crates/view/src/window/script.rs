@@ -1,7 +1,8 @@
 //! Commands one after the other, each when what was before is seen.
 
 use super::App;
-use crate::action::{Command, Step};
+use crate::action::Step;
+use crate::command::Command;
 use crate::error::ViewError;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
