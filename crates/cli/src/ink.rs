@@ -10,12 +10,10 @@ use finish::Finish;
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 use yugen_archive::formats::mesh::Up;
 use yugen_archive::formats::{self, image};
 use yugen_archive::{atomic_write, check_outputs, check_writable, read_bounded};
-use yugen_ink::brush::Bristles;
 use yugen_ink::control::CONTROLS;
 use yugen_ink::mount::{MOUNTS, Mount, Mounting};
 use yugen_ink::painter::{Painter, Painting, Style};
@@ -195,14 +193,14 @@ impl Ink {
             true => {
                 let bytes = read_bounded(Path::new(&self.preset), MOST)?;
                 let text = String::from_utf8(bytes).with_context(|| format!("{}: not UTF-8", self.preset))?;
-                let mut preset = preset::read(&text, &self.preset)?;
-                if let Some(brush) = &preset.brush {
+                let open = |brush: &str| {
                     let picture = Path::new(&self.preset).with_file_name(brush);
-                    let image = image::read(&picture, &image::ReadOptions::to(ColourSpace::LinearSrgb))?;
-                    let bristles = Bristles::new(brush, &image).with_context(|| self.preset.clone())?;
-                    preset.style.brush = Some(Arc::new(bristles));
-                }
-                preset.style
+                    let options = image::ReadOptions::to(ColourSpace::LinearSrgb);
+                    image::read(&picture, &options)
+                        .map(|image| (brush.into(), image))
+                        .map_err(|e| e.to_string())
+                };
+                preset::read(&text, &self.preset, &open)?.style
             }
             false => preset::find(&self.preset)?.style,
         };
@@ -276,7 +274,7 @@ impl Ink {
         if let Some(size) = self.size {
             scene.settle_framing(size);
         }
-        let brush = Brush {
+        let job = Job {
             scene: file,
             outputs: &self.outputs,
             style,
@@ -291,7 +289,7 @@ impl Ink {
             threads: argument::threads(None),
             json: self.json,
         };
-        brush.run(scene)
+        job.run(scene)
     }
 }
 
@@ -301,7 +299,7 @@ pub fn plain(seed: u32) -> Result<Style> {
 }
 
 /// What is painted, how and where to; the names of the outputs have been checked.
-pub struct Brush<'a> {
+pub struct Job<'a> {
     /// Of messages.
     pub scene: &'a Path,
     /// Where to.
@@ -332,7 +330,7 @@ pub struct Brush<'a> {
 
 /// A painter and what it has painted last.
 struct Session<'a> {
-    brush: &'a Brush<'a>,
+    job: &'a Job<'a>,
     painter: Painter,
     names: Vec<String>,
     picture: Option<Image>,
@@ -343,31 +341,31 @@ struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    fn new(brush: &'a Brush<'a>, scene: &Scene) -> Result<Self> {
+    fn new(job: &'a Job<'a>, scene: &Scene) -> Result<Self> {
         let gpu = Gpu::open()?;
-        let (camera, style) = (brush.look(scene)?, brush.style.clone());
-        let painter = Painter::new(&gpu.device, &gpu.queue, scene, &camera, style, brush.threads)?;
+        let (camera, style) = (job.look(scene)?, job.style.clone());
+        let painter = Painter::new(&gpu.device, &gpu.queue, scene, &camera, style, job.threads)?;
         painter.unmet_names().iter().for_each(|said| tracing::warn!("{said}"));
         let names = scene.shapes.iter().map(|s| s.name.clone()).collect();
-        let mounting = brush.mounting(scene)?;
-        Ok(Self { brush, painter, names, picture: None, painting: None, mounting, shown: 0 })
+        let mounting = job.mounting(scene)?;
+        Ok(Self { job, painter, names, picture: None, painting: None, mounting, shown: 0 })
     }
 
     /// Paints a scene in the pose that the painter has.
     fn paint(&mut self, scene: &Scene) -> Result<()> {
-        let camera = self.brush.look(scene)?;
-        if self.brush.literal {
+        let camera = self.job.look(scene)?;
+        if self.job.literal {
             let picture = self.painter.paint_literally(scene, &camera)?;
             return self.mount(picture);
         }
-        if !self.brush.replay || self.painting.is_none() {
+        if !self.job.replay || self.painting.is_none() {
             self.painting = Some(self.painter.paint(&camera)?);
         }
-        if self.brush.replay {
+        if self.job.replay {
             self.shown += 1;
-            self.painter.repaint(f64::from(self.shown) / f64::from(self.brush.parts()));
+            self.painter.repaint(f64::from(self.shown) / f64::from(self.job.parts()));
         }
-        let layers = self.brush.outputs.iter().any(|o| extension(o) == "exr");
+        let layers = self.job.outputs.iter().any(|o| extension(o) == "exr");
         let picture = self.painter.image(layers)?;
         self.mount(picture)
     }
@@ -402,7 +400,7 @@ impl<'a> Session<'a> {
 
 impl Frames for Session<'_> {
     fn paint(&mut self, scene: &Scene, stop: &dyn Fn() -> bool, tell: &dyn Fn(f64)) -> Result<bool> {
-        if !self.brush.replay {
+        if !self.job.replay {
             self.painter.pose(scene)?;
         }
         Session::paint(self, scene)?;
@@ -412,12 +410,12 @@ impl Frames for Session<'_> {
 
     fn pass_by(&mut self, scene: &Scene) -> Result<()> {
         self.painter.pose(scene)?;
-        self.painter.follow(&self.brush.look(scene)?)?;
+        self.painter.follow(&self.job.look(scene)?)?;
         Ok(())
     }
 
     fn remembers(&self) -> bool {
-        !self.brush.literal
+        !self.job.literal
     }
 
     fn end(&self) {
@@ -437,7 +435,7 @@ impl Frames for Session<'_> {
 /// Seconds of a replay where nobody says.
 const REPLAY: f64 = 5.0;
 
-impl Brush<'_> {
+impl Job<'_> {
     /// Frames of a replay.
     fn parts(&self) -> u32 {
         let rate = self.moments.fps.unwrap_or(RATE);

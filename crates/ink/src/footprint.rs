@@ -66,10 +66,8 @@ impl Footprint {
         let diffused = diffuse(&bristles, at, layer);
         Self { bristles, diffused }
     }
-}
 
-impl Footprint {
-    /// Leaves of what bristles bring so much at each place across, −1 to 1.
+    /// Multiplies the bristles' ink by `part` of the place across, −1 to 1.
     pub fn scale_across(&mut self, part: &dyn Fn(f32) -> f32) {
         for (y, row) in self.bristles.chunks_exact_mut(TEXELS).enumerate() {
             let across = ((y as f32 + 0.5) / TEXELS as f32 * 2.0 - 1.0) * EXTENT;

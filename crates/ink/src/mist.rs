@@ -41,22 +41,35 @@ impl Mist {
         }
         let far = eye.distance(point);
         // No denser below the ground, where rounding may put a point.
-        let [a, b] = [eye, point].map(|p| ((p.y - self.ground) / self.height).clamp(0.0, 200.0));
-        let mean =
-            if (b - a).abs() < 1e-4 { (-0.5 * (a + b)).exp() } else { ((-a).exp() - (-b).exp()) / (b - a) };
+        let [a, b] = [eye, point].map(|p| ((p.y - self.ground) / self.height).max(0.0));
         let [wide, tall] = BANKS.map(|k| k * self.radius);
         let place = (point / DVec3::new(wide, tall, wide)).as_vec3();
         let bank = 1.0 + UNEVEN * f64::from(noise(place).0);
         let far = far / self.radius;
-        let depth = f64::from(mist) * DENSE * far * far / (far + BEGINS) * mean * bank;
+        let depth = f64::from(mist) * DENSE * far * far / (far + BEGINS) * mean(a, b) * bank;
         if depth.is_finite() { (-depth).exp() as f32 } else { 1.0 }
     }
+}
+
+/// The mean of exp(−y) from one height to another.
+fn mean(a: f64, b: f64) -> f64 {
+    if (b - a).abs() < 1e-4 { (-0.5 * (a + b)).exp() } else { ((-a).exp() - (-b).exp()) / (b - a) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::dvec3;
+
+    #[test]
+    fn the_mean_along_a_ray_is_the_integral_in_small_steps() {
+        for (a, b) in [(0.0, 0.0), (0.0, 3.0), (3.0, 0.0), (2.0, 2.00001), (2.0, 2.0002), (0.0, 20.0)] {
+            let steps = (0..1000).map(|i| (-(a + (b - a) * (f64::from(i) + 0.5) / 1000.0)).exp());
+            let sum = steps.sum::<f64>() / 1000.0;
+            // The midpoint rule is off by 1.7e-6 in the last.
+            assert!((mean(a, b) - sum).abs() < 7e-6, "{a} {b}");
+        }
+    }
 
     #[test]
     fn mist_swallows_feet_and_leaves_peaks() {
@@ -68,7 +81,7 @@ mod tests {
         assert!(foot < 0.15 && peak > 3.0 * foot, "{foot} {peak}");
         assert!(left(0.0, 1.0, 8.0) > 0.7, "what is near");
         assert_eq!(mist.left(eye, dvec3(0.0, 0.0, -90.0), 0.0), 1.0);
-        // A ray along the ground against the integral in small steps, and no jump where it is level.
+        // No jump where a ray is level.
         let level = |dy: f64| mist.left(eye, dvec3(3.0, 6.0 + dy, -40.0), 0.5);
         assert!((level(1e-3) - level(-1e-3)).abs() < 1e-3 && (level(1e-3) - level(0.0)).abs() < 1e-3);
         for point in [DVec3::splat(f64::NAN), DVec3::splat(1e300), dvec3(0.0, -1e9, 0.0)] {

@@ -145,7 +145,7 @@ pub struct Painting {
     pub change: Change,
 }
 
-/// Part of a line below which it is lost in mist: less than a tenth of its ink would only be a smear.
+/// What mist leaves of a line where it is lost: with less than a twelfth of its ink it would only be a smear.
 const SUNK: f32 = 0.08;
 
 /// Relative depth by which something must be nearer to cover a stroke that goes.
@@ -468,8 +468,9 @@ impl Painter {
             if thick > 0.0 {
                 for sample in &mut line.samples {
                     let point = sample.mesh_point.position(|v| self.place(line.draw, v));
-                    sample.strength *= point.map_or(1.0, |p| mist.left(eye, p, thick));
-                    sample.visible &= sample.strength > SUNK;
+                    let left = point.map_or(1.0, |p| mist.left(eye, p, thick));
+                    sample.strength *= left;
+                    sample.visible &= left > SUNK;
                 }
             }
         }

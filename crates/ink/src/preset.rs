@@ -1,6 +1,7 @@
 //! Ways of painting, from a small text file.
 
 use crate::InkError;
+use crate::brush::Bristles;
 use crate::canvas::Layer;
 use crate::control::CONTROLS;
 use crate::painter::{Style, pigments};
@@ -10,7 +11,9 @@ use crate::steering::{self, Changes, Steering, StrokeEdit};
 use crate::wrinkle::{MANNERS, Manner};
 use std::fmt::Write;
 use std::path::Path;
+use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
+use yugen_optics::Image;
 use yugen_scene::suggest;
 
 /// A way of painting.
@@ -20,11 +23,12 @@ pub struct Preset {
     pub name: String,
     /// What it is.
     pub doc: String,
-    /// What it comes to, but for the brush.
+    /// What it comes to.
     pub style: Style,
-    /// The picture of its brush, a file beside its own, for whoever may open files: see [`crate::brush::Bristles`].
-    pub brush: Option<String>,
 }
+
+/// Opens the picture of a brush, a file beside that of its preset; what it is to be called in presets that are written.
+pub type Open<'a> = &'a dyn Fn(&str) -> Result<(String, Image), String>;
 
 /// What is painted where nobody says.
 pub const DEFAULT: &str = "sumi";
@@ -40,7 +44,7 @@ pub fn presets() -> Result<Vec<Preset>, InkError> {
     let mut presets = table
         .iter()
         .map(|(name, value)| match value.get_ref() {
-            DeValue::Table(keys) => preset(name.get_ref(), keys),
+            DeValue::Table(keys) => preset(name.get_ref(), keys, &no_pictures),
             _ => Err(InkError::Preset(format!("the preset '{}' is no table", name.get_ref()))),
         })
         .collect::<Result<Vec<_>, _>>()?;
@@ -62,10 +66,15 @@ pub fn is_file(name: &str) -> bool {
     Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
+/// For presets without a file.
+pub fn no_pictures(brush: &str) -> Result<(String, Image), String> {
+    Err(format!("the picture '{brush}' of the brush cannot be opened here"))
+}
+
 /// One from the text of a file of the user's own, which `name` calls in errors.
-pub fn read(text: &str, name: &str) -> Result<Preset, InkError> {
+pub fn read(text: &str, name: &str, open: Open) -> Result<Preset, InkError> {
     let table = parse(text).map_err(|e| InkError::Preset(format!("{name}: {e}")))?;
-    preset(name, &table).map_err(|e| InkError::Preset(format!("{name}: {e}")))
+    preset(name, &table, open).map_err(|e| InkError::Preset(format!("{name}: {e}")))
 }
 
 /// The text of a file that [`read`] makes the same style of, but for its creases and seed.
@@ -127,9 +136,9 @@ fn parse(text: &str) -> Result<DeTable<'_>, InkError> {
     DeTable::parse(text).map(|table| table.into_inner()).map_err(wrong)
 }
 
-fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
+fn preset(name: &str, keys: &DeTable, open: Open) -> Result<Preset, InkError> {
     let mut style = Style::default();
-    let (mut doc, mut brush) = (String::new(), None);
+    let mut doc = String::new();
     // What all else is a change of.
     if let Some(DeValue::String(base)) = keys.get("base").map(|v| v.get_ref()) {
         style = find(base)?.style;
@@ -140,7 +149,10 @@ fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
         match value.get_ref() {
             DeValue::String(word) if key == "doc" => doc = word.to_string(),
             DeValue::String(_) if key == "base" => {}
-            DeValue::String(word) if key == "brush" => brush = Some(word.to_string()),
+            DeValue::String(word) if key == "brush" => {
+                let (name, picture) = open(word).map_err(InkError::Preset)?;
+                style.brush = Some(Arc::new(Bristles::new(&name, &picture)?));
+            }
             DeValue::String(word) if named => set_name(&mut style, key, word)?,
             // What floats cannot name is out of every range.
             DeValue::Float(number) if !named && !TABLES.contains(&key) => {
@@ -167,7 +179,7 @@ fn preset(name: &str, keys: &DeTable) -> Result<Preset, InkError> {
             }
         }
     }
-    Ok(Preset { name: name.into(), doc, style, brush })
+    Ok(Preset { name: name.into(), doc, style })
 }
 
 /// Reads the tables of objects, of materials or of strokes.
@@ -197,7 +209,11 @@ fn steer(steering: &mut Steering, kind: &str, all: &DeTable) -> Result<(), InkEr
                 (None, value) => match value {
                     DeValue::Float(number) => number.as_str().parse().unwrap_or(f32::NAN),
                     DeValue::Integer(number) => number.as_str().parse().unwrap_or(f32::NAN),
-                    _ => return Err(within(InkError::Preset(format!("'{key}' must be a number")))),
+                    _ if CONTROLS.iter().any(|c| c.name == key) => {
+                        return Err(within(InkError::Preset(format!("'{key}' must be a number"))));
+                    }
+                    // The name is told.
+                    _ => f32::NAN,
                 },
             };
             let add = if of_stroke { Changes::of_stroke } else { Changes::of_object };
@@ -271,7 +287,7 @@ mod tests {
         let tables =
             ["[object.pine]\nink = 0.2", "[object.\"p*\"]\nink = 0.9", "[object.\"*\"]\nwater = 0.1"];
         for order in [[0, 1, 2], [1, 0, 2], [2, 1, 0]] {
-            let style = read(&order.map(|i| tables[i]).join("\n"), "own").unwrap().style;
+            let style = read(&order.map(|i| tables[i]).join("\n"), "own", &no_pictures).unwrap().style;
             let controls = style.steering.controls(&style.controls, "pine", &[""; 0]);
             let later = order.iter().rev().find(|i| **i < 2);
             assert_eq!(controls.ink, if later == Some(&0) { 0.2 } else { 0.9 }, "{order:?}");
@@ -286,8 +302,8 @@ mod tests {
                    [material.\"wet ro*\"]\nwash = 0.5\n[stroke.0f3a9c12]\nhide = true\npin = true\n[stroke.00000001]\nink = 1.3\nsize = 0.1";
         let texts = presets().unwrap().into_iter().map(|p| write(&p.style, &p.doc)).collect::<Vec<_>>();
         for text in texts.iter().map(String::as_str).chain([own.replace('\u{1f}', "").as_str()]) {
-            let a = read(text, "a").unwrap();
-            let b = read(&write(&a.style, &a.doc), "b").unwrap();
+            let a = read(text, "a", &no_pictures).unwrap();
+            let b = read(&write(&a.style, &a.doc), "b", &no_pictures).unwrap();
             assert_eq!(a.doc, b.doc);
             let all = |s: &Style| {
                 let names = s.pigments.map(|p| p.name);
@@ -297,23 +313,33 @@ mod tests {
         }
         // The built-in ones as they are, not only as they are read again.
         for (text, preset) in texts.iter().zip(presets().unwrap()) {
-            let again = read(text, "again").unwrap().style;
+            let again = read(text, "again", &no_pictures).unwrap().style;
             assert_eq!((again.controls, again.pigments), (preset.style.controls, preset.style.pigments));
         }
         // Changes of another, whatever stands first.
-        let own = read("dryness = 0.2\nbase = 'dry'\nbrush = 'own.png'", "own").unwrap();
+        let stroke = |brush: &str| {
+            let mut strip = Image::rgb(128, 64);
+            strip.data[..3 * 128 * 20].fill(1.0);
+            Ok((format!("/brushes/{brush}"), strip))
+        };
+        let own = read("dryness = 0.2\nbase = 'dry'\nbrush = 'own.png'", "own", &stroke).unwrap();
         let dry = find("dry").unwrap().style;
         assert_eq!((own.style.controls.dryness, own.style.controls.size), (0.2, dry.controls.size));
-        assert_eq!((own.style.manner.name, own.brush.as_deref()), (dry.manner.name, Some("own.png")));
+        assert_eq!(own.style.manner.name, dry.manner.name);
+        // It is written by the name that whoever opened it gave.
+        assert!(write(&own.style, "").contains("brush = \"/brushes/own.png\""));
+        assert!(
+            read("brush = 'own.png'", "own", &no_pictures).unwrap_err().to_string().contains("'own.png'")
+        );
         // Whatever characters a name has.
         let mut style = Style::default();
         style.steering.objects.push(("a\n\"\u{1f}\\".into(), Default::default()));
-        assert_eq!(read(&write(&style, "\t"), "c").unwrap().style.steering, style.steering);
+        assert_eq!(read(&write(&style, "\t"), "c", &no_pictures).unwrap().style.steering, style.steering);
     }
 
     #[test]
     fn what_is_wrong_with_a_preset_is_said() {
-        let said = |text: &str| read(text, "own.toml").unwrap_err().to_string();
+        let said = |text: &str| read(text, "own.toml", &no_pictures).unwrap_err().to_string();
         for (text, words) in [
             ("dryness = 7", "own.toml: dryness = 7 is out of range: 0 to 1"),
             ("dryeness = 0.5", "did you mean 'dryness'?"),
@@ -337,6 +363,9 @@ mod tests {
             assert!(said(text).contains(words), "{text}: {}", said(text));
         }
         assert!(find("sumie").unwrap_err().to_string().contains("did you mean 'sumi'?"));
-        assert_eq!(read("", "empty").unwrap().style.controls, crate::control::Controls::default());
+        assert_eq!(
+            read("", "empty", &no_pictures).unwrap().style.controls,
+            crate::control::Controls::default()
+        );
     }
 }

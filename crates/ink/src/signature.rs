@@ -6,8 +6,8 @@
 
 use crate::InkError;
 use crate::canvas::Layer;
+use crate::isoline;
 use crate::path::{polygon, rectangle};
-use crate::trace;
 use glam::{Vec2, Vec3, vec2};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
@@ -136,7 +136,7 @@ impl Design {
         }
         cover.iter_mut().for_each(|v| *v = if v.is_nan() { 0.0 } else { *v / most });
         let mut form = PathBuilder::new();
-        for outline in trace::outlines(&cover, size) {
+        for outline in isoline::outlines(&cover, size) {
             for (i, p) in outline.into_iter().enumerate() {
                 if i == 0 { form.move_to(p.x, p.y) } else { form.line_to(p.x, p.y) }
             }

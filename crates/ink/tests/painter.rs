@@ -268,7 +268,9 @@ fn a_painter_that_goes_on_paints_what_a_new_one_does() {
     let large = camera(Vec3::new(0.3, 2.0, 4.0));
     let mut small = large.clone();
     small.resize(80, 60);
-    let style = |text: &str| yugen_ink::preset::read(text, "own").expect("a preset").style;
+    let style = |text: &str| {
+        yugen_ink::preset::read(text, "own", &yugen_ink::preset::no_pictures).expect("a preset").style
+    };
     let styles =
         ["", "size = 2\nbleed = 0.9\npaper = 'silk'", "light = 0.5\nink = 1.2\n[object.ball]\nsize = 3"];
     let styles = styles.map(style);

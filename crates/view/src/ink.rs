@@ -1,12 +1,10 @@
 //! How the scene is painted in ink: the preset, what was changed of it, and the stroke that is looked at.
 
-use std::sync::Arc;
-use yugen_ink::brush::Bristles;
+use std::collections::HashSet;
 use yugen_ink::control::CONTROLS;
 use yugen_ink::painter::Style;
 use yugen_ink::preset::{self, Preset};
 use yugen_ink::steering::{Changes, OF_STROKES, OF_THE_SHEET, StrokeEdit, Tables};
-use yugen_optics::Image;
 use yugen_scene::{Geometry, Scene, Shape};
 
 /// What becomes of a stroke.
@@ -126,18 +124,9 @@ impl Ink {
         Ok(())
     }
 
-    /// The preset of a file's text; `open` reads the picture of a brush, a file beside it.
-    pub fn read(
-        &mut self,
-        text: &str,
-        name: &str,
-        open: &dyn Fn(&str) -> Result<Image, String>,
-    ) -> Result<(), String> {
-        let mut preset = preset::read(text, name).map_err(|e| e.to_string())?;
-        if let Some(brush) = &preset.brush {
-            let bristles = Bristles::new(brush, &open(brush)?).map_err(|e| e.to_string())?;
-            preset.style.brush = Some(Arc::new(bristles));
-        }
+    /// The preset of a file's text.
+    pub fn read(&mut self, text: &str, name: &str, open: preset::Open) -> Result<(), String> {
+        let preset = preset::read(text, name, open).map_err(|e| e.to_string())?;
         self.take(preset);
         Ok(())
     }
@@ -286,7 +275,8 @@ fn materials_of(scene: &Scene, shape: &Shape) -> Vec<String> {
         Geometry::Instance(group) => scene.groups.get(*group).into_iter().flatten().flat_map(of).collect(),
         _ => of(shape),
     };
-    names.dedup();
+    let mut seen = HashSet::new();
+    names.retain(|name| seen.insert(*name));
     names.into_iter().map(String::from).collect()
 }
 
@@ -309,7 +299,7 @@ mod tests {
         let selected = ink.selected().unwrap();
         assert!(selected.id == 0xabc && selected.hidden && selected.pinned);
         assert!([("ink", 1.25), ("dryness", 0.25)].iter().all(|c| selected.controls.contains(c)));
-        let read = preset::read(&ink.file(), "own").unwrap();
+        let read = preset::read(&ink.file(), "own", &preset::no_pictures).unwrap();
         assert!(read.doc.contains("mogu"));
         assert_eq!((read.style.controls, &read.style.steering), (ink.style.controls, &ink.style.steering));
         assert_eq!(read.style.paper.name, "silk");
@@ -317,7 +307,7 @@ mod tests {
         let set = |value| TableChange::Set("wash".into(), value);
         ink.steer(Subject::Material, "wet rock", &set(0.5)).unwrap();
         ink.steer(Subject::Object, "rock", &set(0.25)).unwrap();
-        let written = preset::read(&ink.file(), "own").unwrap().style.steering;
+        let written = preset::read(&ink.file(), "own", &preset::no_pictures).unwrap().style.steering;
         assert_eq!((&written, written.materials.len()), (&ink.style.steering, 1));
         let mut scene = Scene::default();
         scene.materials.push(yugen_scene::Material::lambert(yugen_scene::Value::Number(0.5)));

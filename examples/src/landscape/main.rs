@@ -51,7 +51,7 @@ fn main() -> Result<()> {
 
 /// Adds a shape of a material by its name.
 fn add(scene: &mut Scene, name: String, material: &str, mesh: Mesh) {
-    let material: MaterialId = MATERIALS.iter().position(|m| m.0 == material).unwrap_or_default();
+    let material: MaterialId = MATERIALS.iter().position(|m| m.0 == material).expect("one of MATERIALS");
     scene.shapes.push(Shape::new(name, Geometry::Mesh(Arc::new(mesh)), Mat4::IDENTITY, material));
 }
 

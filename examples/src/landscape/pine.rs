@@ -44,7 +44,7 @@ impl Pine {
                 girth * (1.0 - 0.86 * t).max(0.05) * (1.0 + 0.5 * (-t / 0.06).exp()) * knots
             })
             .collect();
-        let mut bark = rough(tube(&path, &radii, 20), 0.3 * girth);
+        let mut bark = barked(tube(&path, &radii, 20), 0.3 * girth);
         let (mut needles, mut pads) = (Vec::new(), Vec::new());
         let branches = 13;
         for b in 0..branches {
@@ -143,7 +143,7 @@ pub fn distant(foot: Vec3, out: Vec3, tall: f32, seed: u32) -> Vec<Mesh> {
 }
 
 /// Bark: ridges along the trunk and knots.
-fn rough(mut mesh: Mesh, by: f32) -> Mesh {
+fn barked(mut mesh: Mesh, by: f32) -> Mesh {
     for (p, n) in mesh.positions.iter_mut().zip(&mesh.normals) {
         let knots = noise(vec3(3.1 * p.x, 1.7 * p.y, 3.1 * p.z)).0
             + 0.6 * noise(vec3(9.0 * p.x, 3.0 * p.y, 9.0 * p.z)).0;

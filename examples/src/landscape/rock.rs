@@ -27,7 +27,7 @@ fn ridge(p: Vec3) -> f32 {
 }
 
 /// Three octaves.
-fn rough(p: Vec3) -> f32 {
+fn fractal(p: Vec3) -> f32 {
     noise(p).0 + 0.5 * noise(2.1 * p).0 + 0.25 * noise(4.3 * p).0
 }
 
@@ -43,7 +43,7 @@ impl Peak {
         // Gullies run down: many around, few up.
         let gullies = 0.13 * ridge(vec3(2.7 * c, 1.5 * up + own, 2.7 * s))
             + 0.07 * ridge(vec3(6.1 * c + own, 2.6 * up, 6.1 * s));
-        let fine = 0.035 * rough(vec3(9.0 * c, 13.0 * up + own, 9.0 * s));
+        let fine = 0.035 * fractal(vec3(9.0 * c, 13.0 * up + own, 9.0 * s));
         let r = self.radius * shaft * (1.0 + slow + steps + gullies + fine).max(0.05);
         let top = self.height * (1.0 + 0.06 * noise(vec3(3.0 * c * shaft, own, 3.0 * s * shaft)).0);
         self.foot + self.lean * up * up + vec3(r * c, top * up, 0.8 * r * s)
@@ -106,7 +106,7 @@ impl Boulder {
             let cut = (sum + 1.0).powf(-1.0 / sharp);
             let cracks = 0.075 * ridge(2.3 * d.with_y(0.55 * d.y) + own)
                 + 0.045 * ridge(5.5 * d.with_y(0.4 * d.y) + own);
-            let r = cut * (1.0 + cracks + 0.03 * rough(7.0 * d + own));
+            let r = cut * (1.0 + cracks + 0.03 * fractal(7.0 * d + own));
             self.at + self.size * d * r
         };
         let rows: Vec<Vec<Vec3>> = (0..=up).map(|i| (0..around).map(|j| point(i, j)).collect()).collect();

@@ -326,7 +326,7 @@ impl Render {
     }
 
     fn run_ink(&self, scene: Scene) -> Result<()> {
-        ink::Brush {
+        ink::Job {
             scene: &self.scene,
             outputs: std::slice::from_ref(&self.output),
             style: ink::plain(self.seed)?,

@@ -12,6 +12,8 @@ use yugen_optics::colour::srgb_to_linear;
 
 /// Most pixels of a side that are looked at; larger photographs are averaged down.
 const MOST: usize = 1600;
+/// Least pixels of a side.
+const LEAST: usize = 64;
 /// Blocks of the photograph across and down in which the paper is looked for.
 const BLOCKS: usize = 8;
 /// Least difference of density between ink and paper: ink that reflects seven tenths of what paper does.
@@ -27,7 +29,7 @@ const COLUMNS: usize = 4096;
 const SMOOTH: f32 = 1.5;
 /// Coverage below which a place in a stroke is white.
 const WHITE: f32 = 0.3;
-/// Raggedness of edges of our own strokes, in half widths, at roughness 0 and 1.
+/// Raggedness of edges, in half widths, at roughness 0 and 1; by eye.
 const RAGGED: [f32; 2] = [0.012, 0.075];
 
 /// A stroke that was found.
@@ -35,13 +37,13 @@ const RAGGED: [f32; 2] = [0.012, 0.075];
 pub struct Found {
     /// The straight stroke: R, G, B, linear, ink dark on white.
     pub strip: Image,
-    /// Pixels of the photograph that it is long, and half of its width.
+    /// How long it is between its round ends, pixels of the photograph.
     pub length: f32,
-    /// See `length`.
+    /// Half of its width, pixels of the photograph.
     pub half_width: f32,
     /// The part of it that is white, in its first, second and last third.
     pub white: [f32; 3],
-    /// The control `dryness` of a stroke of ours that has as much white.
+    /// The control `dryness` of a stroke of ours that has as much white, by [`Resolve::touch`] with evenly spread ξ; 1 where none has.
     pub dryness: f32,
     /// The control `roughness` of one whose edges are as ragged.
     pub roughness: f32,
@@ -68,7 +70,7 @@ impl Field {
 /// The stroke in a photograph with channels R, G and B (or Y), linear.
 pub fn find(photograph: &Image) -> Result<Found, InkError> {
     let wrong = |what: &str| InkError::Preset(what.into());
-    let density = density(photograph)
+    let (density, step) = density(photograph)
         .ok_or_else(|| wrong("the photograph has no colours, or less than 64 pixels a side"))?;
     let limit = threshold(&density.values).ok_or_else(|| {
         wrong("no stroke was found: nothing in the photograph is much darker than the paper")
@@ -103,18 +105,20 @@ pub fn find(photograph: &Image) -> Result<Found, InkError> {
     let all = white.iter().sum::<f32>() / 3.0;
     let [least, most] = RAGGED;
     let roughness = ((ragged(&cover, columns) - least) / (most - least)).clamp(0.0, 1.0);
-    Ok(Found { strip: image, length, half_width: half, white, dryness: dryness(all), roughness })
+    let [length, half_width] = [length, half].map(|v| v * step as f32);
+    Ok(Found { strip: image, length, half_width, white, dryness: dryness(all), roughness })
 }
 
-/// How much darker each pixel is than the paper around, as a difference of logarithms; averaged down where it is large.
-fn density(photograph: &Image) -> Option<Field> {
+/// How much darker each pixel is than the paper around, as a difference of logarithms; where it is large, of so many pixels a side
+/// together.
+fn density(photograph: &Image) -> Option<(Field, usize)> {
     let rgb = photograph.select(&["R", "G", "B"]).or_else(|| photograph.select(&["Y"]))?;
     let n = rgb.channels.len();
-    let step = rgb.width.max(rgb.height).div_ceil(MOST).max(1);
-    let (w, h) = (rgb.width / step, rgb.height / step);
-    if w < 64 || h < 64 {
+    if rgb.width.min(rgb.height) < LEAST {
         return None;
     }
+    let step = rgb.width.max(rgb.height).div_ceil(MOST).min(rgb.width.min(rgb.height) / LEAST);
+    let (w, h) = (rgb.width / step, rgb.height / step);
     let mut light = vec![0.0f32; w * h];
     for (i, to) in light.iter_mut().enumerate() {
         let (x, y) = (i % w * step, i / w * step);
@@ -148,7 +152,7 @@ fn density(photograph: &Image) -> Option<Field> {
             (paper.at(vec2((i % w) as f32 + 0.5, (i / w) as f32 + 0.5) * scale) - l).clamp(0.0, 4.0)
         })
         .collect();
-    Some(Field { size: [w, h], values })
+    Some((Field { size: [w, h], values }, step))
 }
 
 /// Otsu's threshold; `None` where what it separates is too alike.
@@ -470,8 +474,20 @@ mod tests {
         fill(&mut blot, 120..160, 80..120);
         assert!(said(&blot).contains("too short"), "{}", said(&blot));
         assert!(said(&Image::rgb(20, 20)).contains("64 pixels"));
-        let mut broken = blank;
-        broken.data.iter_mut().step_by(7).for_each(|v| *v = f32::NAN);
-        assert!(!said(&broken).is_empty());
+    }
+
+    #[test]
+    fn a_large_photograph_is_measured_in_its_own_pixels() {
+        let small = photograph(0.0, 0.5, 1.0, 0.0);
+        let (w, h) = (3 * small.width, 3 * small.height);
+        let mut large = Image::rgb(w, h);
+        for (i, pixel) in large.data.chunks_exact_mut(3).enumerate() {
+            pixel.copy_from_slice(small.pixel(i % w / 3, i / w / 3));
+        }
+        let [small, large] = [&small, &large].map(|p| find(p).unwrap());
+        // Measured 2.99 and 2.98; every second pixel is looked at.
+        for (a, b) in [(small.length, large.length), (small.half_width, large.half_width)] {
+            assert!((b / a - 3.0).abs() < 0.1, "{a} {b}");
+        }
     }
 }

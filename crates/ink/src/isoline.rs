@@ -1,4 +1,4 @@
-//! Curves of a picture: the outlines of what is dark in it, for a seal.
+//! Isolines of a picture by marching squares, simplified by Douglas and Peucker: the outlines of what is dark in it, for a seal.
 
 use glam::{Vec2, vec2};
 use std::collections::HashMap;
