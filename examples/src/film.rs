@@ -38,7 +38,7 @@ pub fn film(out: &Path, seconds: f64, samples: Option<u32>) -> Result<()> {
     let clock = Instant::now();
     let units = dance::parse(DANCE)?;
     let moved = dance::dance(&units, MOTION).map_err(anyhow::Error::msg)?;
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = yugen_optics::parallel::threads();
     let fitting = Fitting { edge: EDGE, threads, ..Fitting::default() };
     let costume = Costume::simulate(&garment::outfit("kosode", 1.0)?, &moved, &fitting, 2, |_| {
         ControlFlow::Continue(())

@@ -1,6 +1,7 @@
 //! Rows of a picture on all cores.
 
 use std::sync::{Mutex, PoisonError};
+use yugen_optics::parallel::threads;
 
 /// Calls `fill(y, row)` for every row of `values`, each once, on all cores. What a row becomes may depend on
 /// nothing but y and what was in it, and so not on the number of threads.
@@ -14,9 +15,8 @@ pub(crate) fn for_rows<T: Send>(values: &mut [T], width: usize, fill: impl Fn(us
             fill(y, row);
         }
     };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
-        for _ in 1..threads {
+        for _ in 1..threads() {
             scope.spawn(work);
         }
         work();

@@ -10,7 +10,7 @@ use yugen_archive::read_bounded;
 use yugen_motion::garment::{self, Garment};
 use yugen_optics::adaptation::Adaptation;
 use yugen_optics::tonemap::Curve;
-use yugen_optics::{ColourSpace, Vec3};
+use yugen_optics::{ColourSpace, Vec3, parallel};
 
 /// How a scene file is read.
 #[derive(Args)]
@@ -161,7 +161,7 @@ pub fn stops(text: &str) -> Result<f32, String> {
 
 /// So many threads as were asked for, else one for each core.
 pub fn threads(asked: Option<u16>) -> usize {
-    asked.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from)
+    asked.map_or_else(parallel::threads, usize::from)
 }
 
 /// Standard deviation of a lens's blur, in texels.

@@ -14,8 +14,8 @@ fn fade(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
-/// Gradients, for a sine at each corner took a quarter of the time in which a stage is painted.
-static WAYS: LazyLock<[Vec2; 1024]> =
+/// Unit vectors all around. A sine and a cosine at each corner took a quarter of the time in which a stage is painted.
+static GRADIENTS: LazyLock<[Vec2; 1024]> =
     LazyLock::new(|| std::array::from_fn(|i| Vec2::from_angle(std::f32::consts::TAU * i as f32 / 1024.0)));
 
 /// Gradient noise on a lattice that repeats after `period` cells; about ±0.7.
@@ -25,8 +25,8 @@ pub fn noise(p: Vec2, period: [i32; 2], seed: u32) -> f32 {
     let corner = |i: i32, j: i32| {
         let x = (cell.x as i32 + i).rem_euclid(period[0]);
         let y = (cell.y as i32 + j).rem_euclid(period[1]);
-        let way = WAYS[(lattice(x, y, seed) * WAYS.len() as f32) as usize];
-        way.dot(t - Vec2::new(i as f32, j as f32))
+        let gradient = GRADIENTS[(lattice(x, y, seed) * GRADIENTS.len() as f32) as usize];
+        gradient.dot(t - Vec2::new(i as f32, j as f32))
     };
     let (u, v) = (fade(t.x), fade(t.y));
     let row = |j: i32| corner(0, j) + (corner(1, j) - corner(0, j)) * u;

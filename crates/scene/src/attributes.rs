@@ -53,29 +53,24 @@ impl Scene {
         // A material that contains itself is refused elsewhere.
         known[id] = Some(BTreeSet::new());
         let (mut names, mut seen) = (BTreeSet::new(), BTreeSet::new());
-        let mut inner = Vec::new();
         match &self.materials[id] {
             Material::Model { params, .. } => {
                 params.iter().for_each(|v| self.of_value(v, &mut names, &mut seen))
             }
-            Material::TwoSided { front, back } => inner.extend([*front, *back]),
-            Material::Mask { opacity, base } => {
-                self.of_value(opacity, &mut names, &mut seen);
-                inner.push(*base);
+            Material::Mask { opacity: value, .. } | Material::Blend { weight: value, .. } => {
+                self.of_value(value, &mut names, &mut seen);
             }
-            Material::Blend { weight, first, second } => {
-                self.of_value(weight, &mut names, &mut seen);
-                inner.extend([*first, *second]);
-            }
-            Material::Sum(all) => inner.extend(all),
-            Material::NormalMap { texture, base, .. } | Material::BumpMap { texture, base, .. } => {
+            Material::NormalMap { texture, .. } | Material::BumpMap { texture, .. } => {
                 self.of_texture(*texture, &mut names, &mut seen);
-                inner.push(*base);
             }
-            Material::Body { base, .. } | Material::OneSided { base } => inner.push(*base),
-            Material::Cloth { .. } | Material::Null => {}
+            Material::TwoSided { .. }
+            | Material::Sum(_)
+            | Material::Body { .. }
+            | Material::OneSided { .. }
+            | Material::Cloth { .. }
+            | Material::Null => {}
         }
-        for id in inner {
+        for id in self.materials[id].parts() {
             names.extend(self.of_material(id, known));
         }
         known[id] = Some(names.clone());

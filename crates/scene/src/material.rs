@@ -124,12 +124,13 @@ impl Scene {
 
     /// The names of a material and of all that it is made of, each once, its own first.
     pub fn names_of_material(&self, id: MaterialId) -> Vec<&str> {
-        let (mut names, mut open, mut seen) = (Vec::new(), vec![id], vec![false; self.materials.len()]);
+        // Few materials are made of many.
+        let (mut names, mut open, mut seen) = (Vec::new(), vec![id], Vec::new());
         while let Some(id) = open.pop() {
-            if seen.get(id).copied().unwrap_or(true) {
+            if id >= self.materials.len() || seen.contains(&id) {
                 continue;
             }
-            seen[id] = true;
+            seen.push(id);
             let name = self.material_name(id);
             if !name.is_empty() && !names.contains(&name) {
                 names.push(name);

@@ -128,7 +128,7 @@ const ERROR: f32 = 24.0 * ULP;
 impl Geometry {
     /// Builds the hierarchies on all cores.
     pub fn build(scene: &Scene) -> Result<Self, GeometryError> {
-        Self::build_on(scene, std::thread::available_parallelism().map_or(1, usize::from))
+        Self::build_on(scene, yugen_optics::parallel::threads())
     }
 
     /// Builds on at most `threads` threads; the result is the same for any number.

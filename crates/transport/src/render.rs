@@ -180,7 +180,7 @@ impl Job {
             parts.push(Part::text("denoising", "on"));
         }
         let tiles = layout.tiles().into_iter().map(Mutex::new).collect();
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let cores = yugen_optics::parallel::threads();
         Ok(Self {
             world: World::new(scene, aovs.contains(&Aov::Uv))?,
             lens: Lens::new(&camera),

@@ -40,8 +40,8 @@ use glam::Vec3;
 use std::ops::RangeInclusive;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
-use yugen_optics::ColourSpace;
 use yugen_optics::colour::srgb_to_linear;
+use yugen_optics::{ColourSpace, parallel};
 
 /// The name of the options' file.
 pub const OPTIONS: &str = "stack.toml";
@@ -688,7 +688,7 @@ impl Bands<'_> {
     fn slice(&mut self, values: &mut [[f32; 3]]) -> Result<(), Error> {
         let (width, lights) = (self.folder.width, self.pictures.len());
         let height = values.len() / (width * lights);
-        let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+        let threads = parallel::threads();
         let mut planes = vec![[0.0f32; 3]; lights * height * width];
         let each = lights.div_ceil(threads);
         std::thread::scope(|scope| {

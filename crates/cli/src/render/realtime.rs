@@ -8,7 +8,7 @@ use serde_json::json;
 use std::time::{Duration, Instant};
 use yugen_archive::check_outputs;
 use yugen_archive::formats::image;
-use yugen_optics::Image;
+use yugen_optics::{Image, parallel};
 use yugen_realtime::{Gpu, Lighting, Options, Stage};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Aov, Camera, IntegratorKind, Scene, Strategy};
@@ -38,13 +38,12 @@ impl<'a> Realtime<'a> {
         }
         let gpu = Gpu::open()?;
         let film = &camera.film;
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let options = Options {
             size: film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]),
             filter: film.filter,
             aovs: asked.aovs,
             trace_camera: false,
-            threads: asked.threads.unwrap_or(cores),
+            threads: asked.threads.unwrap_or_else(parallel::threads),
             bounces: Some(integrator.most_bounces()),
             hide_emitters: integrator.hide_emitters,
             lighting: if render.lighting == "paper" { Lighting::Paper } else { Lighting::Full },
