@@ -26,6 +26,7 @@ const HALF: f32 = 0.17;
 const INSTANTS: u32 = 20;
 /// As in light.wgsl.
 const EMITTER_WORDS: usize = 27;
+const EMITTER_SLAB: u32 = 6;
 const FOOT: Vec3 = Vec3::new(2.6, -1.0, 2.2);
 
 fn materials(scene: &Scene) -> Vec<(&'static str, Material)> {
@@ -155,7 +156,9 @@ fn isotropic(rows: &Rows) -> Rows {
     assert!(plain < count, "a fire lights by slabs");
     for emitter in plain..count {
         // As `slab_sample` reads them: the diagonal of the covariance, then what is beside it.
-        let at = first + EMITTER_WORDS * emitter + 21;
+        let at = first + EMITTER_WORDS * emitter;
+        assert_eq!(rows.words[at], EMITTER_SLAB);
+        let at = at + 21;
         let own = [0, 1, 2].map(|k| f32::from_bits(rows.words[at + k]));
         let mean = own.iter().sum::<f32>() / 3.0;
         rows.words[at..at + 3].fill(mean.to_bits());

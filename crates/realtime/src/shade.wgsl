@@ -145,7 +145,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 }
                 let light = slab_sample(emitter_at(slab), here.position);
                 white += light.radiance / PI;
-                let adds = throughput * light.radiance * shading_of_gaussian(light.wi, light_gaussian);
+                let adds = throughput * light.radiance * shading_of_light(light.wi, true, light_gaussian).xyz;
                 let size = adds.x + adds.y + adds.z;
                 if (!(size > 0.0 && size < 3e38)) {
                     continue;

@@ -377,8 +377,11 @@ fn shading_of_light(wi: vec3<f32>, of_gaussian: bool, light: GaussianLight) -> v
         let shadow = lobe_shadow(i, wi);
         if (shadow > 0.0) {
             var r = GaussianReflection(w, abs(w.z), vec3<f32>(0.0), 0.0);
-            if (of_gaussian) {
-                r = gaussian_of_lobe(lobe, w, light);
+            if (HAS_SLABS && of_gaussian && !bsdf_transmits(lobe.kind)) {
+                let frame = mat3x3<f32>(lobe.frame.s, lobe.frame.t, lobe.frame.n);
+                let covariance = transpose(frame) * light.covariance * frame;
+                let local = GaussianLight(light.intensity, to_local(lobe.frame, light.mean), covariance);
+                r = gaussian_reflection(lobe.kind, lobe.params, lobe.table, lobe.wo, local);
             }
             let e = bsdf_eval_pdf(lobe.kind, lobe.params, lobe.table, lobe.wo, r.wi);
             f += gaussian_reflected(r, e.xyz) * (lobe.weight * shadow);
@@ -386,33 +389,6 @@ fn shading_of_light(wi: vec3<f32>, of_gaussian: bool, light: GaussianLight) -> v
         }
     }
     return vec4<f32>(f, pdf);
-}
-
-// As `shading_of_light` of a Gaussian.
-fn shading_of_gaussian(wi: vec3<f32>, light: GaussianLight) -> vec3<f32> {
-    var f = vec3<f32>(0.0);
-    for (var i = 0u; i < lobe_count; i += 1u) {
-        let lobe = lobes[min(i, LOBES - 1u)];
-        let shadow = lobe_shadow(i, wi);
-        if (shadow > 0.0) {
-            let r = gaussian_of_lobe(lobe, to_local(lobe.frame, wi), light);
-            let e = bsdf_eval(lobe.kind, lobe.params, lobe.table, lobe.wo, r.wi);
-            f += gaussian_reflected(r, e) * (lobe.weight * shadow);
-        }
-    }
-    return f;
-}
-
-// How a lobe reflects a light in the world with its middle at `w` in the frame of the lobe; what transmits takes it for a
-// point.
-fn gaussian_of_lobe(lobe: Lobe, w: vec3<f32>, light: GaussianLight) -> GaussianReflection {
-    if (bsdf_transmits(lobe.kind)) {
-        return GaussianReflection(w, abs(w.z), vec3<f32>(0.0), 0.0);
-    }
-    let frame = mat3x3<f32>(lobe.frame.s, lobe.frame.t, lobe.frame.n);
-    let covariance = transpose(frame) * light.covariance * frame;
-    let local = GaussianLight(light.intensity, to_local(lobe.frame, light.mean), covariance);
-    return gaussian_reflection(lobe.kind, lobe.params, lobe.table, lobe.wo, local);
 }
 
 // Whether light sampling can find anything: some lobe is not a mere Dirac peak.
