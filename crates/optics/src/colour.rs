@@ -15,11 +15,13 @@ pub enum ColourSpace {
     LinearRec2020,
     /// ACES AP1 primaries, D60-like white.
     AcesCg,
+    /// DCI-P3 primaries, D65: what displays of a wide gamut show (Display P3, with the transfer function of sRGB).
+    LinearP3,
 }
 
 impl ColourSpace {
     /// Every space.
-    pub const ALL: [Self; 3] = [Self::LinearSrgb, Self::LinearRec2020, Self::AcesCg];
+    pub const ALL: [Self; 4] = [Self::LinearSrgb, Self::LinearRec2020, Self::AcesCg, Self::LinearP3];
 
     /// The name used in scene files and metadata.
     pub fn name(self) -> &'static str {
@@ -27,6 +29,7 @@ impl ColourSpace {
             Self::LinearSrgb => "srgb",
             Self::LinearRec2020 => "rec2020",
             Self::AcesCg => "acescg",
+            Self::LinearP3 => "p3",
         }
     }
 
@@ -35,13 +38,15 @@ impl ColourSpace {
         Self::ALL.into_iter().find(|s| s.name() == name)
     }
 
-    /// CIE xy chromaticities: red, green, blue, white (ITU-R BT.709-6, BT.2020-2; SMPTE ST 2065-1 for AP1).
+    /// CIE xy chromaticities: red, green, blue, white (ITU-R BT.709-6, BT.2020-2; SMPTE ST 2065-1 for AP1;
+    /// SMPTE RP 431-2 with the white of D65 for P3).
     pub fn chromaticities(self) -> [[f64; 2]; 4] {
         const D65: [f64; 2] = [0.3127, 0.3290];
         match self {
             Self::LinearSrgb => [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65],
             Self::LinearRec2020 => [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046], D65],
             Self::AcesCg => [[0.713, 0.293], [0.165, 0.830], [0.128, 0.044], [0.32168, 0.33767]],
+            Self::LinearP3 => [[0.680, 0.320], [0.265, 0.690], [0.150, 0.060], D65],
         }
     }
 
@@ -121,6 +126,10 @@ mod tests {
         let to2020 = ColourSpace::LinearSrgb.matrix_to(ColourSpace::LinearRec2020);
         assert!((to2020.row(0) - Vec3::new(0.6274, 0.3293, 0.0433)).abs().max_element() < 1e-4);
         assert!((to2020.row(2) - Vec3::new(0.0164, 0.0880, 0.8956)).abs().max_element() < 1e-4);
+        // CSS Color 4, section 18 (sample code).
+        let p3 = ColourSpace::LinearP3.to_xyz();
+        assert!((p3.row(0) - DVec3::new(0.486571, 0.265668, 0.198217)).abs().max_element() < 1e-5);
+        assert!((p3.row(1) - DVec3::new(0.228975, 0.691739, 0.079287)).abs().max_element() < 1e-5);
     }
 
     #[test]

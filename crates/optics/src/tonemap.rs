@@ -41,12 +41,21 @@ impl Curve {
         Self::ALL.into_iter().find(|c| c.name() == name)
     }
 
-    /// Linear sRGB scene light, no channel negative, to linear display light in [0, 1].
-    pub fn apply(self, rgb: Vec3) -> Vec3 {
+    /// Primaries that the curve works on where a display has those of `display`: these, but for curves that were made channel by
+    /// channel for the primaries of sRGB, which give the same colours on every display.
+    pub fn primaries(self, display: ColourSpace) -> ColourSpace {
+        match self {
+            Self::Clip | Self::Reinhard => display,
+            Self::Aces | Self::AgX => ColourSpace::LinearSrgb,
+        }
+    }
+
+    /// Linear scene light of the curve's [primaries](Self::primaries), no channel negative, to linear display light in [0, 1].
+    pub fn apply(self, rgb: Vec3, primaries: ColourSpace) -> Vec3 {
         let mapped = match self {
             Self::Clip => rgb,
             Self::Reinhard => {
-                let y = ColourSpace::LinearSrgb.luminance(rgb);
+                let y = primaries.luminance(rgb);
                 rgb * ((1.0 + y / (REINHARD_WHITE * REINHARD_WHITE)) / (1.0 + y))
             }
             Self::Aces => {
@@ -102,51 +111,71 @@ pub fn into_gamut(rgb: Vec3, space: ColourSpace) -> Vec3 {
     (grey + (rgb - grey) * (y / (y - least))).max(Vec3::ZERO)
 }
 
-/// From scene light to an sRGB display: exposure, gamut and curve.
+/// From scene light to a display: exposure, gamut and curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToneMap {
-    to_srgb: Mat3,
+    /// Primaries that the curve works on.
+    primaries: ColourSpace,
+    to_primaries: Mat3,
+    to_display: Mat3,
     curve: Curve,
 }
 
 impl ToneMap {
-    /// For colours of `space`, brightened by `exposure` stops and mapped by `curve`.
+    /// For colours of `space`, brightened by `exposure` stops and mapped by `curve`, on an sRGB display.
     pub fn new(space: ColourSpace, exposure: f32, curve: Curve) -> Self {
-        Self { to_srgb: space.matrix_to(ColourSpace::LinearSrgb) * exposure.exp2(), curve }
+        Self::on(ColourSpace::LinearSrgb, space, exposure, curve)
     }
 
-    /// Scene light to sRGB display values in [0, 1]; what is not a number becomes black.
+    /// The same on a display with the primaries of `display` and the transfer function of sRGB.
+    pub fn on(display: ColourSpace, space: ColourSpace, exposure: f32, curve: Curve) -> Self {
+        let primaries = curve.primaries(display);
+        Self {
+            primaries,
+            to_primaries: space.matrix_to(primaries) * exposure.exp2(),
+            to_display: primaries.matrix_to(display),
+            curve,
+        }
+    }
+
+    /// Scene light to display values in [0, 1]; what is not a number becomes black.
     pub fn show(&self, rgb: Vec3) -> Vec3 {
         if rgb.is_nan() {
             return Vec3::ZERO;
         }
-        let rgb = self.to_srgb * rgb.clamp(Vec3::splat(-f32::MAX / 64.0), Vec3::splat(f32::MAX / 64.0));
-        self.curve.apply(into_gamut(rgb, ColourSpace::LinearSrgb)).map(linear_to_srgb)
+        let rgb = self.to_primaries * rgb.clamp(Vec3::splat(-f32::MAX / 64.0), Vec3::splat(f32::MAX / 64.0));
+        let light = self.to_display * self.curve.apply(into_gamut(rgb, self.primaries), self.primaries);
+        light.clamp(Vec3::ZERO, Vec3::ONE).map(linear_to_srgb)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::colour::srgb_to_linear;
 
     #[test]
     fn curves_rise_from_black_to_white_and_hit_their_published_points() {
         for curve in Curve::ALL {
             assert_eq!(Curve::from_name(curve.name()), Some(curve));
-            assert!(curve.apply(Vec3::ZERO).max_element() < 1e-12, "{curve:?}");
+            assert!(curve.apply(Vec3::ZERO, ColourSpace::LinearSrgb).max_element() < 1e-12, "{curve:?}");
             let mut last = 0.0;
             for i in 0..200 {
-                let v = curve.apply(Vec3::splat(1.1f32.powi(i - 100))).x;
+                let v = curve.apply(Vec3::splat(1.1f32.powi(i - 100)), ColourSpace::LinearSrgb).x;
                 assert!(v >= last && v <= 1.0, "{curve:?} {i}");
                 last = v;
             }
             assert!((last - 1.0).abs() < 1e-3, "{curve:?} ends at {last}");
         }
         // White maps to one exactly there, and small values stay as they are (Reinhard et al. 2002, figure 4).
-        assert!((Curve::Reinhard.apply(Vec3::splat(REINHARD_WHITE)).x - 1.0).abs() < 1e-6);
-        assert!((Curve::Reinhard.apply(Vec3::splat(1e-3)).x / 1e-3 - 1.0).abs() < 2e-3);
+        assert!(
+            (Curve::Reinhard.apply(Vec3::splat(REINHARD_WHITE), ColourSpace::LinearP3).x - 1.0).abs() < 1e-6
+        );
+        assert!(
+            (Curve::Reinhard.apply(Vec3::splat(1e-3), ColourSpace::LinearSrgb).x / 1e-3 - 1.0).abs() < 2e-3
+        );
         // Narkowicz's rational function at 1: 2.54 / 3.16.
-        assert!((Curve::Aces.apply(Vec3::ONE).x - 2.54 / 3.16).abs() < 1e-6);
+        assert!((Curve::Aces.apply(Vec3::ONE, ColourSpace::LinearSrgb).x - 2.54 / 3.16).abs() < 1e-6);
     }
 
     /// Values of "AgX Base" in Sobotka's configuration, by OpenColorIO 2.6.0.
@@ -163,7 +192,8 @@ mod tests {
             ([8.0, 0.0, 0.0], [0.96853, 0.61031, 0.61051]),
             ([0.0, 0.0, 3.0], [0.5486, 0.54847, 0.90402]),
         ] {
-            let ours = Curve::AgX.apply(Vec3::from_array(light)).map(|v| v.powf(1.0 / 2.2));
+            let ours =
+                Curve::AgX.apply(Vec3::from_array(light), ColourSpace::LinearSrgb).map(|v| v.powf(1.0 / 2.2));
             // The worst is 7e-5.
             assert!((ours - Vec3::from_array(shown)).abs().max_element() < 3e-4, "{light:?}: {ours}");
         }
@@ -181,6 +211,26 @@ mod tests {
         assert!(mapped.min_element().abs() < 1e-6, "{mapped}");
         assert!((space.luminance(mapped) - space.luminance(outside)).abs() < 1e-6);
         assert_eq!(into_gamut(Vec3::new(-1.0, 0.0, 0.0), space), Vec3::ZERO);
+    }
+
+    /// A colour within both gamuts is the same light on both displays; P3's green is left as it is on the one and not on the other.
+    #[test]
+    fn displays_of_other_primaries_show_the_same_colours() {
+        let [srgb, p3] = [ColourSpace::LinearSrgb, ColourSpace::LinearP3];
+        let light = |display: ColourSpace, curve, rgb| {
+            let shown = ToneMap::on(display, p3, 0.0, curve).show(rgb);
+            display.matrix_to(p3) * shown.map(srgb_to_linear)
+        };
+        for curve in Curve::ALL {
+            let inside = Vec3::new(0.5, 0.4, 0.3);
+            let off = (light(srgb, curve, inside) - light(p3, curve, inside)).abs().max_element();
+            assert!(off < 1e-5, "{curve:?}: {off}");
+        }
+        let green = Vec3::new(0.0, 0.5, 0.0);
+        assert!((light(p3, Curve::Clip, green) - green).abs().max_element() < 1e-5);
+        assert!((light(srgb, Curve::Clip, green) - green).max_element() > 0.05);
+        let [on_srgb, on_p3] = [srgb, p3].map(|d| light(d, Curve::AgX, green));
+        assert!((on_srgb - on_p3).abs().max_element() < 1e-5, "{on_srgb} {on_p3}");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use crate::film::Film;
 use crate::pipelines::{layout, module};
 use crate::timing::Timestamps;
 use bytemuck::{Pod, Zeroable};
+use glam::Mat3;
 use wgpu::{Device, Queue, ShaderStages, TextureFormat};
 use yugen_optics::ColourSpace;
 use yugen_optics::tonemap::Curve;
@@ -16,6 +17,8 @@ pub const DISPLAY_WGSL: &str = include_str!("display.wgsl");
 pub struct DisplaySettings {
     /// Of the film's colours.
     pub space: ColourSpace,
+    /// Primaries of the display, whose numbers have the transfer function of sRGB.
+    pub display: ColourSpace,
     /// Stops.
     pub exposure: f32,
     /// From scene light to display light.
@@ -28,7 +31,8 @@ pub struct DisplaySettings {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct DisplayRow {
-    to_srgb: [[f32; 4]; 3],
+    to_primaries: [[f32; 4]; 3],
+    to_display: [[f32; 4]; 3],
     luminance: [f32; 3],
     scale: f32,
     origin: [u32; 2],
@@ -42,10 +46,12 @@ impl DisplayRow {
     /// For a film of `size` pixels whose samples weigh `weight` together. `target_encodes`: the target turns light into
     /// the numbers of sRGB by itself.
     pub fn new(settings: &DisplaySettings, size: [u32; 2], weight: f64, target_encodes: bool) -> Self {
-        let m = settings.space.matrix_to(ColourSpace::LinearSrgb) * settings.exposure.exp2();
+        let primaries = settings.curve.primaries(settings.display);
+        let columns = |m: Mat3| m.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]);
         Self {
-            to_srgb: m.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]),
-            luminance: ColourSpace::LinearSrgb.luminance_weights().into(),
+            to_primaries: columns(settings.space.matrix_to(primaries) * settings.exposure.exp2()),
+            to_display: columns(primaries.matrix_to(settings.display)),
+            luminance: primaries.luminance_weights().into(),
             scale: if weight == 0.0 { 0.0 } else { (1.0 / weight) as f32 },
             origin: settings.origin,
             size,

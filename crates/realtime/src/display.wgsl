@@ -1,8 +1,9 @@
 // Sums to what a display shows: twin of yugen_optics::tonemap, same names, same order.
 
 struct Display {
-    // Columns of the matrix from the film's colours to linear sRGB, exposure included.
-    to_srgb: array<vec4<f32>, 3>,
+    // Columns of the matrices from the film's colours to those that the curve works on, exposure included, and on to the display's.
+    to_primaries: array<vec4<f32>, 3>,
+    to_display: array<vec4<f32>, 3>,
     luminance: vec3<f32>,
     // One over the sum of weights.
     scale: f32,
@@ -93,6 +94,8 @@ fn display_light(d: Display, scene: vec3<f32>) -> vec3<f32> {
     }
     let most = vec3<f32>(5.3e36);
     let s = clamp(scene, -most, most);
-    let rgb = d.to_srgb[0].xyz * s.x + d.to_srgb[1].xyz * s.y + d.to_srgb[2].xyz * s.z;
-    return apply_curve(d.curve, d.luminance, into_gamut(rgb, d.luminance));
+    let rgb = d.to_primaries[0].xyz * s.x + d.to_primaries[1].xyz * s.y + d.to_primaries[2].xyz * s.z;
+    let l = apply_curve(d.curve, d.luminance, into_gamut(rgb, d.luminance));
+    let shown = d.to_display[0].xyz * l.x + d.to_display[1].xyz * l.y + d.to_display[2].xyz * l.z;
+    return clamp(shown, vec3<f32>(0.0), vec3<f32>(1.0));
 }

@@ -67,8 +67,13 @@ fn frames_keep_no_memory() {
         view_formats: &[],
     });
     let view = texture.create_view(&Default::default());
-    let settings =
-        DisplaySettings { space: ColourSpace::LinearSrgb, exposure: 0.0, curve: Curve::AgX, origin: [0, 0] };
+    let settings = DisplaySettings {
+        space: ColourSpace::LinearSrgb,
+        display: ColourSpace::LinearSrgb,
+        exposure: 0.0,
+        curve: Curve::AgX,
+        origin: [0, 0],
+    };
     let mut frames = |count| {
         for _ in 0..count {
             stage.frame_on(&camera, Some(&Target { pass: &pass, view: &view, settings })).expect("a frame");

@@ -16,7 +16,7 @@ const COSINES: usize = 64;
 const ROWS: usize = 64;
 
 /// In the order of [`ColourSpace::ALL`].
-const SPACES: &[&str] = &["srgb", "rec2020", "acescg"];
+const SPACES: &[&str] = &["srgb", "rec2020", "acescg", "p3"];
 /// A dielectric by its index, or a metal of [`Metal::ALL`] in that order.
 const MATERIALS: &[&str] = &["dielectric", "gold", "gold_johnson_christy", "silver", "copper", "aluminium"];
 

@@ -205,12 +205,12 @@ impl App {
             self.rest_part = self.whole().map(|whole| self.part(whole, true));
         }
         let display = (self.state.exposure, self.state.curve);
-        let settings = graphics::settings(&self.state);
         let enough = self.enough();
         let Some(graphics) = &mut self.graphics else { return };
         if graphics.in_flight() {
             return;
         }
+        let settings = graphics.settings(&self.state);
         let Some(stage) = &mut graphics.stage else { return };
         let moving = !at_rest || moved;
         if stage.is_moving() != moving {

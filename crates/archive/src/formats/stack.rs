@@ -20,7 +20,7 @@
 //! saturated = 0.99        # integer samples from this fraction of full scale on are not used
 //! ambient = ""            # a picture without any of the lights, taken off the others
 //! mask = "mask.png"
-//! colour_space = "srgb"   # of the pictures: srgb, rec2020 or acescg; an EXR says so itself
+//! colour_space = "srgb"   # of the pictures: srgb, rec2020, acescg or p3; an EXR says so itself
 //! view = [0, 0, 1]        # toward the camera; pictures taken from aside show the sample as if from head on
 //! camera_distance = "far" # or its distance from the sample in widths of the picture; unless said, by Exif
 //! ```

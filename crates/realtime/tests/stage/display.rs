@@ -26,9 +26,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 fn settings() -> Vec<DisplaySettings> {
     let mut all = Vec::new();
     for curve in Curve::ALL {
-        for space in [ColourSpace::LinearSrgb, ColourSpace::LinearRec2020, ColourSpace::AcesCg] {
-            for exposure in [0.0, -2.5, 3.0] {
-                all.push(DisplaySettings { space, exposure, curve, origin: [0, 0] });
+        for space in ColourSpace::ALL {
+            for display in [ColourSpace::LinearSrgb, ColourSpace::LinearP3] {
+                for exposure in [0.0, -2.5, 3.0] {
+                    all.push(DisplaySettings { space, display, exposure, curve, origin: [0, 0] });
+                }
             }
         }
     }
@@ -63,7 +65,7 @@ fn compare(wgsl: &str, curve: Curve) -> Option<f32> {
     let mut worst = 0.0f32;
     for (i, (c, got)) in colours.iter().zip(got.chunks_exact(4)).enumerate() {
         let s = &settings[i % settings.len()];
-        let want = ToneMap::new(s.space, s.exposure, s.curve).show(Vec3::new(c[0], c[1], c[2]));
+        let want = ToneMap::on(s.display, s.space, s.exposure, s.curve).show(Vec3::new(c[0], c[1], c[2]));
         let got = Vec3::new(got[0], got[1], got[2]);
         // What is out of gamut by more than digits can tell need only be shown somehow.
         let huge = c[..3].iter().any(|v| v.abs() > 1e6);
@@ -90,6 +92,7 @@ fn a_wrong_curve_is_caught() {
         ("REINHARD_WHITE: f32 = 16.0", "REINHARD_WHITE: f32 = 15.0", Curve::Reinhard),
         ("power = 3.25", "power = 3.2", Curve::AgX),
         ("y / (y - least)", "y / (y + least)", Curve::Clip),
+        ("d.to_display[1].xyz * l.y", "d.to_display[0].xyz * l.y", Curve::AgX),
     ] {
         let wrong = DISPLAY_WGSL.replace(from, to);
         assert_ne!(wrong, DISPLAY_WGSL, "nothing to spoil: {from}");
@@ -138,6 +141,7 @@ fn targets_of_every_kind_hold_the_same_picture() {
         });
         let settings = DisplaySettings {
             space: ColourSpace::LinearSrgb,
+            display: ColourSpace::LinearP3,
             exposure: 0.5,
             curve: Curve::AgX,
             origin: [11, 5],
@@ -175,7 +179,7 @@ fn targets_of_every_kind_hold_the_same_picture() {
             .expect("the device lives");
         let words: Vec<u32> = bytemuck::pod_collect_to_vec(&copy.get_mapped_range(..).expect("it is mapped"));
         let bits = if format == wgpu::TextureFormat::Rgb10a2Unorm { 10 } else { 8 };
-        let display = ToneMap::new(settings.space, settings.exposure, settings.curve);
+        let display = ToneMap::on(settings.display, settings.space, settings.exposure, settings.curve);
         let mut worst = 0.0f32;
         for (i, word) in words.iter().enumerate() {
             let (x, y) = (i as u32 % width, i as u32 / width);

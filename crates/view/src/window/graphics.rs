@@ -7,6 +7,7 @@ use crate::ui::{Asked, set_look};
 use crate::window::Wake;
 use egui::{FullOutput, TextureId, Ui, ViewportId};
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
+use glam::Vec3;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -30,6 +31,8 @@ pub struct Graphics {
     pub window: Arc<Window>,
     pub adapter: String,
     pub surface_name: String,
+    /// Primaries of the display.
+    pub display: ColourSpace,
     pub stage: Option<Stage>,
     /// A file that the window goes into, after so many more times that it is painted: what was just opened is first laid out.
     pub wants_window: Option<(PathBuf, u32)>,
@@ -49,14 +52,20 @@ pub struct Graphics {
     size: [u32; 2],
 }
 
-/// How pictures are shown.
-pub fn settings(state: &State) -> DisplaySettings {
-    DisplaySettings {
-        space: state.scene.working_space,
-        exposure: state.exposure,
-        curve: state.curve,
-        origin: [0, 0],
-    }
+/// Format and colour space of a surface. egui mixes encoded numbers as they are, eight bits each, so formats that take them come
+/// first; of these one whose display has the primaries of P3, else what every display has. A display of P3 shows egui's own
+/// colours, meant for sRGB, a little more vivid.
+fn best(offered: &wgpu::SurfaceCapabilities) -> Option<(TextureFormat, wgpu::SurfaceColorSpace)> {
+    use wgpu::{SurfaceColorSpace, SurfaceColorSpaces};
+    let plain = |f: TextureFormat| matches!(f, TextureFormat::Bgra8Unorm | TextureFormat::Rgba8Unorm);
+    let of = |space: SurfaceColorSpaces| {
+        let mut formats = offered.format_capabilities.iter();
+        formats.find(|f| plain(f.format) && f.color_spaces.contains(space)).map(|f| f.format)
+    };
+    let p3 = of(SurfaceColorSpaces::DISPLAY_P3).map(|f| (f, SurfaceColorSpace::DisplayP3));
+    let srgb = || of(SurfaceColorSpaces::SRGB).map(|f| (f, SurfaceColorSpace::Srgb));
+    let first = || offered.formats.first().map(|f| (*f, SurfaceColorSpace::Auto));
+    p3.or_else(srgb).or_else(first)
 }
 
 impl Graphics {
@@ -90,10 +99,12 @@ impl Graphics {
             note.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(e.to_string());
         }));
         let capabilities = surface.get_capabilities(&gpu.adapter);
-        // egui mixes the numbers of sRGB as they are; a format that encodes by itself comes second.
-        let plain = |f: &&TextureFormat| matches!(f, TextureFormat::Bgra8Unorm | TextureFormat::Rgba8Unorm);
-        let format = capabilities.formats.iter().find(plain).or(capabilities.formats.first()).copied();
-        let format = format.ok_or_else(|| ViewError::NoSurface(gpu.name.clone()))?;
+        let (format, color_space) =
+            best(&capabilities).ok_or_else(|| ViewError::NoSurface(gpu.name.clone()))?;
+        let display = match color_space {
+            wgpu::SurfaceColorSpace::DisplayP3 => ColourSpace::LinearP3,
+            _ => ColourSpace::LinearSrgb,
+        };
         let PhysicalSize { width, height } = window.inner_size();
         let config = wgpu::SurfaceConfiguration {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
@@ -104,7 +115,7 @@ impl Graphics {
             desired_maximum_frame_latency: 1,
             alpha_mode: wgpu::CompositeAlphaMode::Auto,
             view_formats: Vec::new(),
-            color_space: wgpu::SurfaceColorSpace::Auto,
+            color_space,
         };
         surface.configure(&gpu.device, &config);
         let context = egui::Context::default();
@@ -131,7 +142,8 @@ impl Graphics {
         tracing::debug!("colour spaces of {format:?}: {}", offered.join(", "));
         Ok(Self {
             adapter: gpu.name.clone(),
-            surface_name: format!("sRGB, {format:?}"),
+            surface_name: format!("{}, {format:?}", display.name()),
+            display,
             stage: None,
             wants_window: None,
             surface,
@@ -150,6 +162,17 @@ impl Graphics {
             gpu,
             window,
         })
+    }
+
+    /// How pictures are shown.
+    pub fn settings(&self, state: &State) -> DisplaySettings {
+        DisplaySettings {
+            space: state.scene.working_space,
+            display: self.display,
+            exposure: state.exposure,
+            curve: state.curve,
+            origin: [0, 0],
+        }
     }
 
     pub fn device(&self) -> &Device {
@@ -291,6 +314,7 @@ impl Graphics {
         let (film, shown) = self.film(image, before);
         let settings = DisplaySettings {
             space: ColourSpace::LinearSrgb,
+            display: self.display,
             exposure: 0.0,
             curve: Curve::Clip,
             origin: [0, 0],
@@ -468,14 +492,45 @@ impl Graphics {
         self.gpu.device.poll(wait).map_err(|e| lost(&e))?;
         let bytes = buffer.get_mapped_range(..).map_err(|e| lost(&e))?;
         let swapped = matches!(self.config.format.remove_srgb_suffix(), TextureFormat::Bgra8Unorm);
+        let to_srgb = self.display.matrix_to(ColourSpace::LinearSrgb);
         let mut image = Image::rgb(w as usize, h as usize);
         let rows = bytes.chunks_exact(row as usize);
         for (line, to) in rows.zip(image.data.chunks_exact_mut(3 * w as usize)) {
             for (from, to) in line.chunks_exact(4).zip(to.chunks_exact_mut(3)) {
                 let rgb = if swapped { [from[2], from[1], from[0]] } else { [from[0], from[1], from[2]] };
-                to.copy_from_slice(&rgb.map(|v| srgb_to_linear(f32::from(v) / 255.0)));
+                let light = rgb.map(|v| srgb_to_linear(f32::from(v) / 255.0));
+                to.copy_from_slice(&(to_srgb * Vec3::from_array(light)).to_array());
             }
         }
         Ok(image)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wgpu::{SurfaceCapabilities, SurfaceColorSpace, SurfaceColorSpaces, SurfaceFormatCapabilities};
+
+    #[test]
+    fn a_display_of_p3_is_taken_where_it_takes_plain_numbers() {
+        let of = |offered: &[(TextureFormat, SurfaceColorSpaces)]| {
+            let of = |(format, color_spaces): &(_, _)| SurfaceFormatCapabilities {
+                format: *format,
+                color_spaces: *color_spaces,
+            };
+            best(&SurfaceCapabilities {
+                formats: offered.iter().map(|(f, _)| *f).collect(),
+                format_capabilities: offered.iter().map(of).collect(),
+                ..Default::default()
+            })
+        };
+        let [srgb, p3] = [SurfaceColorSpaces::SRGB, SurfaceColorSpaces::DISPLAY_P3];
+        let encoding = (TextureFormat::Bgra8UnormSrgb, srgb | p3);
+        let wide = (TextureFormat::Rgba16Float, SurfaceColorSpaces::EXTENDED_SRGB_LINEAR | p3);
+        let plain = TextureFormat::Rgba8Unorm;
+        assert_eq!(of(&[encoding, wide, (plain, srgb)]), Some((plain, SurfaceColorSpace::Srgb)));
+        assert_eq!(of(&[encoding, wide, (plain, srgb | p3)]), Some((plain, SurfaceColorSpace::DisplayP3)));
+        assert_eq!(of(&[encoding]), Some((encoding.0, SurfaceColorSpace::Auto)));
+        assert_eq!(of(&[]), None);
     }
 }

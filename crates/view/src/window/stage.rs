@@ -193,8 +193,8 @@ impl App {
                 self.compared_number = 0;
             }
         }
-        let settings = super::graphics::settings(&self.state);
         let Some(graphics) = &mut self.graphics else { return };
+        let settings = graphics.settings(&self.state);
         match self.reference.as_ref().and_then(Reference::take) {
             Some(Err(problem)) => {
                 self.state.reference = false;
