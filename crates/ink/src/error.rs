@@ -1,5 +1,6 @@
 //! What can go wrong between a scene and its painting.
 
+use yugen_motion::fire::FireError;
 use yugen_realtime::StageError;
 use yugen_scene::prepared::RowsError;
 
@@ -20,6 +21,9 @@ pub enum InkError {
     /// The scene.
     #[error(transparent)]
     Rows(#[from] RowsError),
+    /// A fire of it.
+    #[error(transparent)]
+    Fire(#[from] FireError),
     /// The device.
     #[error("the GPU refused: {0}")]
     Refused(String),

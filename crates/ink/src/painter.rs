@@ -29,6 +29,7 @@ use crate::visibility::{Cleaning, SampledLine, sample};
 use crate::wash;
 use crate::wrinkle::{self, MANNERS, Manner};
 use glam::{DVec3, Vec2};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -129,6 +130,9 @@ const COARSE: u32 = 4;
 /// Samples of light to a pixel: prints of the wash are means of hundreds of pixels, so that noise does not show.
 const FRAMES: u32 = 8;
 
+/// Seconds over which the light of fires is a mean where it does not flicker at all.
+const CALM: f64 = 2.0;
+
 /// A draw that is too small for lines, and its dot where it is seen.
 type Small = (u32, Option<Stamp>);
 
@@ -171,7 +175,7 @@ impl Painter {
         threads: usize,
     ) -> Result<Self, InkError> {
         let size = Projection::new(camera)?.size();
-        let rows = Rows::new(scene)?;
+        let rows = Rows::new(lit_scene(scene, &style)?.as_ref())?;
         let options = Options {
             // One sample in the middle of each pixel: lines are compared with what is there.
             filter: Filter::Box,
@@ -226,7 +230,7 @@ impl Painter {
     /// Takes over another pose of the scene. Creases, borders and what is welded stay those of the first.
     pub fn pose(&mut self, scene: &Scene) -> Result<(), InkError> {
         self.sights.clear();
-        self.rows.pose(scene)?;
+        self.rows.pose(lit_scene(scene, &self.style)?.as_ref())?;
         for (stage, options) in [&mut self.stage, &mut self.light].into_iter().zip(&self.options) {
             if !stage.pose(&self.rows)? {
                 *stage = Stage::new(&self.device, &self.queue, &self.rows, options)?;
@@ -549,6 +553,13 @@ fn joined(triangles: &[[u32; 3]], first: u32) -> u64 {
 }
 
 /// The camera with a picture for light.
+/// The scene by whose light washes are painted: films are to be free of what fires do faster than `flicker` lets through.
+fn lit_scene<'a>(scene: &'a Scene, style: &Style) -> Result<Cow<'a, Scene>, InkError> {
+    let window = CALM * f64::from(1.0 - style.controls.flicker);
+    let still = window <= 0.0 || scene.fires.is_empty();
+    Ok(if still { Cow::Borrowed(scene) } else { Cow::Owned(scene.with_mean_flames(window)?) })
+}
+
 fn small_camera(camera: &Camera) -> Camera {
     let mut small = camera.clone();
     let Film { width, height, crop, .. } = small.film;

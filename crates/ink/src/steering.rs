@@ -11,7 +11,7 @@ use yugen_scene::{Scene, suggest};
 pub struct Changes(Vec<(String, f32)>);
 
 /// Controls that are of the whole sheet: water runs in all of it, one brush has one set of masks, one light shines.
-pub const OF_THE_SHEET: [&str; 3] = ["bleed", "light", "roughness"];
+pub const OF_THE_SHEET: [&str; 4] = ["bleed", "flicker", "light", "roughness"];
 
 /// Controls that a stroke by itself has; the others say what strokes there are.
 pub const OF_STROKES: [&str; 7] = ["ink", "water", "dryness", "size", "contrast", "distance", "contour"];

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use yugen_ink::InkError;
 use yugen_ink::painter::{Painter, Style};
 use yugen_ink::steering::StrokeEdit;
+use yugen_motion::fire::Fire;
 use yugen_realtime::Gpu;
 use yugen_scene::{
     Camera, Film, Filter, FovAxis, Geometry, Light, Material, Mesh, Projection, Scene, Shape, Value,
@@ -292,7 +293,7 @@ fn a_painter_that_goes_on_paints_what_a_new_one_does() {
         ("other values", &darker, &large, &styles[2]),
         ("smaller again", &darker, &small, &styles[0]),
     ] {
-        live.restyle(style.clone());
+        assert!(!live.restyle(style.clone()));
         if what == "other values" {
             live.refill(scene).expect("the same scene");
         }
@@ -312,10 +313,10 @@ fn a_painter_that_goes_on_paints_what_a_new_one_does() {
         before = image;
     }
     // Tables of what the scene does not have change nothing, and are told.
-    live.restyle(style("[object.bal]\nink = 1\n[material.wood]\nwash = 0"));
+    let _ = live.restyle(style("[object.bal]\nink = 1\n[material.wood]\nwash = 0"));
     let said = live.unmet_names();
     assert!(said.len() == 2 && said[1].contains("did you mean 'ball'?"), "{said:?}");
-    live.restyle(styles[0].clone());
+    let _ = live.restyle(styles[0].clone());
     live.forget();
     let painting = live.paint(&small).expect("it can be painted");
     assert_eq!(live.image(true).expect("it can be read").data, before);
@@ -327,4 +328,34 @@ fn a_painter_that_goes_on_paints_what_a_new_one_does() {
         assert!(found.distance(middle) <= 0.0, "{}", found.distance(middle));
     }
     assert!(painting.stroke_at(Vec2::new(-w, -h), 5.0).is_none() && !painting.strokes.is_empty());
+}
+
+/// A fire beside a wall: from one twelfth of a second to the next the wash changes as little as the mean of its light does.
+#[test]
+fn a_wash_does_not_flicker_as_fires_do() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let wall = Mat4::from_translation(Vec3::new(0.0, 0.0, -2.0)) * Mat4::from_scale(Vec3::splat(2.0));
+    let mut scene = scene(vec![Shape::new("wall", Geometry::Rectangle, wall, 0)]);
+    scene.lights.clear();
+    let fire = Fire { foot: Vec3::new(-1.5, -1.0, 0.0), ..Fire::default() };
+    scene.add_fire("west", &fire, Some(0.06), 0.0).expect("it burns");
+    let view = camera(Vec3::new(0.0, 0.0, 3.0));
+    let change = |flicker: f32| {
+        let mut style = Style::default();
+        style.controls.set("flicker", flicker).expect("within its range");
+        let mut painter = Painter::new(&gpu.device, &gpu.queue, &scene, &view, style, 2).expect("it can be");
+        let mut scene = scene.clone();
+        let mut frames = Vec::new();
+        for k in 0..6 {
+            scene.pose(None, 1.0 + k as f32 / 12.0).expect("it burns");
+            painter.pose(&scene).expect("the same scene");
+            painter.paint(&view).expect("it can be painted");
+            frames.push(painter.image(false).expect("it can be read").data);
+        }
+        let off = |w: &[Vec<f32>]| w[0].iter().zip(&w[1]).map(|(a, b)| (a - b).abs()).sum::<f32>();
+        frames.windows(2).map(off).sum::<f32>() / (5 * frames[0].len()) as f32
+    };
+    let [steady, half, all] = [0.0, 0.5, 1.0].map(change);
+    println!("{steady} {half} {all}");
+    assert!(steady < half && half < 0.5 * all, "{steady} {half} {all}");
 }

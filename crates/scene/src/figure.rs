@@ -171,6 +171,7 @@ impl Scene {
         if !seconds.is_finite() {
             return Err(PoseError::Moment(seconds.to_string()));
         }
+        self.seconds = seconds.into();
         let playing: Vec<Option<usize>> = self.figures.iter().map(|f| f.plays(clip)).collect();
         if playing.iter().all(Option::is_none) && self.clip_span(clip).is_none() {
             let name = clip.unwrap_or_default().to_string();

@@ -27,7 +27,8 @@ impl Scene {
             groups,
             lights,
             light_names: _,
-            // Where they are now is in the shapes.
+            // Where they are now is in the shapes and lights.
+            seconds: _,
             figures: _,
             fires: _,
             caches: _,

@@ -14,6 +14,8 @@ const GLOW: &str = "glow";
 const CHARCOAL: f32 = 0.04;
 /// And emits nearly what a black body does.
 const EMISSIVITY: f32 = 0.9;
+/// Seconds between the moments that a mean over time is made of: fires as large as a basket puff a few times a second.
+const STEP: f64 = 0.125;
 /// Cells over the diameter of the fuel bed, unless something else is asked for.
 const FINENESS: f32 = 20.0;
 
@@ -92,7 +94,33 @@ impl Scene {
         let fire = SceneFire { logs: burning.logs(), burning, cell, light, shapes };
         fire.moment(seconds)?.put(&fire, self);
         self.fires.push(Arc::new(fire));
+        self.seconds = seconds;
         Ok(())
+    }
+
+    /// The scene with the flames of its fires as they are in the mean over `window` seconds, half of them before its moment and
+    /// half after: their light without its flicker. Logs and sparks stay as they are.
+    pub fn with_mean_flames(&self, window: f64) -> Result<Self, FireError> {
+        let moments = (window / STEP).ceil().max(1.0) as usize;
+        let time = |k: usize| self.seconds + window * ((k as f64 + 0.5) / moments as f64 - 0.5);
+        let count = self.fires.len() * moments;
+        let one = |i: usize| self.fires[i / moments].cells(time(i % moments));
+        let mut grids = parallel(threads(), count, one, &|_| {}).into_iter();
+        let mut scene = self.clone();
+        for fire in &self.fires {
+            let Some(first) = grids.next() else { break };
+            let mut mean = first?;
+            for grid in grids.by_ref().take(moments - 1) {
+                for (sum, value) in mean.data.as_flattened_mut().iter_mut().zip(grid?.data.as_flattened()) {
+                    *sum += value;
+                }
+            }
+            mean.data.as_flattened_mut().iter_mut().for_each(|v| *v /= moments as f32);
+            if let Some(Light::Volume { grid, .. }) = scene.lights.get_mut(fire.light) {
+                *grid = Arc::new(mean);
+            }
+        }
+        Ok(scene)
     }
 }
 
@@ -128,10 +156,15 @@ pub(crate) fn burn(fires: &[Arc<SceneFire>], seconds: f64, scene: &mut Scene) ->
 
 impl SceneFire {
     fn moment(&self, seconds: f64) -> Result<Moment, FireError> {
+        Ok(Moment { cells: self.cells(seconds)?, meshes: [self.logs(seconds), self.sparks(seconds)] })
+    }
+
+    /// Of the same bounds at every moment.
+    fn cells(&self, seconds: f64) -> Result<Grid, FireError> {
         let flame = self.burning.at(seconds);
         let mut cells = flame.grid(flame.cells(self.cell))?;
         self.logs.fill(&mut cells);
-        Ok(Moment { cells, meshes: [self.logs(seconds), self.sparks(seconds)] })
+        Ok(cells)
     }
 
     fn logs(&self, seconds: f64) -> Mesh {
@@ -226,6 +259,26 @@ mod tests {
             scene.pose(Some("walk"), 0.0).unwrap_err().to_string().contains("no animation called 'walk'")
         );
         assert!(scene.pose(None, f32::NAN).is_err());
+    }
+
+    #[test]
+    fn mean_flames_are_the_mean_of_moments() {
+        let mut scene = scene();
+        scene.pose(None, 1.5).unwrap();
+        let now = grid(&scene, 0);
+        assert_eq!(grid(&scene.with_mean_flames(0.0).unwrap(), 0), now);
+        let mean = scene.with_mean_flames(0.25).unwrap();
+        let halves = [1.5 - 0.0625, 1.5 + 0.0625].map(|seconds| {
+            scene.pose(None, seconds).unwrap();
+            grid(&scene, 0)
+        });
+        for (i, value) in grid(&mean, 0).data.as_flattened().iter().enumerate() {
+            let both = halves.each_ref().map(|g| g.data.as_flattened()[i]);
+            assert!((value - 0.5 * (both[0] + both[1])).abs() <= 1e-5 * value.abs(), "{value}: {both:?}");
+        }
+        assert!(
+            grid(&mean, 0) != now && grid(&mean, 1) == grid(&scene, 1) && grid(&mean, 0).solid == now.solid
+        );
     }
 
     #[test]

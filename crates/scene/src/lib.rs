@@ -75,6 +75,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// What `lights` are called, for [`Scene::light_groups`]; those beyond its end have no name.
     pub light_names: Vec<String>,
+    /// The moment, s, at which what moves stands and what burns burns.
+    pub seconds: f64,
     /// What moves, posed by [`Scene::pose`]; everything above is as it stands now.
     pub figures: Vec<Arc<Figure>>,
     /// What burns, likewise.

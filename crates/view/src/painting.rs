@@ -185,12 +185,12 @@ fn paint(
         let known = bench.take().filter(|b| b.of[0] == order.of[0]);
         let ready = match known {
             Some(mut known) => {
+                let burns_otherwise = known.painter.restyle(order.style.clone());
                 if known.of != order.of {
                     known.painter.refill(&order.scene)?;
-                } else if !Arc::ptr_eq(&known.scene, &order.scene) {
+                } else if burns_otherwise || !Arc::ptr_eq(&known.scene, &order.scene) {
                     known.painter.pose(&order.scene)?;
                 }
-                known.painter.restyle(order.style.clone());
                 *bench = Some(Bench { of: order.of, scene: order.scene.clone(), painting: None, ..known });
                 bench.as_mut()
             }

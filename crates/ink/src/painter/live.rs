@@ -1,6 +1,6 @@
 //! A painter at work while somebody changes style, size, or the scene's values.
 
-use super::{FRAMES, Painter, Stage, Style, go_on, materials, of_draws, small_camera, unit};
+use super::{FRAMES, Painter, Stage, Style, go_on, lit_scene, materials, of_draws, small_camera, unit};
 use crate::InkError;
 use crate::canvas::{BRUSHED, Canvas, Layer};
 use crate::depth::DepthMap;
@@ -27,19 +27,23 @@ pub(super) struct Sight {
 }
 
 impl Painter {
-    /// Takes over another style, but for its creases, its seed and its signature.
-    pub fn restyle(&mut self, style: Style) {
+    /// Takes over another style, but for its creases, its seed and its signature. `true`: fires are to burn otherwise, which they do
+    /// once a pose is taken over.
+    #[must_use]
+    pub fn restyle(&mut self, style: Style) -> bool {
+        let flicker = self.style.controls.flicker;
         let signature = self.style.signature.clone();
         let style = Style { creases: self.style.creases, seed: self.style.seed, signature, ..style };
         self.of_draws = of_draws(&style, &self.rows, &self.names);
         self.edits = Arc::new(style.steering.strokes.clone());
         self.unmet = self.edits.keys().copied().collect();
         self.style = style;
+        self.style.controls.flicker != flicker
     }
 
     /// Takes over other values of materials and lights, and another pose, of the same scene.
     pub fn refill(&mut self, scene: &Scene) -> Result<(), InkError> {
-        let rows = Rows::new(scene)?;
+        let rows = Rows::new(lit_scene(scene, &self.style)?.as_ref())?;
         let names = Names::of(scene);
         let of_draws = of_draws(&self.style, &rows, &names);
         self.sights.clear();
