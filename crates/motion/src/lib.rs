@@ -11,6 +11,7 @@ pub mod dance;
 mod deform;
 pub mod fire;
 pub mod garment;
+mod names;
 pub mod noise;
 mod skeletal;
 mod skeleton;
@@ -19,6 +20,7 @@ mod take;
 
 pub use clip::{Clip, Curve, CurveError, Interpolation, Property};
 pub use deform::{Influences, MorphTarget, Skin, SkinError, Vertices};
+pub use names::{BodySide, side_of};
 pub use skeletal::{SkeletalMotion, continuous, rigid, sampled, seconds};
 pub use skeleton::{Joint, Placement, Pose, Skeleton, SkeletonError, Transform};
 pub use take::{RigidPose, Take, Track, Tracks, reaxis};

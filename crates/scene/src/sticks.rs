@@ -8,8 +8,8 @@ use crate::{
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
 use yugen_motion::{
-    Clip, Curve, CurveError, Interpolation, Joint, Placement, Property, SkeletalMotion, Skeleton,
-    SkeletonError, Take, Tracks, Transform, seconds,
+    BodySide, Clip, Curve, CurveError, Interpolation, Joint, Placement, Property, SkeletalMotion, Skeleton,
+    SkeletonError, Take, Tracks, Transform, seconds, side_of,
 };
 
 /// Radius of a stick, of a joint and of a marker, to the height of what moves: a finger and a wrist of a person, and a ball
@@ -55,31 +55,13 @@ const FLOOR: MaterialId = 3;
 const AXES: MaterialId = 4;
 
 /// Which of the colours a name means.
-fn side(name: &str) -> MaterialId {
-    let plain = name.rsplit(':').next().unwrap_or(name);
-    let lower = plain.to_lowercase();
-    // `Left_hip`, `hip_left`, `lfemur`, `LWRA`, `arm.L`.
-    let says = |word: &str, letter: char| {
-        let mut rest = plain.chars();
-        let first = rest.next().is_some_and(|c| c.eq_ignore_ascii_case(&letter));
-        let small =
-            plain.starts_with(letter) && rest.as_str().chars().all(|c| c.is_ascii_lowercase() || c == ' ');
-        let capitals =
-            first && plain.len() > 2 && plain.chars().all(|c| c.is_ascii_uppercase() || c.is_ascii_digit());
-        let end = [format!(".{letter}"), format!("_{letter}")].iter().any(|e| lower.ends_with(e.as_str()));
-        lower.contains(word) || capitals || end || small && !MIDDLE.iter().any(|m| lower.starts_with(m))
-    };
-    if says("left", 'l') {
-        0
-    } else if says("right", 'r') {
-        1
-    } else {
-        2
+fn colour_of(name: &str) -> MaterialId {
+    match side_of(name) {
+        BodySide::Left => 0,
+        BodySide::Right => 1,
+        BodySide::Middle => 2,
     }
 }
-
-/// Words that begin as the sides do.
-const MIDDLE: [&str; 2] = ["lower", "root"];
 
 impl Scene {
     /// A skeleton as sticks, its movement as an animation.
@@ -97,7 +79,7 @@ impl Scene {
         let mut stage = Stage::new(bounds)?;
         let first = moved.pose(0);
         for (i, joint) in moved.skeleton.joints().iter().enumerate() {
-            let colour = side(&joint.name);
+            let colour = colour_of(&joint.name);
             stage.ball(i, &joint.name, JOINT, colour);
             // As it is in the first frame: some files move joints that never move.
             let to = first.placements.get(i).map_or(Vec3::ZERO, |p| p.matrix().w_axis.truncate());
@@ -128,7 +110,7 @@ impl Scene {
                 .iter()
                 .map(|s| s.map(|p| Transform { translation: p, ..Transform::IDENTITY }))
                 .collect();
-            stage.ball(joints.len(), &track.name, MARKER, side(&track.name));
+            stage.ball(joints.len(), &track.name, MARKER, colour_of(&track.name));
             follow(&mut clip, joints.len(), &take.markers, &places, start)?;
             joints.push(Joint { name: track.name.clone(), parent: None, rest });
         }
@@ -139,7 +121,7 @@ impl Scene {
                 scale: Vec3::ONE,
             };
             let places: Vec<Option<Transform>> = track.samples.iter().map(|s| s.map(place)).collect();
-            stage.ball(joints.len(), &track.name, JOINT, side(&track.name));
+            stage.ball(joints.len(), &track.name, JOINT, colour_of(&track.name));
             for axis in 0..3 {
                 let to = Vec3::AXES[axis] * AXIS * stage.height;
                 stage.stick(joints.len(), &track.name, to, 0.5 * STICK, AXES + axis);
@@ -300,29 +282,6 @@ mod tests {
     use super::*;
     use glam::Quat;
     use yugen_motion::{RigidPose, Track, sampled};
-
-    #[test]
-    fn names_say_their_side() {
-        for (name, colour) in [
-            ("Left_hip", 0),
-            ("mixamorig:LeftArm", 0),
-            ("lfemur", 0),
-            ("Daniel:LWRA", 0),
-            ("hand.L", 0),
-            ("Right_palm", 1),
-            ("rtoes end", 1),
-            ("RANK", 1),
-            ("foot_r", 1),
-            ("head", 2),
-            ("lowerback", 2),
-            ("root", 2),
-            ("Daniel:C7", 2),
-            ("Reference", 2),
-            ("Spine", 2),
-        ] {
-            assert_eq!(side(name), colour, "{name}");
-        }
-    }
 
     #[test]
     fn sticks_reach_from_joint_to_joint() {

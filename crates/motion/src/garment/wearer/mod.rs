@@ -1,4 +1,4 @@
-//! Who wears a garment: a skeleton of any make, which of its joints is what of a body, and how it stands with its arms spread.
+//! Who wears a garment: a skeleton of any make, which of its joints is what of a body, and how it stands in the T-pose.
 //!
 //! Joints of limbs are known by their names (Mixamo, SMPL, Acclaim, Blender's and the performer's of [`crate::solve`] among others);
 //! pelvis and chest are what carries both legs and both arms. About these lie the capsules of [`Body::player`], as long as the bones
@@ -9,11 +9,12 @@ mod names;
 
 use super::{Body, Capsule, GarmentError};
 use crate::dance::BONES;
+use crate::names::PARTS;
 use crate::solve::PERFORMER;
 use crate::{RigidPose, Skeleton};
 use glam::{Mat3, Quat, Vec3};
 use lead::{Lead, carried, local};
-use names::{Found, PARTS};
+use names::Found;
 
 /// A figure that puts a garment on. In its own coordinates it faces +z in the first frame, its pelvis above the origin.
 #[derive(Clone, Debug)]
@@ -24,8 +25,8 @@ pub struct Wearer {
     pub size: f32,
     /// Parents before children, each with its parent.
     tree: Vec<(usize, Option<usize>)>,
-    /// With the arms spread, and in the first frame.
-    spread: Vec<RigidPose>,
+    /// In the T-pose, upright with the arms spread, and in the first frame.
+    t_pose: Vec<RigidPose>,
     first: Vec<RigidPose>,
     /// How it comes to the first frame, and where it stands before.
     lead: Lead,
@@ -39,7 +40,7 @@ fn mean(points: [Vec3; 2]) -> Vec3 {
     0.5 * (points[0] + points[1])
 }
 
-/// Where the joints of the player are with the arms spread.
+/// Where the joints of the player are in the T-pose.
 fn player() -> [Vec3; 19] {
     let mut at = [Vec3::ZERO; 19];
     for i in 0..19 {
@@ -72,7 +73,7 @@ impl Wearer {
         }
         let found = Found::new(skeleton, named)?;
         let tree: Vec<_> = skeleton.order().iter().map(|j| (*j, skeleton.joints()[*j].parent)).collect();
-        let mut spread = spread(&found, &tree, rest)?;
+        let mut t_pose = t_pose(&found, &tree, rest)?;
         let [left, right] = found.limbs;
         let of = |poses: &[RigidPose], k: usize| [poses[left[k]].position, poses[right[k]].position];
         // Its left in the first frame.
@@ -85,30 +86,30 @@ impl Wearer {
         let first: Vec<RigidPose> = first.iter().map(place).collect();
         let lowest =
             |poses: &[RigidPose]| of(poses, 5).map(|p| p.y).into_iter().fold(f32::INFINITY, f32::min);
-        let (up, pelvis) = (lowest(&first) - lowest(&spread), spread[found.pelvis].position);
-        spread.iter_mut().for_each(|p| p.position += Vec3::new(-pelvis.x, up, -pelvis.z));
+        let (up, pelvis) = (lowest(&first) - lowest(&t_pose), t_pose[found.pelvis].position);
+        t_pose.iter_mut().for_each(|p| p.position += Vec3::new(-pelvis.x, up, -pelvis.z));
         let tall = |arms: Vec3, ankles: Vec3| arms.y - ankles.y;
         let at = player();
-        let size = tall(mean(of(&spread, 0)), mean(of(&spread, 5))) / tall(at[6], at[15]);
+        let size = tall(mean(of(&t_pose, 0)), mean(of(&t_pose, 5))) / tall(at[6], at[15]);
         if !(0.02..=50.0).contains(&size) {
             return Err(GarmentError::Body(format!(
                 "is {:.3} times as tall as a player; .02 to 50 were expected",
                 size
             )));
         }
-        let body = body(&found, &tree, &spread, size);
-        Ok(Self { body, size, tree, spread, begin: first.clone(), first, lead: Lead::default(), turn, shift })
+        let body = body(&found, &tree, &t_pose, size);
+        Ok(Self { body, size, tree, t_pose, begin: first.clone(), first, lead: Lead::default(), turn, shift })
     }
 
     /// Makes the body as thick as a mesh that hangs on its joints: of each of its vertices the joint that moves it most and where it is in
     /// the coordinates of that joint, m.
     pub fn fill(&mut self, vertices: impl IntoIterator<Item = (usize, Vec3)>) {
-        let mut parent = vec![None; self.spread.len()];
+        let mut parent = vec![None; self.t_pose.len()];
         self.tree.iter().for_each(|(j, p)| parent[*j] = *p);
         // Of each joint's vertices nearer to the first or the second end of what they lie about: distances to radii there.
-        let mut ratios: Vec<[Vec<f32>; 2]> = vec![Default::default(); self.spread.len()];
+        let mut ratios: Vec<[Vec<f32>; 2]> = vec![Default::default(); self.t_pose.len()];
         for (joint, p) in vertices {
-            let Some(pose) = self.spread.get(joint) else { continue };
+            let Some(pose) = self.t_pose.get(joint) else { continue };
             let world = pose.rotation * p + pose.position;
             let mut at = Some(joint);
             let own = std::iter::from_fn(|| {
@@ -118,7 +119,7 @@ impl Wearer {
             })
             .find(|j| self.body.capsules.iter().any(|c| c.joint == *j));
             let Some(own) = own else { continue };
-            let local = self.spread[own].rotation.inverse() * (world - self.spread[own].position);
+            let local = self.t_pose[own].rotation.inverse() * (world - self.t_pose[own].position);
             let of = self.body.capsules.iter().filter(|c| c.joint == own).map(|c| {
                 let along = c.ends[1] - c.ends[0];
                 let t = ((local - c.ends[0]).dot(along) / along.length_squared().max(1e-12)).clamp(0.0, 1.0);
@@ -143,12 +144,12 @@ impl Wearer {
         }
     }
 
-    /// On the way from how it stands with its arms spread, at 0, to where it begins to move, at 1: in the first frame or before it
+    /// On the way from how it stands in the T-pose, at 0, to where it begins to move, at 1: in the first frame or before it
     /// ([`Wearer::lead`]); in its own coordinates.
     pub fn approach(&self, t: f32) -> Vec<RigidPose> {
         let mut all = self.begin.clone();
         for (j, parent) in &self.tree {
-            let [a, b] = [&self.spread, &self.begin].map(|poses| local(poses, *j, *parent));
+            let [a, b] = [&self.t_pose, &self.begin].map(|poses| local(poses, *j, *parent));
             let (position, rotation) = (a.position.lerp(b.position, t), a.rotation.slerp(b.rotation, t));
             all[*j] = carried(&all, RigidPose { position, rotation }, *parent);
         }
@@ -190,8 +191,8 @@ const FEW: usize = 8;
 const STICK: f32 = 0.4;
 const THICKEST: f32 = 2.5;
 
-/// How it stands upright with its arms spread to the sides and its legs together, facing +z, wherever.
-fn spread(
+/// How it stands in the T-pose, upright with its arms spread to the sides and its legs together, facing +z, wherever.
+fn t_pose(
     found: &Found,
     tree: &[(usize, Option<usize>)],
     rest: &[RigidPose],
@@ -230,11 +231,11 @@ fn spread(
     Ok(poses)
 }
 
-/// Capsules about the joints of a figure that stands with its arms spread.
-fn body(found: &Found, tree: &[(usize, Option<usize>)], spread: &[RigidPose], size: f32) -> Body {
+/// Capsules about the joints of a figure that stands in the T-pose.
+fn body(found: &Found, tree: &[(usize, Option<usize>)], t_pose: &[RigidPose], size: f32) -> Body {
     let [left, right] = found.limbs;
     let parent = |j: usize| tree.iter().find(|(k, _)| *k == j).and_then(|(_, p)| *p);
-    let at = |j: usize| spread[j].position;
+    let at = |j: usize| t_pose[j].position;
     let middle = |k: usize| mean([at(left[k]), at(right[k])]);
     // From the chest down to the pelvis, and from the head to the chest.
     let path = |from: usize, to: usize| {
@@ -277,7 +278,7 @@ fn body(found: &Found, tree: &[(usize, Option<usize>)], spread: &[RigidPose], si
                 (*carried.unwrap_or(&found.pelvis), inside)
             }
         };
-        let back = spread[joint].rotation.inverse();
+        let back = t_pose[joint].rotation.inverse();
         let ends = ends.map(|p| back * (p - at(joint)));
         capsules.push(Capsule { joint, ends, radii: c.radii.map(|r| r * size) });
     }
@@ -334,14 +335,14 @@ mod tests {
         assert!((a.size - 1.0).abs() < 1e-3 && (b.size - 2.0).abs() < 1e-3, "{} {}", a.size, b.size);
         assert_eq!(a.body.capsules.len(), Body::player().capsules.len());
         let world = |w: &Wearer, c: &Capsule| {
-            c.ends.map(|p| w.spread[c.joint].rotation * p + w.spread[c.joint].position)
+            c.ends.map(|p| w.t_pose[c.joint].rotation * p + w.t_pose[c.joint].position)
         };
         let mut worst = 0.0f32;
         for (a_capsule, (b_capsule, own)) in
             a.body.capsules.iter().zip(b.body.capsules.iter().zip(Body::player().capsules))
         {
             let ([a0, a1], [b0, b1]) = (world(&a, a_capsule), world(&b, b_capsule));
-            let up = b.spread[0].position.y - 2.0 * a.spread[0].position.y;
+            let up = b.t_pose[0].position.y - 2.0 * a.t_pose[0].position.y;
             assert!(
                 (b0 - Vec3::Y * up).distance(2.0 * a0) < 1e-2
                     && (b1 - Vec3::Y * up).distance(2.0 * a1) < 1e-2

@@ -2,72 +2,7 @@
 
 use crate::Skeleton;
 use crate::garment::GarmentError;
-
-/// Which side of a body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
-    Left,
-    Right,
-    Middle,
-}
-
-/// Parts that are known by their names: as the performer's are called, and what else joints at which they begin are called,
-/// what is surer first.
-pub(super) const PARTS: [(&str, &[&str]); 7] = [
-    ("upper_arm", &["upperarm", "uparm", "arm", "humerus", "shoulder"]),
-    ("forearm", &["forearm", "lowerarm", "lowarm", "radius", "elbow"]),
-    ("hand", &["wrist", "hand", "palm"]),
-    ("thigh", &["thigh", "upperleg", "upleg", "femur", "hip"]),
-    ("shank", &["shank", "shin", "calf", "lowerleg", "lowleg", "tibia", "knee", "leg"]),
-    ("foot", &["ankle", "foot"]),
-    ("head", &["head"]),
-];
-/// Index of the head among them.
-const HEAD: usize = 6;
-
-/// What programs write before the names of all joints.
-const PREFIXES: [&str; 6] = ["mixamorig", "bip01", "bip001", "def", "jnt", "joint"];
-
-/// Side and plain word of a joint's name.
-fn words(name: &str) -> (Side, String) {
-    let own: Vec<char> = name.rsplit(':').next().unwrap_or(name).chars().collect();
-    let mut tokens = vec![String::new()];
-    for (i, c) in own.iter().enumerate() {
-        let before = i.checked_sub(1).map(|k| own[k]);
-        // `LeftArm`, `LHand`.
-        let begins = c.is_uppercase()
-            && (before.is_some_and(char::is_lowercase)
-                || before.is_some_and(char::is_uppercase)
-                    && own.get(i + 1).is_some_and(|n| n.is_lowercase()));
-        if begins || !c.is_alphanumeric() {
-            tokens.push(String::new());
-        }
-        if c.is_alphanumeric() {
-            let at = tokens.len() - 1;
-            tokens[at].extend(c.to_lowercase());
-        }
-    }
-    let of_side = |t: &str| match t {
-        "left" | "l" => Some(Side::Left),
-        "right" | "r" => Some(Side::Right),
-        _ => None,
-    };
-    let side = tokens.iter().find_map(|t| of_side(t));
-    let kept =
-        |t: &&String| of_side(t).is_none() && !PREFIXES.contains(&t.as_str()) && t.parse::<u32>().is_err();
-    let word: String = tokens.iter().filter(kept).map(String::as_str).collect();
-    if let Some(side) = side {
-        return (side, word);
-    }
-    // `leftarm`, `lfemur`.
-    let known = |rest: &&str| PARTS.iter().any(|(_, words)| words.contains(rest));
-    for (short, long, side) in [("l", "left", Side::Left), ("r", "right", Side::Right)] {
-        if let Some(rest) = word.strip_prefix(long).or(word.strip_prefix(short)).filter(known) {
-            return (side, rest.into());
-        }
-    }
-    (Side::Middle, word)
-}
+use crate::names::{BodySide as Side, HEAD, PARTS, words};
 
 /// Joints of a body: of the left and the right the six parts of limbs, then what is in the middle.
 pub(super) struct Found {
@@ -172,23 +107,22 @@ fn parts() -> impl Iterator<Item = String> {
 mod tests {
     use super::*;
 
+    /// Where a hand is a joint of its own behind the wrist, it is the wrist at which the part begins.
     #[test]
-    fn names_of_many_makes_are_known() {
-        for (name, side, word) in [
-            ("mixamorig:LeftForeArm", Side::Left, "forearm"),
-            ("mixamorig:RightUpLeg", Side::Right, "upleg"),
-            ("upperarm.l", Side::Left, "upperarm"),
-            ("Left_elbow", Side::Left, "elbow"),
-            ("LHand", Side::Left, "hand"),
-            ("rfemur", Side::Right, "femur"),
-            ("Bip01 R Calf", Side::Right, "calf"),
-            ("leftarm", Side::Left, "arm"),
-            ("head", Side::Middle, "head"),
-            ("Leg", Side::Middle, "leg"),
-            ("LeftHandIndex1", Side::Left, "handindex1"),
-            ("IK-foot.r", Side::Right, "ikfoot"),
-        ] {
-            assert_eq!(words(name), (side, word.to_string()), "{name}");
+    fn a_wrist_goes_before_a_hand() {
+        let mut joints = crate::dance::player();
+        let count = joints.len();
+        for (side, short) in [("left", 'l'), ("right", 'r')] {
+            let at = joints.iter().position(|j| j.name == format!("{side}_hand")).unwrap();
+            joints[at].name = format!("wrist.{short}");
+            let hand = crate::Joint { name: format!("hand.{short}"), parent: Some(at), ..joints[at].clone() };
+            joints.push(hand);
         }
+        let skeleton = Skeleton::new(joints).unwrap();
+        let found = Found::new(&skeleton, &[]).unwrap();
+        assert_eq!(found.limbs.map(|limb| limb[2]), [8, 12]);
+        let named = [("left_hand".to_string(), "hand.l".to_string())];
+        let found = Found::new(&skeleton, &named).unwrap();
+        assert_eq!(found.limbs.map(|limb| limb[2]), [count, 12]);
     }
 }
