@@ -1,7 +1,7 @@
-//! A player who dances twelve seconds in a karaori: how the cloth keeps, and how long it takes.
+//! A player who dances twelve seconds in a karaori or in other garments, one after the other: how the cloth keeps, and how long it takes.
 //!
-//! `cargo bench -p yugen-motion --bench robe -- [EDGE] [SECONDS] [THREADS] [SUBSTEPS] [GARMENT]`: triangles of EDGE metres. Wall and processor
-//! milliseconds a frame; and over all frames after dressing, of every tenth: edges that pass through triangles at the most; the
+//! `cargo bench -p yugen-motion --bench robe -- [EDGE] [SECONDS] [THREADS] [SUBSTEPS] [GARMENT]...`: triangles of EDGE metres. Wall and
+//! processor milliseconds a frame, the latter in a last table also to those of the first garment; and over all frames after dressing, of every tenth: edges that pass through triangles at the most; the
 //! least distance of a vertex from the body; how much longer than they are threads become, 99.9 of 100 by less, without those
 //! under the belt; then, with the dance over for two seconds, the root mean square of speeds, and below it those that half and nine of
 //! ten vertices do not reach.
@@ -9,7 +9,8 @@
 use glam::Vec3;
 use std::ops::ControlFlow;
 use std::time::Instant;
-use yugen_motion::cloth::{Along, Solid, Spring};
+use yugen_motion::SkeletalMotion;
+use yugen_motion::cloth::{Along, Spring};
 use yugen_motion::dance::{self, dance};
 use yugen_motion::garment::{Body, Costume, Fitting, outfit};
 
@@ -27,9 +28,8 @@ fn processor() -> f64 {
 fn nearest(costume: &Costume, body: &Body) -> f32 {
     let mut least = f32::INFINITY;
     for c in &body.capsules {
-        let (solid, pose) = (Solid::Capsule { ends: c.ends, radii: c.radii }, &costume.stands()[c.joint]);
-        let local = |p: &Vec3| pose.rotation.inverse() * (*p - pose.position);
-        least = costume.solver().positions().iter().map(|p| solid.distance(local(p)).0).fold(least, f32::min);
+        let pose = &costume.stands()[c.joint];
+        least = costume.solver().positions().iter().map(|p| c.distance(pose, *p).0).fold(least, f32::min);
     }
     least
 }
@@ -44,22 +44,59 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let number = |i: usize, default: f32| words.get(i).and_then(|w| w.parse().ok()).unwrap_or(default);
     let (edge, seconds, threads) = (number(0, 0.02), number(1, 12.0), number(2, 2.0) as usize);
-    let garments = outfit(words.get(4).map_or("kosode", String::as_str), 1.0).expect("garments");
+    let texts = words
+        .get(4..)
+        .filter(|w| !w.is_empty())
+        .map_or(vec!["kosode"], |w| w.iter().map(String::as_str).collect());
     let body = Body::player();
     let motion = dance(&dance::parse(DANCE).expect("a dance"), 60.0).expect("a dance");
     let fitting = Fitting { edge, threads, substeps: number(3, 64.0) as u32, ..Fitting::default() };
+    let rows: Vec<Row> =
+        texts.into_iter().map(|text| measure(text, &body, &motion, &fitting, seconds)).collect();
+    println!(
+        "\n| worn | vertices | crossings dressed | in the dance | longer p99.9 | processor ms a frame | to the first |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- |");
+    for row in &rows {
+        println!(
+            "| {} | {} | {} | {} | {:.1} % | {:.1} | {:.2} |",
+            row.worn,
+            row.vertices,
+            row.dressed,
+            row.danced,
+            row.longer * 100.0,
+            row.ms,
+            row.ms / rows[0].ms
+        );
+    }
+}
+
+/// What is found of an outfit.
+struct Row {
+    worn: String,
+    vertices: usize,
+    dressed: usize,
+    danced: usize,
+    longer: f32,
+    ms: f64,
+}
+
+fn measure(text: &str, body: &Body, motion: &SkeletalMotion, fitting: &Fitting, seconds: f32) -> Row {
+    let garments = outfit(text, 1.0).expect("garments");
     let (start, before) = (Instant::now(), processor());
     let approach = |t: f32| motion.approach(t).expect("joints of a dance");
-    let mut costume = Costume::dress(&garments, &body, &fitting, approach, |_| ControlFlow::Continue(()))
-        .expect("a costume");
+    let mut costume =
+        Costume::dress(&garments, body, fitting, approach, |_| ControlFlow::Continue(())).expect("a costume");
+    let worn = costume.garments().iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join(", ");
+    let dressed = costume.solver().cloth().crossings(costume.solver().positions()).len();
     println!(
-        "{} vertices of {}, {threads} threads, {} substeps; dressed in {:.1} s, {:.1} of processors, with {} crossings",
+        "\n{} vertices of {worn}, {} threads, {} substeps; dressed in {:.1} s, {:.1} of processors, with {} crossings",
         costume.solver().positions().len(),
-        costume.garments().iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join(", "),
+        fitting.threads,
         costume.solver().substeps(),
         start.elapsed().as_secs_f64(),
         processor() - before,
-        costume.solver().cloth().crossings(costume.solver().positions()).len()
+        dressed
     );
     println!("\n| s | ms a frame | of processors | crossings | nearest, mm | longer p99.9 | rms, m/s |");
     println!("| --- | --- | --- | --- | --- | --- | --- |");
@@ -75,7 +112,7 @@ fn main() {
             let x = costume.solver().positions();
             assert!(x.iter().all(|p| p.is_finite()), "frame {frame}");
             crossed = crossed.max(costume.solver().cloth().crossings(x).len());
-            least = least.min(nearest(&costume, &body));
+            least = least.min(nearest(&costume, body));
             worst = worst.max(longer(&costume));
         }
         if frame % 60 == 59 || frame + 1 == frames {
@@ -96,4 +133,6 @@ fn main() {
     speeds.sort_unstable_by(f32::total_cmp);
     let [half, most] = [5, 9].map(|tenths| speeds[(speeds.len() - 1) * tenths / 10] * 1e3);
     println!("\nspeeds in the end: half below {half:.2} mm/s, nine of ten below {most:.2} mm/s");
+    let ms = cpu * 1e3 / frames.max(1) as f64;
+    Row { worn, vertices: costume.solver().positions().len(), dressed, danced: crossed, longer: worst, ms }
 }

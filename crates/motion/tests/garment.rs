@@ -3,9 +3,11 @@
 use glam::{Quat, Vec2, Vec3};
 use std::collections::HashMap;
 use std::ops::ControlFlow;
-use yugen_motion::cloth::{Along, Cloth, Fabric, PRESETS, Solid};
+use yugen_motion::cloth::{Along, Cloth, Fabric, PRESETS, Spring};
 use yugen_motion::dance::{self, dance};
-use yugen_motion::garment::{Body, CUTS, Costume, Fitting, Garment, GarmentError, Wearer, outfit, parse};
+use yugen_motion::garment::{
+    Body, CUTS, Costume, Fitting, Form, Garment, GarmentError, Wearer, outfit, parse,
+};
 use yugen_motion::{RigidPose, SkeletalMotion};
 
 fn danced(text: &str) -> SkeletalMotion {
@@ -25,13 +27,16 @@ fn dress(garment: &Garment, motion: &SkeletalMotion, fitting: &Fitting) -> Resul
 fn nearest(costume: &Costume) -> f32 {
     let mut least = f32::INFINITY;
     for c in &Body::player().capsules {
-        let solid = Solid::Capsule { ends: c.ends, radii: c.radii };
         let pose = &costume.stands()[c.joint];
-        for p in costume.solver().positions() {
-            least = least.min(solid.distance(pose.rotation.inverse() * (*p - pose.position)).0);
-        }
+        least = costume.solver().positions().iter().map(|p| c.distance(pose, *p).0).fold(least, f32::min);
     }
     least
+}
+
+/// By how much longer threads are, in parts, but for 1 of 1000 and those that the belt holds.
+fn longer(costume: &Costume) -> f32 {
+    let free = |s: &Spring| s.along != Along::Bias && !s.ends.iter().any(|v| costume.holds(*v));
+    costume.solver().cloth().elongation(costume.solver().positions(), free)
 }
 
 #[test]
@@ -57,7 +62,7 @@ fn cuts_are_sewn_into_one_cloth_that_lies_straight_on_the_grain() {
             cut_of.name,
             garment.area()
         );
-        assert_eq!(euler, if garment.wear.shut { -2 } else { -1 });
+        assert_eq!(euler, if garment.wear.form == Form::Fastened { -2 } else { -1 });
         // Triangles cover what the panels do, all the same way round: seen from the face u runs right and v down.
         let twice = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|v| cut.uvs[v as usize]);
@@ -127,10 +132,27 @@ fn what_is_read_can_be_cut() {
     }
     let said = |text: &str| parse(text).unwrap_err().to_string();
     assert!(said("kosode back=.5").contains("do not go together"), "{}", said("kosode back=.5"));
-    assert!(said("kosode length=.8 belt=.9").contains("meets no robe"));
-    assert!(said("kosode length=.8 belt=.7 tsubo-ori").contains("meets no robe"));
+    assert!(said("kosode length=.8 belt=.9").contains("does not meet a"));
+    assert!(said("kosode length=.8 belt=.7 tsubo-ori").contains("does not meet a"));
     assert!(said("kosode kimono").contains("kinagashi"));
-    assert!(said("okuchi choken").contains("2 garments"));
+    assert!(said("okuchi\n\nchoken").contains("line 3: there are 2 garments"));
+    let said_of = |text: &str| outfit(text, 1.0).unwrap_err().to_string();
+    for (text, words) in [
+        (
+            "okuchi\nchoken length=.7 belt=.9",
+            "line 2: a belt 0.93 m below the shoulder does not meet a choken of 0.70 m",
+        ),
+        ("okuchi\nchoken\nlength=5", "line 3: 'length' of a choken is '5'"),
+        ("kosode\nokuchi", "line 2: 'okuchi' was expected before 'kosode': trousers are worn below robes"),
+        ("okuchi kosode\n# over it\nokuchi", "line 3: 'okuchi' was expected before 'kosode'"),
+        (
+            "okuchi okuchi kosode kosode\nchoken choken\nkariginu",
+            "line 3: 'kariginu' is one garment too many",
+        ),
+    ] {
+        assert!(said_of(text).contains(words), "{}", said_of(text));
+    }
+    assert_eq!(outfit("okuchi okuchi kosode kosode choken kariginu", 1.0).unwrap().len(), 6);
     assert!(said("okuchi tsubo-ori").contains("no robe"));
     assert!(said("okuchi length=.5 crotch=.6").contains("do not go together"));
     let two = outfit("okuchi hemp\nchoken length=1.1", 1.0).unwrap();
@@ -153,6 +175,12 @@ fn a_fitting_that_is_none_is_told() {
         let said = dress(&garment, &motion, &fitting).err().map(|e| e.to_string());
         assert!(said.is_some_and(|s| s.contains("of a fitting")));
     }
+    // Each of them is possible by itself.
+    let fine = Fitting { edge: 0.005, ..Fitting::default() };
+    assert!(garment.cut(fine.edge).is_ok());
+    let many = [&garment, &garment, &garment].map(Garment::clone);
+    let said = wear(&many, &motion, &fine).err().map(|e| e.to_string());
+    assert!(said.as_ref().is_some_and(|s| s.contains("300000 are possible")), "{said:?}");
 }
 
 #[test]
@@ -179,38 +207,37 @@ fn a_body_that_cannot_wear_it_is_told() {
     assert!(wear(&body).unwrap().contains("0 capsules"));
     body = Body::player();
     body.capsules[0].radii = [0.9; 2];
-    assert!(wear(&body).unwrap().contains("deep"));
+    let said = wear(&body).unwrap();
+    assert!(said.contains("a body for the kosode is") && said.contains("deep"), "{said}");
 }
 
 /// A costume whose memory is taken up by another one that has not been put on goes on alike.
 #[test]
 fn a_costume_that_is_recalled_goes_on_to_the_same_bits() {
+    for text in ["kosode", "okuchi choken"] {
+        recalled(&outfit(text, 1.0).unwrap());
+    }
+}
+
+fn recalled(garments: &[Garment]) {
     let motion = danced("hakobi steps=1 seconds=.6");
-    let garment = parse("kosode").unwrap();
     let fitting = Fitting { edge: 0.06, substeps: 24, dressing: [0.5, 0.2], ..Fitting::default() };
-    let mut costume = dress(&garment, &motion, &fitting).unwrap();
+    let mut costume = wear(garments, &motion, &fitting).unwrap();
     let step = |costume: &mut Costume, frame| costume.step(&motion.poses(frame).unwrap(), Vec3::X);
     (1..10).for_each(|frame| step(&mut costume, frame));
     costume.look_anew();
     let memory = costume.memory();
     let rest = motion.approach(0.0).unwrap();
     let other = Fitting { threads: 2, ..fitting };
-    let mut recalled =
-        Costume::recall(std::slice::from_ref(&garment), &Body::player(), &other, &rest, &memory)
-            .unwrap()
-            .unwrap();
+    let recall = |memory: &[f32]| Costume::recall(garments, &Body::player(), &other, &rest, memory).unwrap();
+    let mut recalled = recall(&memory).unwrap();
     assert_eq!(recalled.points(), costume.points());
     for frame in 10..25 {
         step(&mut costume, frame);
         step(&mut recalled, frame);
         assert!(recalled.points() == costume.points(), "frame {frame}");
     }
-    let less = &memory[1..];
-    assert!(
-        Costume::recall(std::slice::from_ref(&garment), &Body::player(), &other, &rest, less)
-            .unwrap()
-            .is_none()
-    );
+    assert!(recall(&memory[1..]).is_none());
 }
 
 /// What the dance below does not wear, coarse: put on without passing through itself or the body.
@@ -225,7 +252,7 @@ fn every_cut_and_way_to_wear_it_is_put_on() {
         let (least, crossed) = (nearest(&costume), costume.solver().cloth().crossings(x).len());
         let stretch = costume.solver().cloth().stretch(x, |a| a != Along::Bias);
         println!("{text}: {} vertices, nearest {least} m, {crossed} edges cross, {stretch:?}", x.len());
-        // Measured 4.5 mm, no crossing, .0008 and .06.
+        // Measured 4.5 mm, no crossing, .0006 and .059.
         assert!(least > -1e-3 && crossed <= 4 && stretch.median < 0.0025 && stretch.p999 < 0.15, "{text}");
     }
 }
@@ -237,12 +264,13 @@ fn a_player_dances_in_a_karaori() {
     let fitting = Fitting { edge: 0.045, threads: 2, dressing: [1.0, 1.0], ..Fitting::default() };
     let mut costume = dress(&garment, &motion, &fitting).unwrap();
     let mut least = f32::INFINITY;
-    let mut crossed = 0;
+    let (mut crossed, mut long) = (0, 0.0f32);
     for frame in 0..motion.frames.min(72) {
         let poses = motion.poses(frame).unwrap();
         costume.step(&poses, Vec3::ZERO);
         if frame % 10 == 9 {
             least = least.min(nearest(&costume));
+            long = long.max(longer(&costume));
             crossed = crossed.max(costume.solver().cloth().crossings(costume.solver().positions()).len());
         }
     }
@@ -257,13 +285,14 @@ fn a_player_dances_in_a_karaori() {
     let bounds =
         points.iter().fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |b, p| [b[0].min(*p), b[1].max(*p)]);
     let stretch = costume.solver().cloth().stretch(costume.solver().positions(), |a| a != Along::Bias);
-    println!("nearest {least} m, {crossed} edges cross, {stretch:?}, {bounds:?}");
+    println!("nearest {least} m, {crossed} edges cross, longer {long}, {stretch:?}, {bounds:?}");
     // It hangs from the shoulders to the ankles of a player of 1.7 m whose hips are low.
     assert!(bounds[1].y > 1.35 && bounds[1].y < 1.65, "{bounds:?}");
     assert!(bounds[0].y > 0.0 && bounds[0].y < 0.25, "{bounds:?}");
     assert!(least > -1e-3, "{least}");
-    // Measured 2, in triangles of 4.5 cm, where an arm squeezes the sleeve to the breast.
-    assert!(crossed <= 8, "{crossed}");
+    // Measured none, and .057, in triangles of 4.5 cm.
+    assert!(crossed <= 4, "{crossed}");
+    assert!(long < 0.23, "{long}");
     assert!(stretch.median < 0.01, "{stretch:?}");
 }
 
@@ -300,7 +329,7 @@ fn cloth_moves_with_a_body_that_moves_in_its_first_frame() {
         (mean - pelvis).length() / pelvis.length()
     });
     println!("slower than the pelvis by {slower:?} of its speed");
-    // Measured 1.04 and .09: hem and sleeves swing after.
+    // Measured 1.03 and .11: hem and sleeves swing after.
     assert!(slower[0] > 0.9 && slower[1] < 0.3, "{slower:?}");
 }
 
@@ -337,8 +366,18 @@ fn cloth_has_room_between_trunk_and_arms_that_hang_into_it() {
         depth * 100.0,
         nearest(&costume)
     );
-    // Measured 2 at a depth of 8.3 cm.
+    // Measured none at a depth of 8.3 cm.
     assert!(crossed <= 8 && nearest(&costume) > -1e-3, "{crossed}");
+    // Where arms stay in the trunk, because nothing is known to be one.
+    let stuck = Body { trunk: Vec::new(), ..body.clone() };
+    let costume = Costume::dress(std::slice::from_ref(&garment), &stuck, &fitting, hanging, |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    let without = costume.solver().cloth().crossings(costume.solver().positions()).len();
+    println!("{without} where arms are not turned out");
+    // Measured 326.
+    assert!(without > 80, "{without}");
     // It is told how far it is, and may be told to stop.
     let mut told = Vec::new();
     let stopped = Costume::dress(std::slice::from_ref(&garment), &body, &fitting, hanging, |t| {

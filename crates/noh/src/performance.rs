@@ -40,8 +40,7 @@ impl Costume {
         let fitting = Fitting { seconds: (1.0 / dance.rate) as f32, ..*fitting };
         let body = Body::player();
         let approach = |t: f32| dance.approach(t).unwrap_or_default();
-        let [each, last] = fitting.dressing_steps().map(|n| n as f32);
-        let dressing = each * garments.len() as f32 + last;
+        let dressing = fitting.dressing_steps(garments.len()) as f32;
         let all = dressing + dance.frames as f32;
         let mut worn =
             garment::Costume::dress(garments, &body, &fitting, approach, |t| tell(t * dressing / all))?;

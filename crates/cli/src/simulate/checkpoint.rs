@@ -29,7 +29,7 @@ pub struct Checkpoint {
 }
 
 const MAGIC: &[u8; 8] = b"YUGENSIM";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 /// Bytes before the numbers: magic, version, fingerprint, frames done, samples, vertices of each, numbers of the memory.
 const HEADER: usize = 8 + 4 + 8 + 4 + 4 + 4 + 8;
 /// The largest that is read: ten minutes of a garment of 60 000 vertices.

@@ -71,7 +71,7 @@ impl Dressed {
             wearer.begin_moving(&poses(&figure, clip, (1.0 / verb.fps) as f32)?, (1.0 / verb.fps) as f32);
         }
         if let Some(girth) = verb.girth {
-            wearer.body.capsules.iter_mut().for_each(|c| c.radii = c.radii.map(|r| r * girth));
+            wearer.body = wearer.body.thicker(girth);
         }
         let garments = argument::outfit(text, wearer.size)?;
         let defaults = Fitting::default();
@@ -92,7 +92,8 @@ impl Dressed {
             Ok(poses)
         };
         if memory.is_none() {
-            tell_overlap(&wearer.body, &figure, span, fitting.room(), of)?;
+            let arm_gap = fitting.arm_gap(&garments);
+            tell_overlap(&wearer.body, verb.girth.unwrap_or(1.0), &figure, span, arm_gap, of, interrupt)?;
         }
         let costume = match memory {
             Some(memory) => {
@@ -114,28 +115,28 @@ impl Dressed {
                 );
                 bar.finish_and_clear();
                 if matches!(dressed, Err(GarmentError::Stopped)) {
-                    eprintln!(
-                        "interrupted while the garment was put on: nothing is written, and nothing can be gone on with"
-                    );
-                    std::process::exit(interrupt::STATUS);
+                    stop();
                 }
                 let mut costume = dressed?;
                 // Into the movement of the first frame.
                 let steps = (f64::from(wearer.leads()) * verb.fps).round() as u32;
                 let wind = wearer.own_direction(verb.wind.unwrap_or(Vec3::ZERO));
                 for before in (0..steps).rev() {
+                    if interrupt.came() {
+                        stop();
+                    }
                     costume.step(&wearer.lead((f64::from(before) / verb.fps) as f32), wind);
+                }
+                let crossed = costume.solver().cloth().crossings(costume.solver().positions()).len();
+                if crossed > 0 {
+                    tracing::warn!(
+                        "{crossed} edges of the garment pass through triangles where it is put on: it is tight there; smaller \
+                         triangles (--edge) or a thinner body (--girth) may help"
+                    );
                 }
                 costume
             }
         };
-        let crossed = costume.solver().cloth().crossings(costume.solver().positions()).len();
-        if memory.is_none() && crossed > 0 {
-            tracing::warn!(
-                "{crossed} edges of the garment pass through triangles where it is put on: it is tight there; smaller triangles \
-                 (--edge) or a thinner body (--girth) may help"
-            );
-        }
         let cut = costume.cut();
         let surface = Surface {
             objects: costume.garments().to_vec(),
@@ -148,6 +149,14 @@ impl Dressed {
         let wind = wearer.own_direction(verb.wind.unwrap_or(Vec3::ZERO));
         Ok(Self { figure, clip, fps: verb.fps, wearer, costume, surface, wind })
     }
+}
+
+/// Ends the program before anything is written.
+fn stop() -> ! {
+    eprintln!(
+        "interrupted while the garment was put on: nothing is written, and nothing can be gone on with"
+    );
+    std::process::exit(interrupt::STATUS)
 }
 
 /// Joints of a figure at a moment of a clip, in the world.
@@ -165,47 +174,62 @@ fn last_frame(figure: &Figure, clip: usize, fps: f64) -> u32 {
 /// So deep an arm lies in a trunk before it is said, m: less is what any two capsules do not tell exactly.
 const DEEP: f32 = 0.01;
 
-/// Says where arms lie in the trunk, which cloth between them has no place in.
+/// The least girth that `--girth` takes, and what the one that is told is a multiple of.
+const GIRTHS: [f32; 2] = [0.2, 0.05];
+
+/// Says where arms lie in the trunk of a body that is `given` times as thick as its mesh, which cloth between them has no place in.
 fn tell_overlap(
     body: &Body,
+    given: f32,
     figure: &Figure,
     frames: u32,
-    room: f32,
+    arm_gap: f32,
     poses: impl Fn(u32) -> Result<Vec<RigidPose>>,
+    interrupt: &Interrupt,
 ) -> Result<()> {
-    let mut worst: Option<(u32, Overlap)> = None;
-    let (mut deep, mut left) = (0, (0, 0.0f32));
-    for frame in 0..frames {
-        let mut poses = poses(frame)?;
-        if let Some(found) = body.overlap(&poses, 0.0).filter(|o| o.depth > DEEP) {
-            deep += 1;
-            if worst.is_none_or(|(_, w)| found.depth > w.depth) {
-                worst = Some((frame, found));
-            }
+    let asked = || {
+        if interrupt.came() {
+            stop()
         }
-        body.clear_arms(&mut poses, room);
+    };
+    let mut deep: Vec<(u32, Overlap)> = Vec::new();
+    let mut left = (0, 0.0f32);
+    for frame in 0..frames {
+        asked();
+        let mut poses = poses(frame)?;
+        deep.extend(body.overlap(&poses, 0.0).filter(|o| o.depth > DEEP).map(|found| (frame, found)));
+        body.clear_arms(&mut poses, arm_gap);
         if let Some(found) = body.overlap(&poses, 0.0).filter(|o| o.depth > left.1) {
             left = (frame, found.depth);
         }
     }
-    let Some((frame, found)) = worst else { return Ok(()) };
+    let count = deep.len();
+    // Deepest first, where what is too thick shows at once.
+    deep.sort_by(|a, b| b.1.depth.total_cmp(&a.1.depth));
+    let Some((frame, found)) = deep.first().copied() else { return Ok(()) };
     // The thickest body of which no arm lies deep in the trunk.
-    let thinner = |girth: f32| {
-        let mut body = body.clone();
-        body.capsules.iter_mut().for_each(|c| c.radii = c.radii.map(|r| r * girth));
-        body
-    };
-    let worst_poses = poses(frame)?;
-    let cure = (4..20)
-        .rev()
-        .map(|k| k as f32 * 0.05)
-        .find(|girth| thinner(*girth).overlap(&worst_poses, 0.0).is_none_or(|o| o.depth <= DEEP));
+    let [least, part] = GIRTHS;
+    let mut cure = None;
+    for girth in (0..100).rev().map(|k| k as f32 * part).filter(|g| (least..given).contains(g)) {
+        let thinner = body.thicker(girth / given);
+        let mut fits = true;
+        for (frame, _) in &deep {
+            asked();
+            fits &= thinner.overlap(&poses(*frame)?, 0.0).is_none_or(|o| o.depth <= DEEP);
+            if !fits {
+                break;
+            }
+        }
+        if fits {
+            cure = Some(girth);
+            break;
+        }
+    }
     let name = |joint: usize| figure.skeleton.joints()[joint].name.as_str();
-    let cure = cure.map_or(String::new(), |girth| {
-        format!("; --girth {girth:.2} of what it is now makes a figure of which none does")
-    });
+    let cure =
+        cure.map_or(String::new(), |girth| format!("; --girth {girth:.2} makes a figure of which none does"));
     tracing::warn!(
-        "'{}' lies up to {:.1} cm in the body at '{}', most in frame {frame}, and more than {:.0} cm in {deep} of {frames} \
+        "'{}' lies up to {:.1} cm in the body at '{}', most in frame {frame}, and more than {:.0} cm in {count} of {frames} \
          frames: for the garment it is moved out{cure}",
         name(found.arm),
         found.depth * 100.0,

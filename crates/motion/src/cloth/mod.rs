@@ -207,10 +207,8 @@ impl Cloth {
     /// Another cloth beside this one, which it touches as cloth of its own: as thick as the thicker of both, with the friction of the
     /// rougher, and along coarse threads as tight as the tighter.
     pub fn join(&mut self, other: Self) {
-        let (first, flat) = (self.sheet.positions.len() as u32, other.sheet.flat);
-        self.sheet.positions.extend(other.sheet.positions);
-        self.sheet.triangles.extend(other.sheet.triangles.iter().map(|t| t.map(|v| v + first)));
-        self.sheet.flat.extend(flat);
+        let first = self.sheet.positions.len() as u32;
+        self.sheet.join(other.sheet);
         self.masses.extend(other.masses);
         self.springs
             .extend(other.springs.into_iter().map(|s| Spring { ends: s.ends.map(|v| v + first), ..s }));
@@ -272,6 +270,14 @@ impl Sheet {
             }
         }
         sheet
+    }
+
+    /// Another sheet beside this one, behind it in all lists.
+    pub fn join(&mut self, other: Self) {
+        let first = self.positions.len() as u32;
+        self.positions.extend(other.positions);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + first)));
+        self.flat.extend(other.flat);
     }
 
     fn check(&self) -> Result<(), ClothError> {

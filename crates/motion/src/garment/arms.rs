@@ -5,7 +5,6 @@
 
 use super::Body;
 use crate::RigidPose;
-use crate::cloth::Solid;
 use glam::{Quat, Vec3};
 
 /// Part of an upper arm, from the shoulder on, that lies in the trunk whatever the arm does.
@@ -42,50 +41,53 @@ impl Body {
             let from = if part == 0 { SHOULDER } else { 0.0 };
             self.capsules.iter().filter(move |c| c.joint == *joint).flat_map(move |c| {
                 (1..=PLACES).map(move |k| {
-                    let t = from + (1.0 - from) * k as f32 / PLACES as f32;
-                    let pose = &poses[*joint];
-                    let at = pose.rotation * c.ends[0].lerp(c.ends[1], t) + pose.position;
-                    Place { joint: *joint, at, radius: c.radii[0] + (c.radii[1] - c.radii[0]) * t }
+                    let part = from + (1.0 - from) * k as f32 / PLACES as f32;
+                    let (at, radius) = c.sphere(&poses[*joint], part);
+                    Place { joint: *joint, at, radius }
                 })
             })
         })
     }
 
-    /// What of trunk, thighs and the other arm, but for its upper part, a sphere is nearest to: how far it is beyond `room` metres from
-    /// it, negative where it is nearer; away from it; the joint.
+    /// What of trunk, thighs and the other arm, but for its upper part, a sphere is nearest to: by how much it is farther than `gap` metres
+    /// from it, negative where it is nearer; away from it; the joint.
     fn beyond(
         &self,
         place: &Place,
         other: &[usize; 3],
         poses: &[RigidPose],
-        room: f32,
+        gap: f32,
     ) -> Option<(f32, Vec3, usize)> {
         let arm = self.capsules.iter().filter(|c| other[1..].contains(&c.joint));
         let all = self.trunk.iter().filter_map(|k| self.capsules.get(*k)).chain(arm).map(|c| {
-            let pose = &poses[c.joint];
-            let solid = Solid::Capsule { ends: c.ends, radii: c.radii };
-            let (d, n) = solid.distance(pose.rotation.inverse() * (place.at - pose.position));
-            (d - place.radius - room, pose.rotation * n, c.joint)
+            let (d, n) = c.distance(&poses[c.joint], place.at);
+            (d - place.radius - gap, n, c.joint)
         });
         all.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// How an arm lies nearer than `room` metres to trunk, thighs or the other arm: the deepest place, if there is any.
-    pub fn overlap(&self, poses: &[RigidPose], room: f32) -> Option<Overlap> {
+    /// How an arm lies nearer than `gap` metres to trunk, thighs or the other arm: the deepest place, if there is any.
+    ///
+    /// # Panics
+    /// Where [`Body::check`] finds fault with so many poses.
+    pub fn overlap(&self, poses: &[RigidPose], gap: f32) -> Option<Overlap> {
         let [left, right] = &self.arms;
         let places = [(left, right), (right, left)]
             .into_iter()
             .flat_map(|(arm, other)| self.places(arm, poses).map(move |place| (place, other)));
         let all = places.filter_map(|(p, other)| {
-            let (d, _, within) = self.beyond(&p, other, poses, room)?;
+            let (d, _, within) = self.beyond(&p, other, poses, gap)?;
             (d < 0.0).then_some(Overlap { depth: -d, arm: p.joint, within })
         });
         all.max_by(|a, b| a.depth.total_cmp(&b.depth))
     }
 
-    /// Turns arms about their shoulders until they are `room` metres away from trunk, thighs and each other, as far as that can be: small turns
+    /// Turns arms about their shoulders until they are `gap` metres away from trunk, thighs and each other, as far as that can be: small turns
     /// in a fixed order, so that an arm that moves evenly is moved evenly. What an arm carries besides forearm and hand stays.
-    pub fn clear_arms(&self, poses: &mut [RigidPose], room: f32) {
+    ///
+    /// # Panics
+    /// As [`Body::overlap`].
+    pub fn clear_arms(&self, poses: &mut [RigidPose], gap: f32) {
         let [left, right] = &self.arms;
         for _ in 0..SWEEPS {
             let mut turned = false;
@@ -93,7 +95,7 @@ impl Body {
                 let count = self.places(arm, poses).count();
                 for k in 0..count {
                     let Some(place) = self.places(arm, poses).nth(k) else { continue };
-                    let found = self.beyond(&place, other, poses, room).filter(|f| f.0 < 0.0);
+                    let found = self.beyond(&place, other, poses, gap).filter(|f| f.0 < 0.0);
                     let Some((d, n, within)) = found else { continue };
                     let shoulder = poses[arm[0]].position;
                     let lever = place.at - shoulder;

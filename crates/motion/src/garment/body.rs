@@ -17,6 +17,23 @@ pub struct Capsule {
     pub radii: [f32; 2],
 }
 
+impl Capsule {
+    /// The sphere of it at a part of the way from its first end to its second, where the joint that carries it is at `pose`: its middle
+    /// and its radius, m.
+    pub fn sphere(&self, pose: &RigidPose, part: f32) -> (Vec3, f32) {
+        let ([from, to], [r, s]) = (self.ends, self.radii);
+        (pose.rotation * from.lerp(to, part) + pose.position, r + (s - r) * part)
+    }
+
+    /// How far a point is from its surface where the joint that carries it is at `pose`, m, negative within, and the unit direction away
+    /// from it.
+    pub fn distance(&self, pose: &RigidPose, point: Vec3) -> (f32, Vec3) {
+        let solid = Solid::Capsule { ends: self.ends, radii: self.radii };
+        let (d, n) = solid.distance(pose.rotation.inverse() * (point - pose.position));
+        (d, pose.rotation * n)
+    }
+}
+
 /// A body as cloth meets it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Body {
@@ -98,6 +115,12 @@ impl Body {
         Self { capsules, trunk, pelvis: 0, arms: [[6, 7, 8], [10, 11, 12]], tied: 0.04 }
     }
 
+    /// So many times as thick.
+    pub fn thicker(&self, girth: f32) -> Self {
+        let thicker = |c: &Capsule| Capsule { radii: c.radii.map(|r| r * girth), ..*c };
+        Self { capsules: self.capsules.iter().map(thicker).collect(), ..self.clone() }
+    }
+
     /// Whether it can be dressed: at most 63 capsules, on joints that there are.
     pub fn check(&self, joints: usize) -> Result<(), GarmentError> {
         let wrong = |problem: String| Err(GarmentError::Body(problem));
@@ -123,6 +146,9 @@ impl Body {
     }
 
     /// Where they are.
+    ///
+    /// # Panics
+    /// Where [`Body::check`] finds fault with so many poses.
     pub fn stances(&self, poses: &[RigidPose]) -> impl Iterator<Item = Stance> {
         self.capsules.iter().map(|c| stance(&poses[c.joint]))
     }
@@ -132,12 +158,10 @@ impl Body {
         let mut discs = Vec::new();
         let [low, high] = heights;
         for c in &self.capsules {
-            let ends = c.ends.map(|p| poses[c.joint].position + poses[c.joint].rotation * p);
             // Spheres along it, a hundred to the metre.
-            let count = (ends[0].distance(ends[1]) / 0.01).ceil().clamp(1.0, 200.0) as usize;
+            let count = (c.ends[0].distance(c.ends[1]) / 0.01).ceil().clamp(1.0, 200.0) as usize;
             for k in 0..=count {
-                let t = k as f32 / count as f32;
-                let (p, r) = (ends[0].lerp(ends[1], t), c.radii[0] + (c.radii[1] - c.radii[0]) * t);
+                let (p, r) = c.sphere(&poses[c.joint], k as f32 / count as f32);
                 let beside = (p.y - p.y.clamp(low, high)).abs();
                 if beside < r {
                     discs.push((Vec2::new(p.x, p.z), (r * r - beside * beside).sqrt()));

@@ -1,6 +1,8 @@
 //! A garment on a body that moves.
 
-use super::place::{Belt, Spread, Tie, spots};
+use super::belt::{Belt, Tie};
+use super::cut::MOST;
+use super::place::{Arrangement, spots};
 use super::{Body, Cut, Garment, GarmentError};
 use crate::RigidPose;
 use crate::cloth::{Cloth, Fabric, Settings, SmallSteps, Solid, Stance, Step};
@@ -47,18 +49,25 @@ impl Default for Fitting {
 }
 
 impl Fitting {
-    /// What the layers of cloth between an arm and the trunk take, m.
-    pub fn room(&self) -> f32 {
-        2.0 * self.clearance + self.fabric.thickness + LAYER * self.edge
+    /// How far arms keep from the trunk, m: what the layers of garments between them take, if all are as thick as the thickest.
+    pub fn arm_gap(&self, garments: &[Garment]) -> f32 {
+        let each = garments.iter().map(|g| g.fabric.unwrap_or(self.fabric).thickness);
+        2.0 * self.clearance + garments.len() as f32 * (each.fold(0.0, f32::max) + LAYER * self.edge)
     }
 
-    /// Steps of both parts of the dressing.
-    pub fn dressing_steps(&self) -> [u32; 2] {
+    /// Steps in which each garment is tied, and in which all of them then settle.
+    fn steps(&self) -> [u32; 2] {
         self.dressing.map(|s| (s / self.seconds).round().clamp(1.0, 1e5) as u32)
     }
 
-    /// Whether time and lengths are numbers that something can be simulated by.
-    fn check(&self) -> Result<(), GarmentError> {
+    /// Steps of putting on so many garments.
+    pub fn dressing_steps(&self, garments: usize) -> u32 {
+        let [each, last] = self.steps();
+        each.saturating_mul(garments as u32).saturating_add(last)
+    }
+
+    /// Whether time and lengths are numbers that garments can be simulated by.
+    fn check(&self, garments: &[Garment]) -> Result<(), GarmentError> {
         for (name, value, [low, high]) in [
             ("seconds of a step", self.seconds, [1e-4, 0.1]),
             ("seconds in which it is tied", self.dressing[0], [0.0, 60.0]),
@@ -69,6 +78,11 @@ impl Fitting {
             if !(low..=high).contains(&value) {
                 return Err(GarmentError::Fitting { name, value, low, high });
             }
+        }
+        let area: f64 = garments.iter().map(|g| f64::from(g.area())).sum();
+        let count = area / f64::from(self.edge).powi(2);
+        if count.is_nan() || count > MOST as f64 {
+            return Err(GarmentError::Edge { edge: self.edge, count, most: MOST });
         }
         Ok(())
     }
@@ -86,9 +100,11 @@ pub struct Costume {
     /// Which vertices those are, in that order and sorted.
     belted: Vec<u32>,
     belt: Vec<u32>,
+    /// Which vertices are of sleeves.
+    sleeves: Vec<bool>,
     floor: Option<Stance>,
-    /// How far arms keep from the trunk, m, and where joints are as cloth meets them.
-    room: f32,
+    /// How far arms keep from the trunk ([`Fitting::arm_gap`]), m, and where joints are as cloth meets them.
+    arm_gap: f32,
     stands: Vec<RigidPose>,
     /// Filled anew in each step.
     targets: Vec<Vec3>,
@@ -98,6 +114,8 @@ pub struct Costume {
 
 /// Part of the tying in which the belt is drawn shut.
 const TYING: f32 = 0.7;
+/// Part of the settling in which the body goes to where a dance begins; for the rest it stands there.
+const UNDER_WAY: f32 = 0.75;
 /// What a vertex keeps of its velocity from step to step while the garment is tied, of which sixty make a second: it comes to
 /// rest where it is, without swinging.
 const CALM: f32 = 0.85;
@@ -123,9 +141,11 @@ impl Costume {
         mut approach: impl FnMut(f32) -> Vec<RigidPose>,
         mut tell: impl FnMut(f32) -> ControlFlow<()>,
     ) -> Result<Self, GarmentError> {
+        fitting.check(garments)?;
         let poses = approach(0.0);
-        let steps = fitting.dressing_steps();
-        let all = (steps[0] * garments.len() as u32 + steps[1]) as f32;
+        let steps = fitting.steps();
+        let all = fitting.dressing_steps(garments.len()) as f32;
+        let arm_gap = fitting.arm_gap(garments);
         let mut done = 0.0;
         let mut tell = || {
             done += 1.0;
@@ -136,8 +156,8 @@ impl Costume {
         };
         let mut worn: Option<Self> = None;
         for garment in garments {
-            let inner: Vec<Vec3> = worn.as_ref().map_or(Vec::new(), |w| w.solver.positions().to_vec());
-            let (mut costume, belt) = Self::spread(worn, garment, body, fitting, &poses, &inner)?;
+            let inner = worn.as_ref().map_or(Vec::new(), Self::trunk);
+            let (mut costume, belt) = Self::arrange(worn, garment, body, fitting, arm_gap, &poses, &inner)?;
             for step in 1..=steps[0] {
                 let t = smoothstep(0.0, TYING * steps[0] as f32, step as f32);
                 costume.hold(&poses, belt.at(t));
@@ -150,49 +170,63 @@ impl Costume {
         }
         let mut costume = worn.ok_or(GarmentError::Nothing)?;
         for step in 1..=steps[1] {
-            // On the way for three quarters of the time.
-            let t = smoothstep(0.0, 0.75 * steps[1] as f32, step as f32);
+            let t = smoothstep(0.0, UNDER_WAY * steps[1] as f32, step as f32);
             costume.step(&approach(t), Vec3::ZERO);
             tell()?;
         }
         Ok(costume)
     }
 
-    /// About a body with its arms spread that wears something already, or nothing, which is at the points `inner`; and the belt that
-    /// is to be tied.
-    fn spread(
+    /// Where the cloth about trunk and legs is.
+    fn trunk(&self) -> Vec<Vec3> {
+        let points = self.solver.positions().iter().zip(&self.sleeves);
+        points.filter(|(_, sleeve)| !**sleeve).map(|(p, _)| *p).collect()
+    }
+
+    /// A garment about a body with its arms spread that wears something already, or nothing, which is at the points `inner`; and the belt
+    /// that is to be tied.
+    fn arrange(
         worn: Option<Self>,
         garment: &Garment,
         body: &Body,
         fitting: &Fitting,
+        arm_gap: f32,
         poses: &[RigidPose],
         inner: &[Vec3],
     ) -> Result<(Self, Belt), GarmentError> {
-        fitting.check()?;
+        let wearing = |problem: String| GarmentError::Wearing { garment: garment.name.clone(), problem };
         body.check(poses.len())?;
         if poses.iter().any(|p| !p.position.is_finite() || !p.rotation.is_finite()) {
             return Err(GarmentError::Body("has a joint at no place".into()));
         }
         let mut cut = garment.cut(fitting.edge)?;
         let mut stands = poses.to_vec();
-        body.clear_arms(&mut stands, fitting.room());
+        body.clear_arms(&mut stands, arm_gap);
         let poses = &stands[..];
         let fabric = garment.fabric.unwrap_or(fitting.fabric);
         let spots = spots(garment, &cut);
-        let spread = Spread::new(&garment.wear, body, poses, inner)?;
+        let arrangement = Arrangement::new(&garment.wear, body, poses, inner).map_err(|e| match e {
+            GarmentError::Body(problem) => wearing(problem),
+            other => other,
+        })?;
         let layers = [fitting.clearance + fabric.thickness, LAYER * fitting.edge];
-        let start = spread.place(garment, &cut, &spots, body, poses, layers[0]);
-        let belt = spread.belt(&cut, &spots, body, poses, inner, layers, fitting.edge);
+        let start = arrangement.place(garment, &cut, &spots, body, poses, layers[0]);
+        let belt = arrangement.belt(&cut, &spots, body, poses, inner, layers, fitting.edge);
         let first = worn.as_ref().map_or(0, |w| w.cut.sheet.positions.len() as u32);
         let mut attached: Vec<u32> = belt.vertices().map(|v| v + first).collect();
         if attached.is_empty() {
-            return Err(GarmentError::Body("is where the belt meets no cloth".into()));
+            return Err(wearing("is where the belt meets no cloth".into()));
         }
         cut.sheet.positions = start;
         let mut cloth = Cloth::new(cut.sheet.clone(), &fabric)?;
         let mut garments = vec![(garment.name.clone(), cut.uvs.len())];
         let mut velocities = vec![Vec3::ZERO; cut.sheet.positions.len()];
         let mut held = Vec::new();
+        let mut sleeves = vec![false; cut.sheet.positions.len()];
+        for (v, spot) in cut.vertex.iter().zip(&spots) {
+            sleeves[*v as usize] |=
+                garment.wear.form.legs().is_none() && spot.x.abs() > garment.wear.half + 1e-4;
+        }
         if let Some(worn) = worn {
             let own = std::mem::replace(&mut cloth, worn.solver.cloth().clone());
             cloth.sheet.positions = worn.solver.positions().to_vec();
@@ -203,6 +237,7 @@ impl Costume {
             garments.splice(0..0, worn.garments);
             attached.splice(0..0, worn.belted.iter().copied());
             held = worn.held;
+            sleeves.splice(0..0, worn.sleeves);
         }
         let settings = Settings {
             seconds: fitting.seconds,
@@ -229,7 +264,8 @@ impl Costume {
             belted: attached,
             held,
             floor,
-            room: fitting.room(),
+            arm_gap,
+            sleeves,
             targets: Vec::with_capacity(ties),
             slides: Vec::with_capacity(ties),
             stances: Vec::with_capacity(body.capsules.len() + 1),
@@ -260,9 +296,11 @@ impl Costume {
         poses: &[RigidPose],
         memory: &[f32],
     ) -> Result<Option<Self>, GarmentError> {
+        fitting.check(garments)?;
         let mut worn: Option<Self> = None;
+        let arm_gap = fitting.arm_gap(garments);
         for garment in garments {
-            let (mut costume, belt) = Self::spread(worn, garment, body, fitting, poses, &[])?;
+            let (mut costume, belt) = Self::arrange(worn, garment, body, fitting, arm_gap, poses, &[])?;
             costume.fasten(&belt, poses);
             worn = Some(costume);
         }
@@ -317,7 +355,7 @@ impl Costume {
         if self.good(poses) {
             self.stands.clear();
             self.stands.extend_from_slice(poses);
-            self.body.clear_arms(&mut self.stands, self.room);
+            self.body.clear_arms(&mut self.stands, self.arm_gap);
             self.stances.clear();
             self.stances.extend(self.body.stances(&self.stands));
             self.stances.extend(self.floor);

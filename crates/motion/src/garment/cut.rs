@@ -31,8 +31,8 @@ pub(super) struct Row {
     pub at: Vec<f32>,
 }
 
-/// The most vertices of a garment: thirty square metres in cells of a centimetre.
-const MOST: usize = 300_000;
+/// The most vertices of garments that are worn together: thirty square metres in cells of a centimetre.
+pub(super) const MOST: usize = 300_000;
 /// Two places on a panel nearer than this are one, m.
 const SAME: f32 = 1e-4;
 /// Lengths of edges that are sewn to each other differ by less than this part.
@@ -314,9 +314,7 @@ impl Cut {
     /// Another garment's beside this one's.
     pub(super) fn join(&mut self, other: Self) {
         let (mesh, sheet) = (self.uvs.len(), self.sheet.positions.len() as u32);
-        self.sheet.positions.extend(other.sheet.positions);
-        self.sheet.triangles.extend(other.sheet.triangles.iter().map(|t| t.map(|v| v + sheet)));
-        self.sheet.flat.extend(other.sheet.flat);
+        self.sheet.join(other.sheet);
         self.vertex.extend(other.vertex.iter().map(|v| v + sheet));
         self.uvs.extend(other.uvs);
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + mesh as u32)));

@@ -26,6 +26,12 @@ const fn measure(name: &'static str, default: f32, low: f32, high: f32, doc: &'s
     Parameter { name, default, range: [low, high], doc }
 }
 
+// What several cuts have.
+const BACK: Parameter = measure("back", 0.33, 0.2, 0.5, "half the back, m");
+const NECK: Parameter = measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m");
+const DEPTH: Parameter = measure("depth", 0.72, 0.4, 0.9, "of the sleeves, from top to bottom");
+const TIED: Parameter = measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m");
+
 /// All cuts.
 ///
 /// Lengths and spans are of robes in museums: a karaori of the 17th century is 1.400 m long and .712 m from the middle of the back
@@ -37,16 +43,16 @@ pub const CUTS: &[Cutting] = &[
         name: "kosode",
         measures: &[
             measure("length", 1.50, 0.8, 2.0, "from shoulder to hem"),
-            measure("back", 0.33, 0.2, 0.5, "half the back, m"),
+            BACK,
             measure("front", 0.27, 0.15, 0.5, "each front at the hem, m"),
             measure("okumi", 0.14, 0.05, 0.4, "the strip at the edge of each front, m"),
             measure("sleeve", 0.42, 0.1, 0.6, "from side to cuff, m"),
             measure("depth", 0.50, 0.2, 0.8, "of the sleeves, from top to bottom"),
             measure("cuff", 0.22, 0.1, 0.5, "how much of the depth is open for the hand"),
-            measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
+            NECK,
             measure("collar", 0.07, 0.03, 0.15, "width of the collar, m"),
             measure("collar_end", 0.78, 0.6, 1.2, "where the collar ends, below the shoulder, m"),
-            measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
+            TIED,
         ],
         doc: "karaori, atsuita, nuihaku: sleeves sewn to the body along their depth, their edges shut up to the hand",
         make: kosode,
@@ -55,11 +61,11 @@ pub const CUTS: &[Cutting] = &[
         name: "choken",
         measures: &[
             measure("length", 1.15, 0.7, 1.6, "from shoulder to hem"),
-            measure("back", 0.33, 0.2, 0.5, "half the back, m"),
+            BACK,
             measure("sleeve", 0.52, 0.2, 0.8, "from side to cuff, m"),
-            measure("depth", 0.72, 0.4, 0.9, "of the sleeves, from top to bottom"),
+            DEPTH,
             measure("armhole", 0.36, 0.25, 0.6, "how much of the depth is sewn to the body"),
-            measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
+            NECK,
             measure(
                 "neckline",
                 0.26,
@@ -69,7 +75,7 @@ pub const CUTS: &[Cutting] = &[
             ),
             measure("collar", 0.06, 0.03, 0.12, "width of the collar, m"),
             measure("collar_end", 0.80, 0.5, 1.2, "where the collar ends, below the shoulder, m"),
-            measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
+            TIED,
         ],
         doc: "choken, maiginu: sleeves wide and open at the hand, sides open, fronts that meet",
         make: choken,
@@ -80,12 +86,12 @@ pub const CUTS: &[Cutting] = &[
             measure("length", 1.30, 0.8, 1.7, "from shoulder to hem"),
             measure("back", 0.20, 0.16, 0.3, "half the body, which is one width of the loom, m"),
             measure("sleeve", 0.62, 0.3, 0.8, "from side to cuff, m"),
-            measure("depth", 0.72, 0.4, 0.9, "of the sleeves, from top to bottom"),
+            DEPTH,
             measure("sewn", 0.20, 0.1, 0.35, "how far below the shoulder sleeves are sewn to the back"),
-            measure("neck", 0.085, 0.05, 0.12, "half the width of the neck, m"),
+            NECK,
             measure("neckline", 0.18, 0.12, 0.3, "how deep the neck is cut before, m"),
             measure("collar", 0.04, 0.02, 0.08, "height of the collar, m"),
-            measure("belt", 0.58, 0.4, 0.9, "where it is tied, below the shoulder, m"),
+            TIED,
         ],
         doc: "kariginu: body of one width, wide sleeves sewn to the back alone, round neck, open sides",
         make: kariginu,

@@ -3,7 +3,7 @@
 
 use super::bolt::{Bolt, edge, flat};
 use super::cuts::BELT;
-use super::{Garment, Side, Wear, bolt::Levels};
+use super::{Form, Garment, Side, Wear, bolt::Levels};
 
 pub(super) fn kosode(m: &[f32]) -> Garment {
     let [length, back, front, okumi, sleeve, depth, cuff, neck, collar, collar_end, belt] =
@@ -22,30 +22,9 @@ pub(super) fn kosode(m: &[f32]) -> Garment {
     // A front is as wide as the back at the shoulder, and narrows below the sleeve.
     let side = |v: f32| back - (back - front) * ((v - depth) / (length - depth)).clamp(0.0, 1.0);
     let mut bolt = Bolt::default();
-    let b_left = bolt.cut(
-        "left back",
-        &[0.0, back - neck, back],
-        marks(0.0, length, &whole(back)),
-        flat(back, -1.0, false, false),
-    );
-    let b_right = bolt.cut(
-        "right back",
-        &[0.0, neck, back],
-        marks(0.0, length, &whole(back)),
-        flat(0.0, -1.0, false, false),
-    );
-    let f_left = bolt.cut(
-        "left front",
-        &[0.0, neck, back],
-        marks(0.0, length, &|v| [if v < begin { collar_at(v) } else { 0.0 }, side(v)]),
-        flat(0.0, 1.0, true, true),
-    );
-    let f_right = bolt.cut(
-        "right front",
-        &[0.0, back - neck, back],
-        marks(0.0, length, &|v| [back - side(v), if v < begin { back - collar_at(v) } else { back }]),
-        flat(-back, 1.0, true, false),
-    );
+    let [b_left, b_right] = bolt.backs(&levels, length, back, neck);
+    let inner = |v: f32| if v < begin { collar_at(v) } else { 0.0 };
+    let [f_left, f_right] = bolt.fronts(&levels, [length, back, neck], [b_left, b_right], inner, side);
     let edge_at = |v: f32| if v < collar_end { collar_at(v).min(0.0) } else { -okumi };
     let o_left = bolt.cut(
         "left okumi",
@@ -60,10 +39,7 @@ pub(super) fn kosode(m: &[f32]) -> Garment {
         flat(0.0, 1.0, true, false),
     );
     use Side::{Bottom, Left, Right, Top};
-    // Back, shoulders, sides, fronts.
-    bolt.sew(edge(b_left, Right, 0.0, length), edge(b_right, Left, 0.0, length));
-    bolt.sew(edge(b_left, Top, back - neck, 0.0), edge(f_left, Top, neck, back));
-    bolt.sew(edge(b_right, Top, neck, back), edge(f_right, Top, back - neck, 0.0));
+    // Sides and fronts.
     bolt.sew(edge(b_left, Left, depth, length), edge(f_left, Right, depth, length));
     bolt.sew(edge(b_right, Right, depth, length), edge(f_right, Left, depth, length));
     bolt.sew(edge(f_left, Left, begin, length), edge(o_left, Right, begin, length));
@@ -115,9 +91,7 @@ pub(super) fn kosode(m: &[f32]) -> Garment {
             cuff,
             neck,
             belt: [belt, belt + BELT],
-            open: false,
-            shut: false,
-            legs: None,
+            form: Form::Wrapped,
         },
         fabric: None,
     }

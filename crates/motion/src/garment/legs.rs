@@ -1,6 +1,6 @@
 //! Where trousers begin: a tube about the hips that parts into one about each leg.
 
-use super::place::{OVER, ROOM, Spot, Spread};
+use super::place::{Arrangement, LAP, ROOM, Spot};
 use super::{Body, GarmentError, Legs, Wear};
 use crate::RigidPose;
 use glam::{Vec2, Vec3};
@@ -8,11 +8,11 @@ use std::f32::consts::{PI, TAU};
 use yugen_optics::special::smoothstep;
 
 /// From one leg of the trousers to the other where they begin, half of it, m.
-const APART: f32 = 0.5 * OVER;
+const APART: f32 = 0.5 * LAP;
 /// What must at least be left between a leg and its tube, m.
 const LOOSE: f32 = 0.005;
 
-impl Spread {
+impl Arrangement {
     /// About the legs of a body that stands upright.
     pub(super) fn about_legs(
         wear: &Wear,
@@ -56,30 +56,36 @@ impl Spread {
             let (near, far) = of_side
                 .iter()
                 .fold((f32::INFINITY, f32::NEG_INFINITY), |(n, f), (p, r)| (n.min(p.x - r), f.max(p.x + r)));
-            let z = of_side.iter().map(|(p, _)| p.y).sum::<f32>() / of_side.len().max(1) as f32;
-            if near.is_nan() || far - near > 2.0 * (radius - LOOSE) || near < APART {
+            let name = if side > 0.0 { "left" } else { "right" };
+            if near > far {
+                return wrong(format!("has no {name} leg below where the trousers part"));
+            }
+            let z = of_side.iter().map(|(p, _)| p.y).sum::<f32>() / of_side.len() as f32;
+            let [wide, most] = [far - near, 2.0 * (radius - LOOSE)];
+            if wide > most {
                 return wrong(format!(
-                    "has legs from {:.2} to {:.2} m beside its middle below where trousers part; these, {:.2} m around each, have room \
-                     from {:.2} to {:.2} m",
-                    near,
-                    far,
-                    legs.round,
-                    APART,
-                    APART + 2.0 * radius
+                    "has a {name} leg {wide:.2} m wide below where the trousers part; these, {:.2} m around each, have room for {most:.2} m",
+                    legs.round
+                ));
+            }
+            if near < APART {
+                return wrong(format!(
+                    "has a {name} leg that comes within {near:.3} m of its middle below where the trousers part; cloth between legs needs \
+                     {APART:.3} m"
                 ));
             }
             let x = (0.5 * (near + far)).max(radius + APART);
             *centre = Vec2::new(side * x, z - middle.y);
         }
-        Ok(Self { wear: *wear, middle, top, depth, back: 0.0, opened: 0.0, centres })
+        Ok(Self { wear: *wear, middle, top, depth, back: 0.0, opened: 0.0, beside: [0.0; 2], centres })
     }
 
     /// A spot in the world.
     pub(super) fn on_leg(&self, spot: &Spot, legs: Legs) -> Vec3 {
         let (oval, _) = self.oval(spot.x, legs.round);
-        let centre = self.centres[usize::from(!spot.over)];
+        let centre = self.centres[usize::from(!spot.left)];
         let angle = TAU * spot.x.abs() / legs.round;
-        let side = if spot.over { 1.0 } else { -1.0 };
+        let side = if spot.left { 1.0 } else { -1.0 };
         let circle = centre - Vec2::new(side * angle.cos(), angle.sin()) * (legs.round / TAU);
         let p = self.middle + oval.lerp(circle, smoothstep(0.2 * legs.crotch, legs.crotch, spot.s));
         Vec3::new(p.x, self.top - spot.s, p.y)

@@ -13,6 +13,7 @@
 //! weft) runs to the right and v (the warp) down, so that a pattern stands upright and lies straight on the grain.
 
 mod arms;
+mod belt;
 mod body;
 mod bolt;
 mod choken;
@@ -82,19 +83,19 @@ pub struct Mark {
     pub right: f32,
 }
 
-/// Where a panel is when the garment is spread: to the left of the wearer, below the top of the shoulders.
+/// Where a panel is when the garment is arranged about the wearer: to the left of the wearer, below the top of the shoulders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hang {
-    /// A point (u, v) is `left` + `run` u to the left, v below the shoulder.
+    /// A point (u, v) is `from` + `run` u to the left, v below the shoulder.
     Flat {
         /// Where u begins, m to the left of the wearer's middle.
-        left: f32,
+        from: f32,
         /// 1 or −1: whether u runs to the wearer's left.
         run: f32,
         /// On the front, else on the back.
         front: bool,
-        /// What comes to lie on top where fronts overlap.
-        over: bool,
+        /// The wearer's left front, which comes to lie on top of the right one.
+        left: bool,
     },
     /// On a leg of trousers: a point (u, v) is `from` − u along the waist, counted from the middle of the back to the left, v below
     /// the waist.
@@ -160,12 +161,36 @@ pub struct Wear {
     pub neck: f32,
     /// What a belt takes of it: from and to so far below the shoulder, or below the waist of trousers, m.
     pub belt: [f32; 2],
-    /// Sides of a robe that are not sewn: it begins as two sheets, before and behind.
-    pub open: bool,
-    /// The front is one, and sleeves are sewn to the back alone.
-    pub shut: bool,
-    /// Of trousers, whose other measures than belt and length are nought.
-    pub legs: Option<Legs>,
+    /// What it is about the wearer.
+    pub form: Form,
+}
+
+/// What a garment is about the wearer, and so how it begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// A robe that is sewn at its sides: a tube about the trunk, the left front over the right.
+    Wrapped,
+    /// A robe with open sides, and fronts that hang beside each other: two sheets, before and behind.
+    Open,
+    /// Such a robe whose front is one, and whose sleeves are sewn to the back alone.
+    Fastened,
+    /// Trousers. Of their measures all but belt and length are nought.
+    Trousers(Legs),
+}
+
+impl Form {
+    /// Of trousers.
+    pub fn legs(self) -> Option<Legs> {
+        match self {
+            Self::Trousers(legs) => Some(legs),
+            Self::Wrapped | Self::Open | Self::Fastened => None,
+        }
+    }
+
+    /// Whether it begins as two sheets, before and behind.
+    fn sheets(self) -> bool {
+        matches!(self, Self::Open | Self::Fastened)
+    }
 }
 
 /// How trousers go about two legs.
@@ -216,7 +241,7 @@ pub enum GarmentError {
     },
     /// Triangles that are too large or too small.
     #[error(
-        "a garment in triangles of {edge} m has {count} vertices; from 100 to {most} are possible, with edges of .004 to .1 m"
+        "garments in triangles of {edge:.3} m have {count:.0} vertices; from 100 to {most} are possible, with edges of .004 to .1 m"
     )]
     Edge {
         /// Asked for, m.
@@ -229,6 +254,14 @@ pub enum GarmentError {
     /// A body that is none.
     #[error("a body for a garment {0}")]
     Body(String),
+    /// A body that cannot wear one of them.
+    #[error("a body for the {garment} {problem}")]
+    Wearing {
+        /// Its name.
+        garment: String,
+        /// What is wrong.
+        problem: String,
+    },
     /// An outfit of no garments.
     #[error("there is no garment to put on")]
     Nothing,

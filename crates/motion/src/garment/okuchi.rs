@@ -3,7 +3,7 @@
 
 use super::bolt::{Bolt, Levels, edge};
 use super::cuts::BELT;
-use super::{Garment, Hang, Legs, Side, Wear};
+use super::{Form, Garment, Hang, Legs, Side, Wear};
 
 pub(super) fn okuchi(m: &[f32]) -> Garment {
     let [length, front, back, crotch] = *m.as_array().unwrap_or(&[0.0; 4]);
@@ -39,9 +39,7 @@ pub(super) fn okuchi(m: &[f32]) -> Garment {
             cuff: 0.0,
             neck: 0.0,
             belt: [0.0, BELT],
-            open: false,
-            shut: false,
-            legs: Some(Legs { round: front + back, crotch }),
+            form: Form::Trousers(Legs { round: front + back, crotch }),
         },
         fabric: None,
     }

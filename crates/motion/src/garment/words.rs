@@ -6,19 +6,18 @@ use crate::dance::Parameter;
 
 /// Edges with which a garment is tried, m.
 const COARSE: f32 = 0.05;
+/// The most garments of an outfit: under- and over-robe, trousers, and as many again.
+const MOST: usize = 6;
 
 /// Reads a garment, as [`outfit`] reads several, for the player.
 ///
 /// # Errors
 /// As there, and more garments than one.
 pub fn parse(text: &str) -> Result<Garment, GarmentError> {
-    let mut all = outfit(text, 1.0)?;
-    match (all.pop(), all.len()) {
-        (Some(garment), 0) => Ok(garment),
-        (_, more) => {
-            let problem = format!("there are {} garments; one was expected", more + 1);
-            Err(GarmentError::Text { line: 1, problem })
-        }
+    let all = read(text, 1.0)?;
+    match all.get(1) {
+        Some(second) => Err(second.wrong(format!("there are {} garments; one was expected", all.len()))),
+        None => all[0].make(),
     }
 }
 
@@ -37,14 +36,34 @@ struct Words {
 /// longer, within their ranges.
 ///
 /// # Errors
-/// Names and numbers that are none, with their line.
+/// Names and numbers that are none, trousers over a robe and more than six garments, with their line.
 pub fn outfit(text: &str, size: f32) -> Result<Vec<Garment>, GarmentError> {
+    let words = read(text, size)?;
+    let all = words.iter().map(Words::make).collect::<Result<Vec<_>, _>>()?;
+    for (at, above) in all.windows(2).zip(&words[1..]) {
+        if at[0].wear.form.legs().is_none() && at[1].wear.form.legs().is_some() {
+            return Err(above.wrong(format!(
+                "'{}' was expected before '{}': trousers are worn below robes",
+                at[1].name, at[0].name
+            )));
+        }
+    }
+    Ok(all)
+}
+
+/// Words of one garment at least.
+fn read(text: &str, size: f32) -> Result<Vec<Words>, GarmentError> {
     let mut all: Vec<Words> = Vec::new();
     for (i, line) in text.lines().enumerate() {
         let wrong = |problem: String| GarmentError::Text { line: i + 1, problem };
         for word in line.split('#').next().unwrap_or_default().split_whitespace() {
             let short: String = word.chars().take(40).collect();
             if let Some(cut) = CUTS.iter().find(|c| c.name == word) {
+                if all.len() == MOST {
+                    return Err(wrong(format!(
+                        "'{word}' is one garment too many; at most {MOST} are worn at once"
+                    )));
+                }
                 let values = cut.measures.iter().map(|m| made(m, size)).collect();
                 all.push(Words { cut, values, style: &STYLES[0], fabric: None, line: i + 1 });
                 continue;
@@ -88,7 +107,7 @@ pub fn outfit(text: &str, size: f32) -> Result<Vec<Garment>, GarmentError> {
         let problem = format!("there is no garment; expected one of {}", cuts());
         return Err(GarmentError::Text { line: 1, problem });
     }
-    all.iter().map(Words::make).collect()
+    Ok(all)
 }
 
 /// Names of all cuts.
@@ -97,20 +116,27 @@ fn cuts() -> String {
 }
 
 impl Words {
+    fn wrong(&self, problem: String) -> GarmentError {
+        GarmentError::Text { line: self.line, problem }
+    }
+
     fn make(&self) -> Result<Garment, GarmentError> {
         let mut garment = (self.cut.make)(&self.values);
         garment.fabric = self.fabric;
-        let wrong = |problem: String| GarmentError::Text { line: self.line, problem };
-        if garment.wear.legs.is_some() && self.style.name != STYLES[0].name {
+        let wrong = |problem: String| self.wrong(problem);
+        if garment.wear.form.legs().is_some() && self.style.name != STYLES[0].name {
             return Err(wrong(format!("a {} is not worn {}: it is no robe", self.cut.name, self.style.name)));
         }
         (self.style.change)(&mut garment.wear);
         // Each measure is within its range; together they may make no garment.
-        garment.cut(COARSE).map_err(|e| wrong(format!("{e}: these measures do not go together")))?;
+        garment
+            .cut(COARSE)
+            .map_err(|e| wrong(format!("{e}: these measures of a {} do not go together", self.cut.name)))?;
         let ([_, belt], length) = (garment.wear.belt, garment.wear.length);
         if belt > length {
             return Err(wrong(format!(
-                "a belt {belt:.2} m below the shoulder meets no robe of {length:.2} m"
+                "a belt {belt:.2} m below the shoulder does not meet a {} of {length:.2} m",
+                self.cut.name
             )));
         }
         Ok(garment)
