@@ -125,10 +125,10 @@ struct Known {
     topology: Topology,
 }
 
-/// Pixels of the picture across one in which light is looked at: a tenth of a wash's print.
-const COARSE: u32 = 4;
-/// Samples of light to a pixel: prints of the wash are means of hundreds of pixels, so that noise does not show.
-const FRAMES: u32 = 8;
+/// Pixels of the picture across one in which light is looked at: a fifth of a small print of the wash.
+const COARSE: u32 = 2;
+/// Samples of light to a pixel: prints are means of dozens to hundreds of pixels, so that noise does not show.
+const FRAMES: u32 = 4;
 
 /// Seconds over which the light of fires is a mean where it does not flicker at all.
 const CALM: f64 = 2.0;

@@ -17,7 +17,7 @@ use yugen_scene::prepared::{MeshRow, Rows};
 
 /// Relative depth within which a place is that which is seen at its pixel.
 const SAME: f32 = 0.01;
-/// Part of one place over which it fades in as its triangle grows.
+/// Part of one place, or of all that a small triangle has of it, over which it fades in as the triangle grows.
 const FADE: f32 = 0.25;
 /// Most places of one triangle: beyond, a single one would fill the picture and its memory.
 const MOST: u32 = 1 << 16;
@@ -122,7 +122,8 @@ pub fn scatter(
             let count = (wanted + 1.0).min(MOST as f32) as u32;
             for k in 0..count {
                 let hash = hash_combine(own, k);
-                let weight = ((wanted - k as f32 - unit_f32(hash)) / FADE).clamp(0.0, 1.0);
+                let weight =
+                    ((wanted - k as f32 - unit_f32(hash)) / (FADE * wanted.min(1.0))).clamp(0.0, 1.0);
                 // Of a triangle that is not finite it is no number.
                 if weight <= 0.0 || weight.is_nan() {
                     continue;

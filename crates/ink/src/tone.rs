@@ -134,6 +134,7 @@ impl Light {
             .map(|p| weights.dot(Vec3::new(p[rgb[0]], p[rgb[1]], p[rgb[2]])).max(0.0))
             .collect();
         let shape: Vec<u32> = pixels.map(|p| p[id].max(0.0) as u32).collect();
+        let light = smooth([image.width, image.height], &light, &shape);
         let mut seen: Vec<f32> = light.iter().zip(&shape).filter(|(_, s)| **s > 0).map(|(l, _)| *l).collect();
         seen.sort_by(f32::total_cmp);
         let white = seen.get((seen.len() as f32 * WHITE_SHARE) as usize).copied().unwrap_or(1.0);
@@ -145,27 +146,26 @@ impl Light {
             0 => 1.0,
             _ => ((to_grey(*l) - dark) / (1.0 - dark)).clamp(0.0, 1.0),
         });
-        let mut this = Self { size: [image.width, image.height], grey: grey.collect(), shape };
-        this.smooth();
-        this
+        Self { size: [image.width, image.height], grey: grey.collect(), shape }
     }
+}
 
-    /// Means over the nearest pixels of the same shape: what is left of noise.
-    fn smooth(&mut self) {
-        let [w, h] = self.size.map(|n| n as i32);
-        let old = self.grey.clone();
-        for i in 0..old.len() as i32 {
-            let (x, y, shape) = (i % w, i / w, self.shape[i as usize]);
-            let (mut sum, mut count) = (0.0, 0.0f32);
-            for (x, y) in (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y))) {
-                if (0..w).contains(&x) && (0..h).contains(&y) && self.shape[(y * w + x) as usize] == shape {
-                    sum += old[(y * w + x) as usize];
+/// Means over the nearest pixels of the same shape: what is left of noise.
+fn smooth([w, h]: [usize; 2], values: &[f32], shape: &[u32]) -> Vec<f32> {
+    let mean = |i: usize| {
+        let (x, y) = (i % w, i / w);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for y in y.saturating_sub(1)..(y + 2).min(h) {
+            for k in y * w + x.saturating_sub(1)..y * w + (x + 2).min(w) {
+                if shape[k] == shape[i] {
+                    sum += values[k];
                     count += 1.0;
                 }
             }
-            self.grey[i as usize] = sum / count.max(1.0);
         }
-    }
+        sum / count
+    };
+    (0..values.len()).map(mean).collect()
 }
 
 /// The five shades of ink, from paper to the darkest.

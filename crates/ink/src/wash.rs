@@ -1,4 +1,6 @@
-//! Colour wash (ran): broad, wet prints of a soft brush where it is dark.
+//! Colour wash (ran): broad, wet prints of a soft brush where it is dark, and of a small one where something finer is: hair, the eyes
+//! of a mask, the pattern of a robe (from coarse to fine, as Hertzmann 1998, "Painterly Rendering with Curved Brush Strokes of
+//! Multiple Sizes").
 
 use crate::control::Controls;
 use crate::footprint::VARIANTS;
@@ -20,28 +22,52 @@ const Q: f32 = 0.2;
 const GAMMA: f32 = 0.8;
 /// Falloff from the outline to the middle: what looks at the eye gets so much of what the edge gets.
 const MIDDLE: f32 = 0.62;
+/// Grey from which on it does: what is black is black all over.
+const BLACK: f32 = 0.35;
+/// The small brush beside the broad one, and how many of its prints overlap.
+const SMALL: f32 = 1.0 / 3.0;
+const SMALL_OVERLAP: f32 = 6.0;
+/// How much more a small print weighs: it lies over broad ones, of whose ink and its own the paper shows the mean.
+const PRESSED: f32 = 2.0;
+/// Between which differences of grey within a broad print and a small one the small one takes over: above the noise of the light.
+const FINE: [f32; 2] = [0.1, 0.2];
 /// Load of ink at intensity one.
 const LOAD: f32 = 1.5;
 
 /// Darkness where light is `grey`, from outline (`facing` 0) to middle (1).
 fn darkness(grey: f32, facing: f32) -> f32 {
-    (1.0 - grey) * (1.0 + (MIDDLE - 1.0) * smoothstep(0.0, 0.8, facing))
+    (1.0 - grey) * (1.0 + (MIDDLE - 1.0) * smoothstep(0.0, 0.8, facing) * smoothstep(0.0, BLACK, grey))
 }
 
 /// The stamps on `surfaces`.
 pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
+    let mut stamps = by(surfaces, 1.0, OVERLAP, 0x7a5);
+    stamps.extend(by(surfaces, SMALL, SMALL_OVERLAP, 0x5a5));
+    stamps
+}
+
+/// Those of a brush that is `scale` of the broad one.
+fn by(surfaces: &Surfaces, scale: f32, overlap: f32, salt: u32) -> Vec<Stamp> {
     let Surfaces { map, tones, unit, .. } = *surfaces;
-    let full = |size: f32| RADIUS * unit * size.sqrt();
+    let broad = |size: f32| RADIUS * unit * size.sqrt();
     let density = |c: &Controls| {
-        if c.wash > 0.0 { OVERLAP / (std::f32::consts::PI * full(c.size).powi(2)) } else { 0.0 }
+        if c.wash > 0.0 { overlap / (std::f32::consts::PI * (scale * broad(c.size)).powi(2)) } else { 0.0 }
     };
     let mut stamps = Vec::new();
-    for place in surfaces.scatter(density, 0x7a5) {
+    for place in surfaces.scatter(density, salt) {
         let controls = surfaces.controls(place.draw);
-        let full = full(controls.size);
+        let broad = broad(controls.size);
+        let full = scale * broad;
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));
         let Some(i) = tones.index(place.pixel) else { continue };
-        let Some(grey) = tones.grey(place.pixel, 0.9 * full, place.shape) else { continue };
+        let grey = |radius: f32| tones.grey(place.pixel, 0.9 * radius, place.shape);
+        let [Some(mean), Some(here)] = [broad, SMALL * broad].map(grey) else { continue };
+        let fine = smoothstep(FINE[0], FINE[1], (here - mean).abs());
+        let small = scale < 1.0;
+        let (grey, share_of_brush) = if small { (here, PRESSED * fine) } else { (mean, 1.0 - fine) };
+        if share_of_brush <= 0.0 {
+            continue;
+        }
         let own = share(map, place.pixel, full, place.shape);
         let dark = in_shades(darkness(grey, tones.facing[i]));
         if dark < 0.02 {
@@ -63,7 +89,7 @@ pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
             lane: random(14),
             variant: place.hash % VARIANTS as u32,
             shape: place.shape,
-            weight: place.weight,
+            weight: place.weight * share_of_brush,
             stretch: 1.25,
             ratio: 1.0,
         });
