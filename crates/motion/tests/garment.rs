@@ -252,8 +252,8 @@ fn every_cut_and_way_to_wear_it_is_put_on() {
         let (least, crossed) = (nearest(&costume), costume.solver().cloth().crossings(x).len());
         let stretch = costume.solver().cloth().stretch(x, |a| a != Along::Bias);
         println!("{text}: {} vertices, nearest {least} m, {crossed} edges cross, {stretch:?}", x.len());
-        // Measured 4.5 mm, no crossing, .0006 and .059.
-        assert!(least > -1e-3 && crossed <= 4 && stretch.median < 0.0025 && stretch.p999 < 0.15, "{text}");
+        // Measured 4.5 mm, no crossing but 4 of what is drawn up, .0008 and .057.
+        assert!(least > -1e-3 && crossed <= 8 && stretch.median < 0.0025 && stretch.p999 < 0.15, "{text}");
     }
 }
 
@@ -290,9 +290,9 @@ fn a_player_dances_in_a_karaori() {
     assert!(bounds[1].y > 1.35 && bounds[1].y < 1.65, "{bounds:?}");
     assert!(bounds[0].y > 0.0 && bounds[0].y < 0.25, "{bounds:?}");
     assert!(least > -1e-3, "{least}");
-    // Measured none, and .057, in triangles of 4.5 cm.
+    // Measured none, and .031, in triangles of 4.5 cm.
     assert!(crossed <= 4, "{crossed}");
-    assert!(long < 0.23, "{long}");
+    assert!(long < 0.12, "{long}");
     assert!(stretch.median < 0.01, "{stretch:?}");
 }
 
@@ -329,7 +329,7 @@ fn cloth_moves_with_a_body_that_moves_in_its_first_frame() {
         (mean - pelvis).length() / pelvis.length()
     });
     println!("slower than the pelvis by {slower:?} of its speed");
-    // Measured 1.03 and .11: hem and sleeves swing after.
+    // Measured 1.00 and .05: hem and sleeves swing after.
     assert!(slower[0] > 0.9 && slower[1] < 0.3, "{slower:?}");
 }
 
@@ -376,7 +376,7 @@ fn cloth_has_room_between_trunk_and_arms_that_hang_into_it() {
     .unwrap();
     let without = costume.solver().cloth().crossings(costume.solver().positions()).len();
     println!("{without} where arms are not turned out");
-    // Measured 326.
+    // Measured 721.
     assert!(without > 80, "{without}");
     // It is told how far it is, and may be told to stop.
     let mut told = Vec::new();

@@ -7,22 +7,20 @@
 //! made once and only fitted anew; where neighbours in the cloth face the same way nothing is looked for.
 //!
 //! Three lists, each made from the one before when it is due. Leaves of the tree that are near, with a margin that lasts for about a
-//! frame. Pairs of vertices, triangles and edges within reach, when a vertex has gone as far as it may: several times a frame.
-//! Pairs that touch, in each substep, with weights of where. All but the first are made by all threads, in blocks of a fixed number, and
+//! frame. Pairs of vertices, triangles and edges within reach, when a vertex has gone as far as it may: several times a frame, and only
+//! about vertices that have gone far since; others may go as far as is left to them. Pairs that touch, with weights of where. All but the first are made by all threads, in blocks of a fixed number, and
 //! pushed apart one after the other in the order of the blocks: same bits for any number of threads.
 
 use super::Cloth;
 use super::body::{RECOVERY, barycentric};
+use super::bounds::Bounds;
+use super::leaves::{LEAF, Leaf, Leaves};
 use super::order::Order;
-use super::springs::panels;
 use super::team::Parts;
-use glam::{Vec2, Vec3, Vec3A, Vec4};
-use std::collections::HashSet;
+use glam::{Vec3, Vec3A, Vec4};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// Triangles of a leaf.
-const LEAF: usize = 4;
 /// Distance to keep, in mean edges, where the cloth is thinner: what is much thinner than its triangles would crumple.
 const RADIUS: f32 = 0.2;
 /// Distance within which pairs are found, in mean edges: so far that who is not paired may move as much as who touches.
@@ -34,57 +32,12 @@ const PART: f32 = 0.9;
 /// Speed at which a vertex may move whatever it is near to, m/s. What is squeezed flat between two limbs, or passes through itself,
 /// would else stay where it is while a limb goes on: so fast are limbs of a dance.
 const LEAST: f32 = 0.5;
-/// Blocks of the work on pairs: several for each of a dozen threads.
-pub(super) const BLOCKS: usize = 64;
+/// Blocks of the work on pairs: several for each of a dozen threads, and so small that what has moved is in few of them.
+pub(super) const BLOCKS: usize = 256;
+/// Part of the way it may move that a vertex has gone for its pairs to be found again when those of others are.
+const GONE: f32 = 0.4;
 /// Of the distance to keep, within which a pair may come to touch while others are pushed.
 const TOUCH: f32 = 1.1;
-
-/// A box around something.
-#[derive(Clone, Copy, Debug)]
-struct Bounds {
-    low: Vec3A,
-    high: Vec3A,
-}
-
-impl Bounds {
-    const NONE: Self = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
-
-    #[inline(always)]
-    fn with(self, p: Vec3A) -> Self {
-        Self { low: self.low.min(p), high: self.high.max(p) }
-    }
-
-    #[inline(always)]
-    fn joined(self, o: Self) -> Self {
-        Self { low: self.low.min(o.low), high: self.high.max(o.high) }
-    }
-
-    #[inline(always)]
-    fn meets(&self, o: &Self, gap: f32) -> bool {
-        ((self.low - Vec3A::splat(gap)).cmple(o.high) & (o.low - Vec3A::splat(gap)).cmple(self.high)).all()
-    }
-
-    #[inline(always)]
-    fn grown(self, by: f32) -> Self {
-        Self { low: self.low - Vec3A::splat(by), high: self.high + Vec3A::splat(by) }
-    }
-
-    #[inline(always)]
-    fn has(&self, p: Vec3A) -> bool {
-        (self.low.cmple(p) & p.cmple(self.high)).all()
-    }
-}
-
-/// Triangles with the vertices and edges that belong to them, each to one: ranges of the lists.
-struct Leaf {
-    triangles: Range<u32>,
-    vertices: Range<u32>,
-    edges: Range<u32>,
-    /// Leaves that it has a vertex in common with, itself among them, sorted.
-    near: Vec<u32>,
-    /// Whether it has triangles of several panels.
-    mixed: bool,
-}
 
 /// A leaf where it is now.
 #[derive(Clone, Copy)]
@@ -106,6 +59,8 @@ struct Found {
     touching: Vec<([u32; 4], [f32; 4])>,
     /// Edges of two leaves that are near to each other, while they are compared.
     close: [Vec<Close>; 2],
+    /// The look at which pairs were found.
+    look: u32,
 }
 
 /// An edge, its ends and its box.
@@ -116,13 +71,17 @@ struct Fixed {
     radius: f32,
     query: f32,
     margin: f32,
-    /// How far vertices may always move between two looks.
+    /// How far vertices may always move between two looks, and how far at the most: two that are not paired are farther apart than the
+    /// query, and end no nearer than the radius.
     least: f32,
+    farthest: f32,
     friction: f32,
     leaves: Vec<Leaf>,
     triangles: Vec<[u32; 3]>,
     vertices: Vec<u32>,
     edges: Vec<[u32; 2]>,
+    /// Of each vertex, the leaves with a triangle at it.
+    leaves_of: Vec<Vec<u32>>,
     /// Of each vertex, those that are nearer than the radius in the flat cloth: mostly none.
     ring: Vec<Vec<u32>>,
     /// Whether there are such.
@@ -141,6 +100,9 @@ struct Lists {
     /// How far all have moved together since pairs were found; and since leaves were compared.
     drift: Vec3A,
     far_drift: Vec3A,
+    /// How often pairs have been looked for, and the last time when all were.
+    look: u32,
+    all: u32,
 }
 
 /// What touches what.
@@ -156,6 +118,8 @@ pub(super) struct Contacts {
     far_at: Vec<Vec3A>,
     /// Whether leaves must be compared again.
     far: AtomicBool,
+    /// Of each leaf, the look before which a vertex of it had moved.
+    moved: Vec<AtomicU32>,
 }
 
 /// [`Contacts`] as threads share them in a step.
@@ -168,6 +132,7 @@ pub(super) struct Shared<'a> {
     reach: &'a [AtomicU32],
     far_at: Parts<'a, Vec3A>,
     far: &'a AtomicBool,
+    moved: &'a [AtomicU32],
 }
 
 const COMMON: u32 = 1 << 31;
@@ -192,85 +157,15 @@ impl Contacts {
             ring[b as usize].push(a);
         }
         ring.iter_mut().for_each(|r| r.sort_unstable());
-        // Leaves by splitting triangles in two, over and over, along the longest side of what they cover of the flat cloth, panel
-        // from panel first: layers that lie on each other are no neighbours.
-        let panel_of = panels(sheet);
-        let widest = sheet.flat.iter().flatten().fold(1.0f32, |w, p| w.max(p.abs().max_element()));
-        let depth = sheet.triangles.len().div_ceil(LEAF).next_power_of_two();
-        let mut order_of: Vec<u32> = (0..sheet.triangles.len() as u32).collect();
-        let middle = |t: u32| {
-            let flat: Vec2 = sheet.flat[t as usize].iter().sum();
-            flat.extend(panel_of[t as usize] as f32 * 10.0 * widest)
-        };
-        split(&mut order_of, depth, &middle);
-        let mut owned: HashSet<u32> = HashSet::new();
-        let mut edges_of: HashSet<[u32; 2]> = HashSet::new();
-        let count = sheet.triangles.len();
-        let mut leaves = Vec::with_capacity(depth);
-        let (mut triangles, mut vertices, mut edges) = (Vec::with_capacity(count), Vec::new(), Vec::new());
-        for k in 0..depth {
-            // The same halves as `split` has.
-            let (mut from, mut to) = (0, count);
-            let mut width = depth;
-            let mut rest = k;
-            while width > 1 {
-                let half = from + (to - from) / 2;
-                width /= 2;
-                if rest >= width {
-                    from = half;
-                    rest -= width;
-                } else {
-                    to = half;
-                }
-            }
-            let firsts = [triangles.len(), vertices.len(), edges.len()];
-            for t in &order_of[from..to] {
-                let t = sheet.triangles[*t as usize].map(place);
-                triangles.push(t);
-                vertices.extend(t.iter().filter(|v| owned.insert(**v)));
-                for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-                    let e = [t[a].min(t[b]), t[a].max(t[b])];
-                    if edges_of.insert(e) {
-                        edges.push(e);
-                    }
-                }
-            }
-            let range = |first: usize, len: usize| first as u32..len as u32;
-            leaves.push(Leaf {
-                triangles: range(firsts[0], triangles.len()),
-                vertices: range(firsts[1], vertices.len()),
-                edges: range(firsts[2], edges.len()),
-                near: Vec::new(),
-                mixed: order_of[from..to]
-                    .windows(2)
-                    .any(|t| panel_of[t[0] as usize] != panel_of[t[1] as usize]),
-            });
-        }
-        // Leaves that have a vertex in common.
-        let mut leaves_of: Vec<Vec<u32>> = vec![Vec::new(); n];
-        let corners = |leaf: &Leaf| {
-            triangles[leaf.triangles.start as usize..leaf.triangles.end as usize].iter().flatten()
-        };
-        for (k, leaf) in leaves.iter().enumerate() {
-            for v in corners(leaf) {
-                if leaves_of[*v as usize].last() != Some(&(k as u32)) {
-                    leaves_of[*v as usize].push(k as u32);
-                }
-            }
-        }
-        for leaf in &mut leaves {
-            let mut near: Vec<u32> =
-                corners(leaf).flat_map(|v| leaves_of[*v as usize].iter().copied()).collect();
-            near.sort_unstable();
-            near.dedup();
-            leaf.near = near;
-        }
+        let Leaves { leaves, triangles, vertices, edges, of: leaves_of } = Leaves::new(sheet, &place);
         let lists = Lists {
             boxes: vec![Bounds::NONE; 2 * leaves.len() - 1],
             stack: Vec::with_capacity(256),
             near: Vec::new(),
             drift: Vec3A::ZERO,
             far_drift: Vec3A::ZERO,
+            look: 0,
+            all: 0,
         };
         Some(Self {
             now: vec![Now { bounds: Bounds::NONE, normal: Vec3A::ZERO, cosine: -1.0 }; leaves.len()],
@@ -281,16 +176,19 @@ impl Contacts {
             reach: (0..n).map(|_| AtomicU32::new(0)).collect(),
             far_at: vec![Vec3A::ZERO; n],
             far: AtomicBool::new(true),
+            moved: leaves.iter().map(|_| AtomicU32::new(0)).collect(),
             fixed: Fixed {
                 radius,
                 query,
                 margin: MARGIN * edge,
                 least: LEAST * h,
+                farthest: 0.5 * (query - radius).max(0.2 * radius) * PART,
                 friction: cloth.friction[1],
                 leaves,
                 triangles,
                 vertices,
                 edges,
+                leaves_of,
                 ringed: ring.iter().map(|r| !r.is_empty()).collect(),
                 ring,
                 attached,
@@ -314,6 +212,7 @@ impl Contacts {
             reach: &self.reach,
             far_at: Parts::new(&mut self.far_at),
             far: &self.far,
+            moved: &self.moved,
         }
     }
 }
@@ -328,20 +227,29 @@ const FIT: usize = 128;
 /// Of all: a phase is over before the next begins, and the tasks of a phase have different numbers or ranges.
 #[allow(unsafe_code, clippy::missing_safety_doc)]
 impl Shared<'_> {
-    /// Takes over where places are.
+    /// Takes over where places are. Pairs of those that have gone far since the last look are found again; others may go as far as is
+    /// left to them.
     pub unsafe fn look(&self, range: &Range<usize>, x: &[Vec4]) {
         // SAFETY: by the promise of the phases.
         let (at, lists) = unsafe { (self.at.part(range), &self.lists.read(&(0..1))[0]) };
         let far_at = unsafe { self.far_at.read(range) };
         let drift = lists.far_drift + lists.drift;
-        // Two that are not paired are farther apart than the query, and end no nearer than the radius.
         let f = self.fixed;
-        let farthest = (0.5 * (f.query - f.radius).max(0.2 * f.radius) * PART).to_bits();
         let mut most = 0.0f32;
-        for (((at, x), far_at), reach) in at.iter_mut().zip(x).zip(far_at).zip(&self.reach[range.clone()]) {
-            *at = Vec3A::from_vec4(*x);
-            reach.store(farthest, Ordering::Relaxed);
-            most = most.max((*at - *far_at - drift).length_squared());
+        for (((at, x), far_at), place) in at.iter_mut().zip(x).zip(far_at).zip(range.clone()) {
+            let (now, reach) = (Vec3A::from_vec4(*x), &self.reach[place]);
+            let gone = (now - *at - lists.drift).length();
+            let may = f32::from_bits(reach.load(Ordering::Relaxed));
+            if gone > GONE * may {
+                reach.store(f.farthest.to_bits(), Ordering::Relaxed);
+                for leaf in &f.leaves_of[place] {
+                    self.moved[*leaf as usize].store(lists.look + 1, Ordering::Relaxed);
+                }
+            } else {
+                reach.store((may - gone).max(f.least).to_bits(), Ordering::Relaxed);
+            }
+            *at = now;
+            most = most.max((now - *far_at - drift).length_squared());
         }
         if most > f.margin * f.margin {
             self.far.store(true, Ordering::Relaxed);
@@ -384,10 +292,13 @@ impl Shared<'_> {
         let (lists, now) = unsafe { (&mut self.lists.part(&(0..1))[0], self.now.read(&(0..self.now.len()))) };
         lists.far_drift += lists.drift;
         lists.drift = Vec3A::ZERO;
+        lists.look = lists.look.wrapping_add(1);
         if !self.far.swap(false, Ordering::Relaxed) {
             return;
         }
         lists.far_drift = Vec3A::ZERO;
+        lists.all = lists.look;
+        self.reach.iter().for_each(|r| r.store(self.fixed.farthest.to_bits(), Ordering::Relaxed));
         let all = 0..self.at.len();
         unsafe { self.far_at.part(&all).copy_from_slice(self.at.read(&all)) };
         let gap = self.fixed.query + 2.0 * self.fixed.margin;
@@ -424,15 +335,21 @@ impl Shared<'_> {
         }
     }
 
-    /// Finds the pairs of a block.
+    /// Finds the pairs of a block, if vertices of it have moved.
     pub unsafe fn pair(&self, block: usize) {
         // SAFETY: by the promise of the phases.
-        let near = unsafe { &self.lists.read(&(0..1))[0].near };
+        let Lists { near, look, all, .. } = unsafe { &self.lists.read(&(0..1))[0] };
         let found = unsafe { &mut self.found.part(&(block..block + 1))[0] };
+        let each = near.len().div_ceil(BLOCKS);
+        let near = near.iter().skip(block * each).take(each);
+        let moved = |leaf: u32| self.moved[leaf as usize].load(Ordering::Relaxed) == *look;
+        if all != look && !near.clone().any(|[a, b]| moved(a & !COMMON) || moved(*b)) {
+            return;
+        }
+        found.look = *look;
         found.sides.clear();
         found.crosses.clear();
-        let each = near.len().div_ceil(BLOCKS);
-        for [a, b] in near.iter().skip(block * each).take(each) {
+        for [a, b] in near {
             unsafe { self.pair_leaves((a & !COMMON) as usize, *b as usize, a & COMMON != 0, found) };
         }
     }
@@ -516,10 +433,15 @@ impl Shared<'_> {
         }
     }
 
-    /// Which pairs of a block touch, vertices being at `x` + `u`.
-    pub unsafe fn touch(&self, block: usize, x: &[Vec4], u: &[Vec4]) {
+    /// Which pairs of a block touch, vertices being at `x` + `u`; or, unless `all` are looked at, of a block whose pairs were found at the
+    /// last look.
+    pub unsafe fn touch(&self, block: usize, x: &[Vec4], u: &[Vec4], all: bool) {
         // SAFETY: by the promise of the phases.
-        let Found { sides, crosses, touching, .. } = unsafe { &mut self.found.part(&(block..block + 1))[0] };
+        let Found { sides, crosses, touching, look, .. } =
+            unsafe { &mut self.found.part(&(block..block + 1))[0] };
+        if !all && *look != unsafe { self.lists.read(&(0..1))[0].look } {
+            return;
+        }
         touching.clear();
         let near = TOUCH * self.fixed.radius;
         let place = |v: u32| Vec3A::from_vec4(x[v as usize] + u[v as usize]);
@@ -529,13 +451,22 @@ impl Shared<'_> {
                 touching.push((*pair, c));
             }
         };
+        // Boxes first: most pairs are within reach only.
+        let apart =
+            |a: [Vec3A; 2], b: [Vec3A; 2]| (b[0] - a[1]).max(a[0] - b[1]).cmpge(Vec3A::splat(near)).any();
         for pair in sides.iter() {
             let q = pair.map(place);
+            if apart([q[0], q[0]], [q[1].min(q[2]).min(q[3]), q[1].max(q[2]).max(q[3])]) {
+                continue;
+            }
             let w = barycentric(q[0].into(), q[1].into(), q[2].into(), q[3].into());
             keep(pair, q, [1.0, -w[0], -w[1], -w[2]]);
         }
         for pair in crosses.iter() {
             let q = pair.map(place);
+            if apart([q[0].min(q[1]), q[0].max(q[1])], [q[2].min(q[3]), q[2].max(q[3])]) {
+                continue;
+            }
             let [s, t] = nearest_of_edges(q[0].into(), q[1].into(), q[2].into(), q[3].into());
             keep(pair, q, [1.0 - s, s, t - 1.0, -t]);
         }
@@ -590,46 +521,32 @@ impl Shared<'_> {
         }
     }
 
-    /// Keeps places from going farther than they may, unless they are attached and go where they are told; whether pairs must be
-    /// found again.
-    pub unsafe fn hold(&self, range: &Range<usize>, x: &[Vec4], u: &mut [Vec4], inverse: &[f32]) -> bool {
+    /// Keeps places from going farther than they may, unless they are attached and go where they are told, and says so by a `slack` of
+    /// nought; whether pairs must be found again.
+    pub unsafe fn hold(
+        &self,
+        range: &Range<usize>,
+        x: &[Vec4],
+        u: &mut [Vec4],
+        slack: &mut [f32],
+        inverse: &[f32],
+    ) -> bool {
         // SAFETY: by the promise of the phases.
         let (at, drift) = unsafe { (self.at.read(range), self.lists.read(&(0..1))[0].drift) };
         let mut again = false;
-        for ((((x, u), at), reach), w) in
-            x.iter().zip(u).zip(at).zip(&self.reach[range.clone()]).zip(&inverse[range.clone()])
-        {
+        let of = at.iter().zip(&self.reach[range.clone()]).zip(&inverse[range.clone()]);
+        for (((x, u), slack), ((at, reach), w)) in x.iter().zip(u).zip(slack).zip(of) {
             let from = *at + drift;
             let way = Vec3A::from_vec4(*x + *u) - from;
             let (far, reach) = (way.length(), f32::from_bits(reach.load(Ordering::Relaxed)));
             if far > reach && *w > 0.0 {
                 *u = (from + way * (reach / far) - Vec3A::from_vec4(*x)).extend(0.0);
+                *slack = 0.0;
             }
             again |= far > 0.7 * reach;
         }
         again
     }
-}
-
-/// Sorts triangles so that halves of halves lie side by side.
-fn split(list: &mut [u32], leaves: usize, middle: &impl Fn(u32) -> Vec3) {
-    if leaves <= 1 || list.len() <= 1 {
-        return;
-    }
-    let bounds = list.iter().fold(Bounds::NONE, |b, t| b.with(middle(*t).into()));
-    let size = bounds.high - bounds.low;
-    let axis = if size.x >= size.y && size.x >= size.z {
-        0
-    } else if size.y >= size.z {
-        1
-    } else {
-        2
-    };
-    let half = list.len() / 2;
-    list.select_nth_unstable_by(half, |a, b| middle(*a)[axis].total_cmp(&middle(*b)[axis]).then(a.cmp(b)));
-    let (low, high) = list.split_at_mut(half);
-    split(low, leaves / 2, middle);
-    split(high, leaves / 2, middle);
 }
 
 /// Parts of the way along two edges where they are nearest to each other (Ericson 2005, "Real-Time Collision Detection", 5.1.9).
@@ -651,53 +568,4 @@ pub(super) fn nearest_of_edges(p0: Vec3, p1: Vec3, q0: Vec3, q1: Vec3) -> [f32; 
     } else {
         [s, t]
     }
-}
-
-/// Edges that go through triangles of which they have no corner: of each, both.
-pub(super) fn crossings(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
-    // Boxes sorted along x, and those that overlap there compared.
-    let p = |v: u32| positions[v as usize];
-    let mut known = HashSet::new();
-    let mut edges: Vec<([u32; 2], Bounds)> = Vec::new();
-    for t in triangles {
-        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-            let e = [t[a].min(t[b]), t[a].max(t[b])];
-            if known.insert(e) {
-                edges.push((e, Bounds::NONE.with(p(e[0]).into()).with(p(e[1]).into())));
-            }
-        }
-    }
-    let mut faces: Vec<(u32, Bounds)> = triangles
-        .iter()
-        .enumerate()
-        .map(|(i, t)| (i as u32, t.iter().fold(Bounds::NONE, |b, v| b.with(p(*v).into()))))
-        .collect();
-    edges.sort_by(|a, b| a.1.low.x.total_cmp(&b.1.low.x));
-    faces.sort_by(|a, b| a.1.low.x.total_cmp(&b.1.low.x));
-    let widest = faces.iter().map(|f| f.1.high.x - f.1.low.x).fold(0.0, f32::max);
-    let mut found = Vec::new();
-    for (e, bounds) in &edges {
-        let start = faces.partition_point(|f| f.1.low.x < bounds.low.x - widest);
-        for (i, other) in faces[start..].iter().take_while(|f| f.1.low.x <= bounds.high.x) {
-            let t = triangles[*i as usize];
-            if !bounds.meets(other, 0.0) || t.iter().any(|v| e.contains(v)) {
-                continue;
-            }
-            let [a, b, c] = t.map(|v| p(v).as_dvec3());
-            let [o, q] = e.map(|v| p(v).as_dvec3());
-            let volume = |a: glam::DVec3, b: glam::DVec3, c: glam::DVec3, d: glam::DVec3| {
-                (b - a).cross(c - a).dot(d - a)
-            };
-            let (above, below) = (volume(a, b, c, o), volume(a, b, c, q));
-            if above * below >= 0.0 {
-                continue;
-            }
-            let sides = [volume(o, q, a, b), volume(o, q, b, c), volume(o, q, c, a)];
-            if sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0) {
-                found.push((*e, *i));
-            }
-        }
-    }
-    found.sort_unstable();
-    found
 }

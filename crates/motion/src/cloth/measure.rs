@@ -67,7 +67,7 @@ impl Cloth {
     /// Edges that go through triangles of which they have no corner, with the number of the triangle: where cloth passes through
     /// itself.
     pub fn crossings(&self, positions: &[Vec3]) -> Vec<([u32; 2], u32)> {
-        super::contact::crossings(positions, &self.sheet.triangles)
+        super::crossings::crossings(positions, &self.sheet.triangles)
     }
 
     /// Energies at these positions and velocities.

@@ -7,10 +7,14 @@
 //!
 //! Metres, seconds, kilograms. The weft runs along u of the flat cloth and the warp along v.
 
+mod air;
 mod body;
+mod bounds;
 mod contact;
+mod crossings;
 mod fabric;
 mod lattice;
+mod leaves;
 mod measure;
 mod order;
 mod provot;

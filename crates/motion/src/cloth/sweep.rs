@@ -111,6 +111,21 @@ impl Springs {
         }
     }
 
+    /// Another pass for those that are longer than they may be: few, and weight hangs at them.
+    pub fn tighten(&self, x: &[Vec4], u: &mut [Vec4]) {
+        for four in &self.fours {
+            let (from, to) = (four.from.map(|v| v as usize), four.to.map(|v| v as usize));
+            let d = columns(x, &from, &to) + columns(u, &from, &to);
+            let square = d.x_axis * d.x_axis + d.y_axis * d.y_axis + d.z_axis * d.z_axis;
+            if square.cmple(four.longest * four.longest).all() {
+                continue;
+            }
+            let length = square.sqrt();
+            let by = (length - four.longest).max(Vec4::ZERO) / length.max(Vec4::splat(SHORT));
+            apply(u, &from, &to, d, by, &four.share);
+        }
+    }
+
     /// Dampers act on velocities `v` at `x`.
     pub fn calm(&self, x: &[Vec4], v: &mut [Vec4]) {
         for four in &self.fours {
