@@ -42,7 +42,8 @@ pub struct Ink {
     outputs: Vec<PathBuf>,
 
     /// A way of painting: one of those that `--list` has, or a file (.toml) with the same keys, and tables [object.NAME],
-    /// [material.NAME] and [stroke.ID] for what is otherwise of single objects, materials and strokes.
+    /// [material.NAME], [mask.NAME] and [stroke.ID] for what is otherwise of single objects and materials, where a picture says
+    /// so, and of single strokes.
     #[arg(long, default_value = preset::DEFAULT, value_name = "NAME|FILE")]
     preset: String,
 
@@ -193,11 +194,11 @@ impl Ink {
             true => {
                 let bytes = read_bounded(Path::new(&self.preset), MOST)?;
                 let text = String::from_utf8(bytes).with_context(|| format!("{}: not UTF-8", self.preset))?;
-                let open = |brush: &str| {
-                    let picture = Path::new(&self.preset).with_file_name(brush);
+                let open = |name: &str| {
+                    let picture = Path::new(&self.preset).with_file_name(name);
                     let options = image::ReadOptions::to(ColourSpace::LinearSrgb);
                     image::read(&picture, &options)
-                        .map(|image| (brush.into(), image))
+                        .map(|image| (name.into(), image))
                         .map_err(|e| e.to_string())
                 };
                 preset::read(&text, &self.preset, &open)?.style
@@ -262,7 +263,8 @@ impl Ink {
         let style = self.style()?;
         if self.literal && !style.steering.is_empty() {
             bail!(
-                "{}: the slides' method knows nothing of single objects, materials and strokes; leave out --literal or their tables",
+                "{}: the slides' method knows nothing of single objects, materials and strokes, nor of masks; leave out --literal or \
+                 their tables",
                 self.preset
             );
         }

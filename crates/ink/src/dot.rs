@@ -1,5 +1,6 @@
 //! Dots (dian): what is too small for lines becomes one print of the brush.
 
+use crate::control::Controls;
 use crate::depth::DepthMap;
 use crate::footprint::VARIANTS;
 use crate::projection::Projection;
@@ -18,12 +19,14 @@ const LOAD: f32 = 1.4;
 /// Longest print, as length over width.
 const LONGEST: f32 = 2.5;
 
-/// Whether a placed mesh with these vertices is too small for lines: `None` where it is not, else its dot where it is seen.
+/// Whether a placed mesh with these vertices is too small for lines: `None` where it is not, else its dot where it is seen. `at`: the
+/// controls of what is painted at a place of the picture.
 pub fn dot(
     positions: &[DVec3],
     projection: &Projection,
     map: &DepthMap,
     hand: &Hand,
+    at: &dyn Fn(Vec2) -> Controls,
     draw: u32,
     shape: u32,
 ) -> Option<Option<Stamp>> {
@@ -44,8 +47,11 @@ pub fn dot(
     }
     let inside =
         middle.cmpge(Vec2::ZERO).all() && middle.x < map.size[0] as f32 && middle.y < map.size[1] as f32;
-    let c = &hand.controls;
-    if !inside || c.dot <= 0.0 {
+    if !inside {
+        return Some(None);
+    }
+    let c = at(middle);
+    if c.dot <= 0.0 {
         return Some(None);
     }
     // Seen where it is the shape of the pixel, or so small that it is between pixels and nothing is before it.

@@ -30,6 +30,8 @@
 //! | [`literal`] | the slides of Xu, Yang and Wu 2012 as they stand, for comparison |
 //! | [`control`], [`preset`] | what is steered, and ways of painting |
 //! | [`steering`] | what of single objects and strokes is otherwise |
+//! | [`mask`] | pictures that say where something is otherwise |
+//! | [`local`], [`coordinates`] | the controls place by place; texture coordinates of places on lines |
 //! | [`painter`] | all of it in order |
 //!
 //! Lengths are in pixels of a picture of 1080 lines where nothing else is said, so that a painting looks the same in any size.
@@ -38,6 +40,7 @@ pub mod brush;
 pub mod canvas;
 pub mod contour;
 pub mod control;
+pub mod coordinates;
 pub mod curvature;
 pub mod depth;
 pub mod dispersion;
@@ -48,6 +51,8 @@ pub mod flow;
 pub mod footprint;
 mod isoline;
 pub mod literal;
+pub mod local;
+pub mod mask;
 pub mod mist;
 pub mod mount;
 pub mod painter;

@@ -3,11 +3,12 @@
 use crate::InkError;
 use crate::brush::Bristles;
 use crate::canvas::{BRUSHED, Canvas, LAYERS, Layer, Materials};
-use crate::contour::MeshPoint;
-use crate::contour::{Surface, to_world};
+use crate::contour::{LineKind, MeshPoint, Surface, to_world};
 use crate::control::Controls;
+use crate::coordinates::Coordinates;
 use crate::depth::DepthMap;
 use crate::dot;
+use crate::local::Local;
 use crate::mist::Mist;
 use crate::mount::Mounting;
 use crate::paper::{PAPERS, Paper};
@@ -16,7 +17,7 @@ use crate::projection::Projection;
 use crate::resolve::Resolve;
 use crate::rub;
 use crate::scatter::Surfaces;
-use crate::select::select;
+use crate::select::{Detail, select};
 use crate::signature::{Mark, Signature};
 use crate::stamp::{self, Stamp};
 use crate::steering::{Names, Steering, StrokeEdit};
@@ -25,14 +26,14 @@ use crate::svg::{Drawing, svg};
 use crate::tone::Tones;
 use crate::topology::{Creases, Topology};
 use crate::tracking::{Change, Tracker};
-use crate::visibility::{Cleaning, SampledLine, sample};
+use crate::visibility::{Cleaning, Sample, SampledLine, sample};
 use crate::wash;
 use crate::wrinkle::{self, MANNERS, Manner};
 use glam::{DVec3, Vec2};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::hash::{Hash, Hasher};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use wgpu::{Device, Queue};
 use yugen_optics::{ColourSpace, Image};
 use yugen_realtime::{Options, Stage};
@@ -41,6 +42,7 @@ use yugen_scene::{Aov, Camera, Film, Filter, Scene};
 
 mod literally;
 mod live;
+mod masked;
 
 use live::Sight;
 
@@ -107,8 +109,8 @@ pub struct Painter {
     stamps: [Vec<Stamp>; BRUSHED],
     style: Style,
     names: Names,
-    /// The controls of each draw, and what of single strokes is otherwise.
-    of_draws: Arc<[Controls]>,
+    /// The controls of each place of each draw, and what of single strokes is otherwise.
+    local: Arc<Local>,
     edits: Arc<BTreeMap<u32, StrokeEdit>>,
     /// Of those strokes, the ones that no frame has had yet.
     unmet: BTreeSet<u32>,
@@ -123,6 +125,8 @@ struct Known {
     vertices: u32,
     triangles: u64,
     topology: Topology,
+    /// Where masks lie on it, once that is asked.
+    coordinates: OnceLock<Coordinates>,
 }
 
 /// Pixels of the picture across one in which light is looked at: a fifth of a small print of the wash.
@@ -176,10 +180,12 @@ impl Painter {
     ) -> Result<Self, InkError> {
         let size = Projection::new(camera)?.size();
         let rows = Rows::new(lit_scene(scene, &style)?.as_ref())?;
+        let names = Names::of(scene);
+        let local = local(&style, &rows, &names);
         let options = Options {
             // One sample in the middle of each pixel: lines are compared with what is there.
             filter: Filter::Box,
-            aovs: vec![Aov::Depth, Aov::Id, Aov::ShadingNormal],
+            aovs: masked::aovs(&local),
             seed: style.seed,
             threads,
             ..Options::new(size, None)
@@ -190,8 +196,6 @@ impl Painter {
         // Direct light: what is thrown to and fro a wash does not show.
         let lit = Options { size: [width, height], aovs: vec![Aov::Id], bounces: Some(1), ..options.clone() };
         let light = Stage::new(device, queue, &rows, &lit)?;
-        let names = Names::of(scene);
-        let of_draws = of_draws(&style, &rows, &names);
         let edits = Arc::new(style.steering.strokes.clone());
         let canvas = Canvas::new(device, queue, size, &materials(&style, size), &Resolve::default())?;
         let mut painter = Self {
@@ -209,7 +213,7 @@ impl Painter {
             stamps: Default::default(),
             style,
             names,
-            of_draws,
+            local,
             unmet: edits.keys().copied().collect(),
             edits,
             size,
@@ -257,13 +261,9 @@ impl Painter {
             let of_vertices = &self.rows.vertices[range(first_vertex, vertices)];
             let topology =
                 Topology::new(of_vertices, of_mesh, first_vertex, &self.style.creases, use_normals);
-            self.topologies.insert((draw.mesh, use_normals), Known { vertices, triangles: hash, topology });
+            let known = Known { vertices, triangles: hash, topology, coordinates: OnceLock::new() };
+            self.topologies.insert((draw.mesh, use_normals), known);
         }
-    }
-
-    /// A sentence for each table of an object or a material that the scene does not have.
-    pub fn unmet_names(&self) -> Vec<String> {
-        self.style.steering.unmet(&self.names)
     }
 
     /// A sentence for each stroke that something is otherwise of and that no frame has had so far.
@@ -303,6 +303,11 @@ impl Painter {
     /// What is where, as the real-time renderer sees it; what is in front of it.
     fn see(&mut self, camera: &Camera, projection: &Projection) -> Result<(Image, DepthMap), InkError> {
         let _span = tracing::info_span!("see").entered();
+        let aovs = masked::aovs(&self.local);
+        if aovs != self.options[0].aovs {
+            self.options[0].aovs = aovs;
+            self.stage = Stage::new(&self.device, &self.queue, &self.rows, &self.options[0])?;
+        }
         self.stage.resize(projection.size())?;
         self.options[0].size = projection.size();
         // One sample in the middle of each pixel, whatever was seen before.
@@ -370,7 +375,7 @@ impl Painter {
             projection,
             map,
             tones: &tones,
-            of_draws: &self.of_draws,
+            local: &self.local,
             unit,
             near: &near,
             mist: &mist,
@@ -397,8 +402,8 @@ impl Painter {
     }
 
     fn hand(&self, depths: [f32; 2]) -> Hand {
-        let (of_draws, edits) = (self.of_draws.clone(), self.edits.clone());
-        Hand { of_draws, edits, depths, ..plain_hand(&self.style, self.size) }
+        let (local, edits) = (self.local.clone(), self.edits.clone());
+        Hand { local, edits, depths, ..plain_hand(&self.style, self.size) }
     }
 
     /// Paints the last painting anew up to a part of its prints, 0 to 1, in the order in which they are put down; wet ink dries as it
@@ -452,14 +457,19 @@ impl Painter {
         let (mut lines, mut dots) = (Vec::new(), Vec::new());
         let (mist, eye) = (self.mist, projection.eye());
         self.each_surface(|surface, _, i, draw| {
-            if let Some(dot) = dot::dot(&surface.positions, projection, map, &hand.of(i), i, draw.shape) {
-                let thick = hand.of(i).controls.mist;
-                let left = surface.positions.first().map_or(1.0, |p| mist.left(eye, *p, thick));
-                dots.push((i, dot.map(|d| Stamp { ink: d.ink * left, ..d })));
+            let controls = |pixel: Vec2| self.controls_of_small(i, pixel / hand.size);
+            let hand = hand.of(i);
+            if let Some(dot) = dot::dot(&surface.positions, projection, map, &hand, &controls, i, draw.shape)
+            {
+                let left = |d: &Stamp| {
+                    let thick = controls(d.pixel.into()).mist;
+                    surface.positions.first().map_or(1.0, |p| mist.left(eye, *p, thick))
+                };
+                dots.push((i, dot.map(|d| Stamp { ink: d.ink * left(&d), ..d })));
                 return;
             }
             let to_eye = |p| projection.to_eye(p);
-            let suggestive = match hand.of(i).controls.suggestive > 0.0 {
+            let suggestive = match self.local.most(i).suggestive > 0.0 {
                 true => surface.suggestive_contours(&to_eye, i),
                 false => Vec::new(),
             };
@@ -467,10 +477,22 @@ impl Painter {
                 lines.extend(sample(&line, draw.shape, projection, map));
             }
         });
+        for line in lines.iter_mut().filter(|l| self.local.is_masked(l.draw)) {
+            let on_surface = self.local.is_on_surface(line.draw);
+            for sample in &mut line.samples {
+                if on_surface {
+                    sample.uv = self.uv(line.draw, &sample.mesh_point);
+                }
+                let c = hand.at(line.draw, sample);
+                // A stroke ends where a mask leaves no ink of it.
+                let of_kind = if line.kind == LineKind::Suggestive { c.suggestive } else { 1.0 };
+                sample.visible &= c.ink * c.contour * of_kind > 0.0;
+            }
+        }
         for line in &mut lines {
-            let thick = hand.of(line.draw).controls.mist;
-            if thick > 0.0 {
+            if self.local.most(line.draw).mist > 0.0 {
                 for sample in &mut line.samples {
+                    let thick = hand.at(line.draw, sample).mist;
                     let point = sample.mesh_point.position(|v| self.place(line.draw, v));
                     let left = point.map_or(1.0, |p| mist.left(eye, p, thick));
                     sample.strength *= left;
@@ -496,7 +518,7 @@ impl Painter {
         };
         lines.iter_mut().for_each(|l| l.clean(&cleaning));
         lines.retain(|l| l.samples.iter().any(|s| s.visible));
-        let detail = |draw: u32| hand.of(draw).controls.detail;
+        let detail = |draw: u32, sample: &Sample| hand.at(draw, sample).detail;
         if !known {
             pin(&mut lines, hand, &detail);
         }
@@ -591,7 +613,7 @@ fn go_on(wanted: &dyn Fn() -> bool) -> Result<(), InkError> {
 
 /// Marks the samples of pinned strokes in the first frame, where no stroke has a name yet: those that pieces of the chosen lines
 /// would have; of what is not chosen those that pieces of all lines would have.
-fn pin(lines: &mut [SampledLine], hand: &Hand, detail: &dyn Fn(u32) -> f32) {
+fn pin(lines: &mut [SampledLine], hand: &Hand, detail: Detail) {
     let mut wanted: BTreeSet<u32> = hand.edits.iter().filter(|(_, e)| e.pin).map(|(id, _)| *id).collect();
     if wanted.is_empty() {
         return;
@@ -614,14 +636,9 @@ fn pin(lines: &mut [SampledLine], hand: &Hand, detail: &dyn Fn(u32) -> f32) {
     }
 }
 
-/// The controls of each draw.
-fn of_draws(style: &Style, rows: &Rows, names: &Names) -> Arc<[Controls]> {
-    let of_draw = |d: &DrawRow| {
-        let object = names.objects.get(d.shape as usize - 1).map_or("", String::as_str);
-        let materials = names.materials.get(d.material as usize).map_or(&[][..], Vec::as_slice);
-        style.steering.controls(&style.controls, object, materials)
-    };
-    rows.draws.iter().map(of_draw).collect()
+/// The controls of each draw, place by place.
+fn local(style: &Style, rows: &Rows, names: &Names) -> Arc<Local> {
+    Arc::new(Local::new(&style.controls, &style.steering, &rows.draws, names))
 }
 
 /// What a style has the canvas made of.
@@ -648,7 +665,8 @@ fn mist(scene: &Scene) -> Mist {
 fn plain_hand(style: &Style, size: [u32; 2]) -> Hand {
     Hand {
         controls: style.controls,
-        of_draws: Arc::new([]),
+        local: Arc::default(),
+        size: Vec2::from(size.map(|n| n as f32)),
         edits: Arc::default(),
         unit: unit(size),
         depths: [1.0, 1.0],

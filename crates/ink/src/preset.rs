@@ -4,6 +4,7 @@ use crate::InkError;
 use crate::brush::Bristles;
 use crate::canvas::Layer;
 use crate::control::CONTROLS;
+use crate::mask::{Grey, Ground, Mask};
 use crate::painter::{Style, pigments};
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
@@ -27,14 +28,14 @@ pub struct Preset {
     pub style: Style,
 }
 
-/// Opens the picture of a brush, a file beside that of its preset; what it is to be called in presets that are written.
+/// Opens the picture of a brush or of a mask, a file beside that of its preset; what it is to be called in presets that are written.
 pub type Open<'a> = &'a dyn Fn(&str) -> Result<(String, Image), String>;
 
 /// What is painted where nobody says.
 pub const DEFAULT: &str = "sumi";
 
 /// Tables of tables.
-const TABLES: [&str; 3] = ["object", "material", "stroke"];
+const TABLES: [&str; 4] = ["object", "material", "mask", "stroke"];
 /// Names that keys take instead of a number.
 const NAMES: [&str; 7] = ["doc", "base", "brush", "paper", "manner", "pigment", "wash_pigment"];
 
@@ -67,8 +68,8 @@ pub fn is_file(name: &str) -> bool {
 }
 
 /// For presets without a file.
-pub fn no_pictures(brush: &str) -> Result<(String, Image), String> {
-    Err(format!("the picture '{brush}' of the brush cannot be opened here"))
+pub fn no_pictures(picture: &str) -> Result<(String, Image), String> {
+    Err(format!("the picture '{picture}' cannot be opened here"))
 }
 
 /// One from the text of a file of the user's own, which `name` calls in errors.
@@ -104,6 +105,13 @@ pub fn write(style: &Style, doc: &str) -> String {
             for (name, v) in changes.iter() {
                 let _ = writeln!(out, "{name} = {v}");
             }
+        }
+    }
+    for Mask { name, picture, on, changes } in &style.steering.masks {
+        let _ = writeln!(out, "\n[mask.{}]\nimage = {}", quoted(name), quoted(&picture.name));
+        let _ = writeln!(out, "on = {}", quoted(&on.to_string()));
+        for (name, v) in changes.iter() {
+            let _ = writeln!(out, "{name} = {v}");
         }
     }
     for (id, edit) in &style.steering.strokes {
@@ -161,13 +169,13 @@ fn preset(name: &str, keys: &DeTable, open: Open) -> Result<Preset, InkError> {
             DeValue::Integer(number) if !named && !TABLES.contains(&key) => {
                 style.controls.set(key, number.as_str().parse().unwrap_or(f32::NAN))?;
             }
-            DeValue::Table(all) if TABLES.contains(&key) => steer(&mut style.steering, key, all)?,
+            DeValue::Table(all) if TABLES.contains(&key) => steer(&mut style.steering, key, all, open)?,
             _ => {
                 let known = NAMES.into_iter().chain(TABLES).chain(CONTROLS.iter().map(|c| c.name));
                 let what = match named {
                     true => "a name in quotes",
                     false if TABLES.contains(&key) => {
-                        "tables, as [object.NAME], [material.NAME] and [stroke.ID]"
+                        "tables, as [object.NAME], [material.NAME], [mask.NAME] and [stroke.ID]"
                     }
                     false => "a number",
                 };
@@ -182,8 +190,8 @@ fn preset(name: &str, keys: &DeTable, open: Open) -> Result<Preset, InkError> {
     Ok(Preset { name: name.into(), doc, style })
 }
 
-/// Reads the tables of objects, of materials or of strokes.
-fn steer(steering: &mut Steering, kind: &str, all: &DeTable) -> Result<(), InkError> {
+/// Reads the tables of objects, of materials, of masks or of strokes.
+fn steer(steering: &mut Steering, kind: &str, all: &DeTable, open: Open) -> Result<(), InkError> {
     // Later ones win over earlier ones of the file, and the parser sorts by name.
     let mut all: Vec<_> = all.iter().collect();
     all.sort_by_key(|(name, _)| name.span().start);
@@ -195,8 +203,24 @@ fn steer(steering: &mut Steering, kind: &str, all: &DeTable) -> Result<(), InkEr
         };
         let mut edit = StrokeEdit::default();
         let of_stroke = kind == "stroke";
+        let (mut picture, mut on) = (None, Ground::default());
         for (key, value) in keys {
             let key: &str = key.get_ref();
+            match value.get_ref() {
+                DeValue::String(word) if kind == "mask" && key == "image" => {
+                    let opened = open(word).map_err(|e| within(InkError::Preset(e)))?;
+                    picture = Some(Arc::new(Grey::new(&opened.0, &opened.1).map_err(within)?));
+                    continue;
+                }
+                DeValue::String(word) if kind == "mask" && key == "on" => {
+                    on = Ground::parse(word).map_err(within)?;
+                    continue;
+                }
+                _ if kind == "mask" && ["image", "on"].contains(&key) => {
+                    return Err(within(InkError::Preset(format!("'{key}' must be a text in quotes"))));
+                }
+                _ => {}
+            }
             let flag = edit.flag(key).filter(|_| of_stroke);
             let number = match (flag, value.get_ref()) {
                 (Some(flag), DeValue::Boolean(on)) => {
@@ -222,6 +246,11 @@ fn steer(steering: &mut Steering, kind: &str, all: &DeTable) -> Result<(), InkEr
         match kind {
             "object" => steering.objects.push((name.into(), edit.changes)),
             "material" => steering.materials.push((name.into(), edit.changes)),
+            "mask" => {
+                let none = || within(InkError::Preset("expected image = \"FILE\", a grey picture".into()));
+                let (name, picture, changes) = (name.into(), picture.ok_or_else(none)?, edit.changes);
+                steering.masks.push(Mask { name, picture, on, changes });
+            }
             _ => drop(steering.strokes.insert(steering::id(name).map_err(within)?, edit)),
         }
     }
@@ -331,6 +360,17 @@ mod tests {
         assert!(
             read("brush = 'own.png'", "own", &no_pictures).unwrap_err().to_string().contains("'own.png'")
         );
+        // Masks in the order of the file, and their pictures as they are called.
+        let own = "[mask.b]\nimage = 'b.png'\nwash = 0.25\n[mask.a]\non = 'object.wet \"r\".*'\nimage = 'a.png'\nink = 1";
+        let masks = read(own, "own", &stroke).unwrap().style.steering.masks;
+        let said = masks.iter().map(|m| (m.name.as_str(), m.picture.name.as_str(), m.on.to_string()));
+        assert_eq!(
+            said.collect::<Vec<_>>(),
+            [("b", "/brushes/b.png", "picture".into()), ("a", "/brushes/a.png", "object.wet \"r\".*".into())]
+        );
+        let style = Style { steering: Steering { masks, ..Steering::default() }, ..Style::default() };
+        let again = |name: &str| stroke(name).map(|(_, picture)| (name.into(), picture));
+        assert_eq!(read(&write(&style, ""), "again", &again).unwrap().style.steering, style.steering);
         // Whatever characters a name has.
         let mut style = Style::default();
         style.steering.objects.push(("a\n\"\u{1f}\\".into(), Default::default()));
@@ -357,6 +397,16 @@ mod tests {
             ("[object]\nball = 1", "[object.ball] must be a table"),
             ("object = 1", "expected tables, as [object.NAME]"),
             ("[stroke.12]\nhide = true", "'12' is no stroke: expected data-id"),
+            ("[mask.a]\nink = 0", "[mask.a]: expected image = \"FILE\""),
+            ("[mask.a]\nimage = 3", "[mask.a]: 'image' must be a text"),
+            ("[mask.a]\nimage = 'm.png'", "[mask.a]: the picture 'm.png' cannot be opened here"),
+            (
+                "[mask.a]\non = 'objct.b'",
+                "[mask.a]: a mask cannot lie on 'objct.b': expected picture, object.NAME",
+            ),
+            ("[mask.a]\nlight = 1", "[mask.a]: 'light' is of the whole sheet"),
+            ("[mask.a]\nwahs = 1", "did you mean 'wash'?"),
+            ("[mask.a]\nwash = 'much'", "'wash' must be a number"),
             ("[stroke.0f3a9c12]\nwash = 1", "'wash' is not of a stroke; expected hide, pin, ink"),
             ("[stroke.0f3a9c12]\nhide = 'yes'", "'hide' must be true or false"),
         ] {

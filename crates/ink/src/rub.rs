@@ -33,7 +33,7 @@ pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
     };
     let mut stamps = Vec::new();
     for place in surfaces.scatter(density, 0xca) {
-        let controls = surfaces.controls(place.draw);
+        let controls = surfaces.controls(&place);
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));
         let full = full(controls.size);
         let Some(i) = tones.index(place.pixel) else { continue };
@@ -51,7 +51,11 @@ pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
             radius: full * (0.7 + 0.6 * random(31)),
             angle: along.to_angle() + 0.35 * (random(32) - 0.5),
             dryness: DRYNESS,
-            ink: LOAD * controls.rub * controls.ink * (0.7 + 0.6 * random(33)) * surfaces.paleness(&place),
+            ink: LOAD
+                * controls.rub
+                * controls.ink
+                * (0.7 + 0.6 * random(33))
+                * surfaces.paleness(&place, &controls),
             s: random(34) * 90.0,
             lane: random(35),
             variant: place.hash % VARIANTS as u32,

@@ -8,6 +8,8 @@
 use crate::contour::to_world;
 use crate::control::Controls;
 use crate::depth::DepthMap;
+use crate::local::Local;
+use crate::mask;
 use crate::projection::Projection;
 use crate::tone::Tones;
 use glam::{DVec3, Vec2};
@@ -29,6 +31,8 @@ pub struct Place {
     pub pixel: Vec2,
     /// Along the camera's axis.
     pub depth: f32,
+    /// Texture coordinates.
+    pub uv: Vec2,
     /// In the world.
     pub point: DVec3,
     /// Index of the draw.
@@ -54,8 +58,8 @@ pub struct Surfaces<'a> {
     pub map: &'a DepthMap,
     /// In which light.
     pub tones: &'a Tones,
-    /// How each draw is painted.
-    pub of_draws: &'a [Controls],
+    /// How each place of each draw is painted.
+    pub local: &'a Local,
     /// Pixels that stand for one in a picture of 1080 lines.
     pub unit: f32,
     /// How near something at a depth is, 0 to 1.
@@ -67,85 +71,100 @@ pub struct Surfaces<'a> {
 }
 
 impl Surfaces<'_> {
-    /// How a draw is painted.
-    pub fn controls(&self, draw: u32) -> &Controls {
-        &self.of_draws[draw as usize]
+    /// How a place is painted.
+    pub fn controls(&self, place: &Place) -> Controls {
+        self.controls_at(place.draw, place.pixel, place.uv)
     }
 
-    /// Places, `density` to a pixel by the controls of a draw; each kind of mark has a `salt` of its own.
-    pub fn scatter(&self, density: impl Fn(&Controls) -> f32, salt: u32) -> Vec<Place> {
-        let density = |draw| if self.without.contains(&draw) { 0.0 } else { density(self.controls(draw)) };
-        scatter(self.rows, self.projection, self.map, density, hash_combine(self.seed, salt))
+    fn controls_at(&self, draw: u32, pixel: Vec2, uv: Vec2) -> Controls {
+        let part = pixel / Vec2::from(self.map.size.map(|n| n as f32));
+        self.local.at(draw, &mask::Place { part, uv })
+    }
+
+    /// How a place is painted that is seen at another pixel of the draw of a first one; as that one where none of it is seen there.
+    pub fn controls_beside(&self, first: &Place, pixel: Vec2) -> Controls {
+        let uv = self.tones.index(pixel).and_then(|i| self.tones.uv.get(i)).copied();
+        self.controls_at(first.draw, pixel, uv.unwrap_or(first.uv))
     }
 
     /// What is left of ink at the depth of a place.
-    pub fn paleness(&self, place: &Place) -> f32 {
-        let controls = self.controls(place.draw);
+    pub fn paleness(&self, place: &Place, controls: &Controls) -> f32 {
         let far = 1.0 - 0.75 * controls.distance * (1.0 - (self.near)(place.depth));
         far * (self.mist)(place.point, controls.mist)
     }
-}
 
-/// Places that are seen, `density` of them to a pixel, in an order that does not depend on the view.
-pub fn scatter(
-    rows: &Rows,
-    projection: &Projection,
-    map: &DepthMap,
-    density: impl Fn(u32) -> f32,
-    seed: u32,
-) -> Vec<Place> {
-    let [w, h] = map.size.map(|n| n as f32);
-    let mut places = Vec::new();
-    for (index, draw) in (0u32..).zip(&rows.draws) {
-        let density = density(index);
-        if density <= 0.0 {
-            continue;
-        }
-        let MeshRow { first_vertex, vertices, .. } = rows.meshes[draw.mesh as usize];
-        let world = to_world(draw);
-        let vertices = &rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
-        let placed: Vec<DVec3> =
-            vertices.iter().map(|v| world(DVec3::from_array(v.position.map(f64::from)))).collect();
-        let seen: Vec<_> = placed.iter().map(|p| projection.project(*p)).collect();
-        let first = draw.first_triangle;
-        for number in first..first + draw.triangles {
-            let t = rows.triangles[number as usize].map(|v| (v - first_vertex) as usize);
-            // A triangle that the near plane cuts is too near to be painted by marks on it.
-            let [Some(a), Some(b), Some(c)] = t.map(|v| seen[v]) else { continue };
-            let [p, q, r] = [a, b, c].map(|c| c.pixel.as_vec2());
-            let (low, high) = (p.min(q).min(r), p.max(q).max(r));
-            if high.x < 0.0 || high.y < 0.0 || low.x > w || low.y > h {
+    /// Places that are seen, `density` of them to a pixel by the controls there, in an order that does not depend on the view; each
+    /// kind of mark has a `salt` of its own.
+    pub fn scatter(&self, density: impl Fn(&Controls) -> f32, salt: u32) -> Vec<Place> {
+        let (rows, seed) = (self.rows, hash_combine(self.seed, salt));
+        let [w, h] = self.map.size.map(|n| n as f32);
+        let mut places = Vec::new();
+        for (index, draw) in (0u32..).zip(&rows.draws).filter(|(i, _)| !self.without.contains(i)) {
+            let most = density(&self.local.most(index));
+            if most <= 0.0 {
                 continue;
             }
-            let wanted = 0.5 * (q - p).perp_dot(r - p).abs() * density;
-            let own = hash_combine(hash_combine(seed, index), number - first);
-            let count = (wanted + 1.0).min(MOST as f32) as u32;
-            for k in 0..count {
-                let hash = hash_combine(own, k);
-                let weight =
-                    ((wanted - k as f32 - unit_f32(hash)) / (FADE * wanted.min(1.0))).clamp(0.0, 1.0);
-                // Of a triangle that is not finite it is no number.
-                if weight <= 0.0 || weight.is_nan() {
+            let is_masked = self.local.is_masked(index);
+            let MeshRow { first_vertex, vertices, .. } = rows.meshes[draw.mesh as usize];
+            let world = to_world(draw);
+            let vertices = &rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
+            let placed: Vec<DVec3> =
+                vertices.iter().map(|v| world(DVec3::from_array(v.position.map(f64::from)))).collect();
+            let seen: Vec<_> = placed.iter().map(|p| self.projection.project(*p)).collect();
+            let first = draw.first_triangle;
+            for number in first..first + draw.triangles {
+                let t = rows.triangles[number as usize].map(|v| (v - first_vertex) as usize);
+                // A triangle that the near plane cuts is too near to be painted by marks on it.
+                let [Some(a), Some(b), Some(c)] = t.map(|v| seen[v]) else { continue };
+                let [p, q, r] = [a, b, c].map(|c| c.pixel.as_vec2());
+                let (low, high) = (p.min(q).min(r), p.max(q).max(r));
+                if high.x < 0.0 || high.y < 0.0 || low.x > w || low.y > h {
                     continue;
                 }
-                // Evenly over the triangle.
-                let (mut u, mut v) = (unit_f32(hash_combine(hash, 1)), unit_f32(hash_combine(hash, 2)));
-                if u + v > 1.0 {
-                    (u, v) = (1.0 - u, 1.0 - v);
-                }
-                let [p, q, r] = t.map(|i| placed[i]);
-                let point = p + (q - p) * f64::from(u) + (r - p) * f64::from(v);
-                let Some(at) = projection.project(point) else { continue };
-                let (pixel, depth) = (at.pixel.as_vec2(), at.depth as f32);
-                if pixel.x < 0.0 || pixel.y < 0.0 || pixel.x >= w || pixel.y >= h {
-                    continue;
-                }
-                let (near, shape) = map.at(pixel);
-                if shape == draw.shape && (near - depth).abs() <= SAME * depth.abs() {
-                    places.push(Place { pixel, depth, point, draw: index, shape, hash, weight });
+                let area = 0.5 * (q - p).perp_dot(r - p).abs();
+                let own = hash_combine(hash_combine(seed, index), number - first);
+                let count = (area * most + 1.0).min(MOST as f32) as u32;
+                for k in 0..count {
+                    let hash = hash_combine(own, k);
+                    let weight = |density: f32| {
+                        let wanted = area * density;
+                        ((wanted - k as f32 - unit_f32(hash)) / (FADE * wanted.min(1.0))).clamp(0.0, 1.0)
+                    };
+                    // Of a triangle that is not finite it is no number.
+                    let there = |weight: f32| weight > 0.0;
+                    let greatest = weight(most);
+                    if !there(greatest) {
+                        continue;
+                    }
+                    // Evenly over the triangle.
+                    let (mut u, mut v) = (unit_f32(hash_combine(hash, 1)), unit_f32(hash_combine(hash, 2)));
+                    if u + v > 1.0 {
+                        (u, v) = (1.0 - u, 1.0 - v);
+                    }
+                    let [p, q, r] = t.map(|i| placed[i]);
+                    let point = p + (q - p) * f64::from(u) + (r - p) * f64::from(v);
+                    let Some(at) = self.projection.project(point) else { continue };
+                    let (pixel, depth) = (at.pixel.as_vec2(), at.depth as f32);
+                    if pixel.x < 0.0 || pixel.y < 0.0 || pixel.x >= w || pixel.y >= h {
+                        continue;
+                    }
+                    let (near, shape) = self.map.at(pixel);
+                    if shape != draw.shape || (near - depth).abs() > SAME * depth.abs() {
+                        continue;
+                    }
+                    let [p, q, r] = t.map(|i| Vec2::new(vertices[i].u, vertices[i].v));
+                    let uv = p + (q - p) * u + (r - p) * v;
+                    let mut place =
+                        Place { pixel, depth, uv, point, draw: index, shape, hash, weight: greatest };
+                    if is_masked {
+                        place.weight = weight(density(&self.controls(&place)));
+                    }
+                    if there(place.weight) {
+                        places.push(place);
+                    }
                 }
             }
         }
+        places
     }
-    places
 }

@@ -23,9 +23,12 @@ const COME: f32 = 1.2;
 /// By so much what is pinned counts for more: others give way to it.
 const PINNED: f32 = 100.0;
 
-/// Hides what is too much; what is pinned stays. `detail`: 0 to 1, of a draw; `unit`: pixels that stand for one in a picture of 1080 lines. `known`: there was a
+/// 0 to 1, of a place on a line of a draw.
+pub type Detail<'a> = &'a dyn Fn(u32, &Sample) -> f32;
+
+/// Hides what is too much; what is pinned stays. `unit`: pixels that stand for one in a picture of 1080 lines. `known`: there was a
 /// frame before.
-pub fn select(lines: &mut Vec<SampledLine>, detail: &dyn Fn(u32) -> f32, unit: f32, known: bool) {
+pub fn select(lines: &mut Vec<SampledLine>, detail: Detail, unit: f32, known: bool) {
     let between = |[from, to]: [f32; 2], detail: f32| (from + (to - from) * detail) * unit;
     let widest = between(APART, 0.0).max(2.0);
     let mut order: Vec<(f32, usize)> = lines.iter().enumerate().map(|(i, l)| (importance(l), i)).collect();
@@ -34,18 +37,20 @@ pub fn select(lines: &mut Vec<SampledLine>, detail: &dyn Fn(u32) -> f32, unit: f
     let mut drawn = Drawn { cell: widest * COME, places: HashMap::new() };
     for (_, i) in order {
         let line = &mut lines[i];
-        let detail = detail(line.draw);
-        let (apart, shortest) = (between(APART, detail).max(2.0), between(SHORTEST, detail).max(4.0));
+        let details: Vec<f32> = line.samples.iter().map(|s| detail(line.draw, s)).collect();
+        // The mean of what is all the same is that, to the bit: in so few doubles nothing is rounded.
+        let mean = (details.iter().map(|d| f64::from(*d)).sum::<f64>() / details.len() as f64) as f32;
+        let (apart, shortest) = (between(APART, mean).max(2.0), between(SHORTEST, mean).max(4.0));
         let cleaning = Cleaning { bridge: 2.0 * apart, shortest, ..Cleaning::default() };
         let ways = ways(&line.samples, line.closed);
-        for (sample, way) in line.samples.iter_mut().zip(&ways) {
+        for ((sample, way), detail) in line.samples.iter_mut().zip(&ways).zip(details) {
             // What stands out far is never crowded out.
             let change = match sample.was_drawn() {
                 true => STAY,
                 false if known => COME,
                 false => 1.0,
             };
-            let reach = apart * change * (1.0 - 0.5 * outline(sample));
+            let reach = between(APART, detail).max(2.0) * change * (1.0 - 0.5 * outline(sample));
             sample.visible &= sample.pinned.is_some() || !drawn.is_crowded(sample.pixel, *way, reach);
         }
         let stays = line.is_mostly_known();
@@ -145,24 +150,24 @@ mod tests {
         let all =
             || vec![line(0.0, 0.0, 200.0, 0.0), line(3.0, 0.0, 180.0, 1.0), line(60.0, 0.0, 180.0, 0.0)];
         let mut lines = all();
-        select(&mut lines, &|_| 0.3, 1.0, false);
+        select(&mut lines, &|_, _| 0.3, 1.0, false);
         assert_eq!(lines.len(), 2, "one of the two that are three pixels apart");
         assert!(lines.iter().any(|l| l.samples[0].pixel.y == 3.0), "the outline");
         let mut lines = all();
-        select(&mut lines, &|_| 1.0, 1.0, false);
+        select(&mut lines, &|_, _| 1.0, 1.0, false);
         assert_eq!(lines.len(), 3);
         // One that crosses is no double.
         let mut lines = vec![line(0.0, 0.0, 200.0, 0.0), line(-100.0, 1.0, 200.0, 0.0)];
-        select(&mut lines, &|_| 0.3, 1.0, false);
+        select(&mut lines, &|_, _| 0.3, 1.0, false);
         assert_eq!(lines.len(), 2);
         let mut lines = vec![line(0.0, 0.0, 20.0, 0.0)];
-        select(&mut lines, &|_| 0.0, 1.0, false);
+        select(&mut lines, &|_, _| 0.0, 1.0, false);
         assert!(lines.is_empty(), "too short");
         // What is pinned stays, however short it is and whatever is beside it, which gives way.
         let mut lines = vec![line(0.0, 0.0, 200.0, 1.0), line(5.0, 0.0, 20.0, 0.0)];
         lines[1].samples.iter_mut().for_each(|s| s.pinned = Some(7));
         let (all, long) = (lines[1].samples.len(), lines[0].samples.len());
-        select(&mut lines, &|_| 0.0, 1.0, false);
+        select(&mut lines, &|_, _| 0.0, 1.0, false);
         let seen = |l: &SampledLine| l.samples.iter().filter(|s| s.visible).count();
         assert_eq!((lines.len(), seen(&lines[1])), (2, all));
         assert!(seen(&lines[0]) < long, "the other gives way");

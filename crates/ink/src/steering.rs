@@ -3,6 +3,7 @@
 
 use crate::InkError;
 use crate::control::Controls;
+use crate::mask::{Ground, Mask};
 use std::collections::{BTreeMap, BTreeSet};
 use yugen_scene::{Scene, suggest};
 
@@ -97,14 +98,19 @@ pub struct Steering {
     pub materials: Tables,
     /// By the names of objects; over those of their materials.
     pub objects: Tables,
-    /// By the identity of strokes.
+    /// Place by place, over those of objects.
+    pub masks: Vec<Mask>,
+    /// By the identity of strokes, over all.
     pub strokes: BTreeMap<u32, StrokeEdit>,
 }
 
 impl Steering {
     /// Whether nothing is otherwise.
     pub fn is_empty(&self) -> bool {
-        self.objects.is_empty() && self.materials.is_empty() && self.strokes.is_empty()
+        self.objects.is_empty()
+            && self.materials.is_empty()
+            && self.masks.is_empty()
+            && self.strokes.is_empty()
     }
 
     /// Controls of an object of this name with a material of these names: its own and those of what it is made of.
@@ -117,7 +123,7 @@ impl Steering {
         controls
     }
 
-    /// A sentence for each table of an object or a material that the scene does not have.
+    /// A sentence for each table or mask of an object or a material that the scene does not have.
     pub fn unmet(&self, names: &Names) -> Vec<String> {
         let tables = |kind: &str, tables: &Tables, known: &BTreeSet<&str>| -> Vec<String> {
             let unknown = tables.iter().filter(|(pattern, _)| !known.iter().any(|name| fits(pattern, name)));
@@ -129,7 +135,21 @@ impl Steering {
         };
         let objects = names.objects.iter().map(String::as_str).collect();
         let materials = names.materials.iter().flatten().map(String::as_str).collect();
-        [tables("material", &self.materials, &materials), tables("object", &self.objects, &objects)].concat()
+        let unmet =
+            [tables("material", &self.materials, &materials), tables("object", &self.objects, &objects)];
+        let masks = self.masks.iter().filter_map(|mask| {
+            let (kind, pattern, known): (_, _, &BTreeSet<&str>) = match &mask.on {
+                Ground::Picture => return None,
+                Ground::Object(name) => ("object", name, &objects),
+                Ground::Material(name) => ("material", name, &materials),
+            };
+            let hint = suggest(pattern, known.iter().copied());
+            let unknown = !known.iter().any(|name| fits(pattern, name));
+            unknown.then(|| {
+                format!("[mask.{}] changes nothing: the scene has no {kind} '{pattern}'{hint}", mask.name)
+            })
+        });
+        unmet.into_iter().flatten().chain(masks).collect()
     }
 }
 
@@ -153,7 +173,8 @@ impl Names {
     }
 }
 
-fn fits(pattern: &str, name: &str) -> bool {
+/// Whether a name is meant by one of a table, whose last `*` stands for anything.
+pub(crate) fn fits(pattern: &str, name: &str) -> bool {
     match pattern.strip_suffix('*') {
         Some(begin) => name.starts_with(begin),
         None => name == pattern,

@@ -6,6 +6,8 @@
 
 use crate::contour::LineKind;
 use crate::control::Controls;
+use crate::local::Local;
+use crate::mask::Place;
 use crate::piece::Piece;
 use crate::steering::StrokeEdit;
 use crate::visibility::Sample;
@@ -106,6 +108,8 @@ pub struct Brush {
     pub ink: f32,
     /// How far it strays to the side, pixels.
     pub waver: f32,
+    /// How wide it is: the control.
+    pub size: f32,
 }
 
 impl Brush {
@@ -117,6 +121,7 @@ impl Brush {
             dryness: mix(self.dryness, to.dryness),
             ink: mix(self.ink, to.ink),
             waver: mix(self.waver, to.waver),
+            size: mix(self.size, to.size),
         }
     }
 }
@@ -126,8 +131,10 @@ impl Brush {
 pub struct Hand {
     /// The controls.
     pub controls: Controls,
-    /// Those of each draw; none: all have `controls`.
-    pub of_draws: Arc<[Controls]>,
+    /// Those of each draw, place by place; a draw that it does not know has `controls`.
+    pub local: Arc<Local>,
+    /// Pixels across and down.
+    pub size: Vec2,
     /// What of single strokes is otherwise, by their identity.
     pub edits: Arc<BTreeMap<u32, StrokeEdit>>,
     /// Pixels that stand for one in a picture of 1080 lines.
@@ -153,23 +160,26 @@ const RADIUS_POWER: f32 = 1.2;
 impl Hand {
     /// The hand that draws an object.
     pub fn of(&self, draw: u32) -> Self {
-        let controls = self.of_draws.get(draw as usize).copied().unwrap_or(self.controls);
-        Self { controls, ..self.clone() }
+        Self { controls: self.local.of_draw(draw).unwrap_or(self.controls), ..self.clone() }
     }
 
-    /// The hand that draws a stroke of it.
-    pub fn of_stroke(&self, draw: u32, id: u32) -> Self {
-        let mut hand = self.of(draw);
-        if let Some(edit) = self.edits.get(&id) {
-            edit.changes.apply(&mut hand.controls);
+    /// The controls at a sample of a line of it.
+    pub fn at(&self, draw: u32, sample: &Sample) -> Controls {
+        match self.local.is_masked(draw) {
+            true => self.local.at(draw, &Place { part: sample.line / self.size, uv: sample.uv }),
+            false => self.local.of_draw(draw).unwrap_or(self.controls),
         }
-        hand
     }
 
     /// Half the width at a pressure.
     pub fn radius(&self, pressure: f32) -> f32 {
-        let most = RADIUS * self.controls.size * self.unit;
-        let least = LEAST_RADIUS * self.unit * self.controls.size.min(1.0);
+        self.radius_of(self.controls.size, pressure)
+    }
+
+    /// Of a brush of this size.
+    fn radius_of(&self, size: f32, pressure: f32) -> f32 {
+        let most = RADIUS * size * self.unit;
+        let least = LEAST_RADIUS * self.unit * size.min(1.0);
         least + (most - least) * pressure.clamp(0.0, 1.3).powf(RADIUS_POWER)
     }
 
@@ -221,12 +231,21 @@ impl Hand {
         // What comes or goes is thin and pale.
         let pressure = brush.pressure * (0.4 + 0.6 * presence);
         let (dryness, ink) = (brush.dryness, brush.ink * presence);
-        StrokePoint { pixel, depth, s, phase, pressure, dryness, ink, radius: self.radius(pressure) }
+        StrokePoint {
+            pixel,
+            depth,
+            s,
+            phase,
+            pressure,
+            dryness,
+            ink,
+            radius: self.radius_of(brush.size, pressure),
+        }
     }
 
-    /// What the brush does along a piece.
-    pub fn brush(&self, piece: &Piece, path: &Path) -> Vec<Brush> {
-        let c = &self.controls;
+    /// What the brush does along a piece, which becomes this stroke.
+    pub fn brush(&self, piece: &Piece, id: u32, path: &Path) -> Vec<Brush> {
+        let edit = self.edits.get(&id);
         let samples = &piece.samples;
         let length = piece.length(path.s).max(1e-3);
         let u = self.unit;
@@ -238,21 +257,23 @@ impl Hand {
             LineKind::Suggestive => 0.45,
             LineKind::Border => 0.6,
         };
-        let full = self.radius(1.0);
-        // The brush is set down within two to five of its half widths and lifted over up to fourteen.
-        let entry = (0.12 * length).clamp(2.0 * full, 5.0 * full).min(0.35 * length);
-        let exit = (0.3 * length).clamp(4.0 * full, 14.0 * full).min(0.5 * length);
-        // A short stroke is a light one: the brush has no way to sink in.
-        let reach = smoothstep(0.0, 1.0, length / (16.0 * full));
         let hidden_tip = random(1) < 0.6;
-        // How far a load of ink goes, pixels of a picture of 1080 lines: from a hand's breadth to the whole sheet.
-        let runs_dry = (250.0 + 900.0 * c.water) * (0.7 + 0.6 * random(2)) * u * c.size.sqrt();
         let along = |phase: f32, wave: f32, k: u32| {
             let seed = (path.seed.wrapping_add(k * 0x9e37) & 0xfff) as f32 * 0.173;
             noise(Vec3::new(phase / (wave * u), seed, 0.5)).0 / 0.6
         };
         let of_sample = |i: usize| -> Brush {
             let (sample, s, phase) = (&samples[i], path.s[i], path.phase[i]);
+            let mut c = self.at(piece.draw, sample);
+            edit.iter().for_each(|edit| edit.changes.apply(&mut c));
+            let full = self.radius_of(c.size, 1.0);
+            // The brush is set down within two to five of its half widths and lifted over up to fourteen.
+            let entry = (0.12 * length).clamp(2.0 * full, 5.0 * full).min(0.35 * length);
+            let exit = (0.3 * length).clamp(4.0 * full, 14.0 * full).min(0.5 * length);
+            // A short stroke is a light one: the brush has no way to sink in.
+            let reach = smoothstep(0.0, 1.0, length / (16.0 * full));
+            // How far a load of ink goes, pixels of a picture of 1080 lines: from a hand's breadth to the whole sheet.
+            let runs_dry = (250.0 + 900.0 * c.water) * (0.7 + 0.6 * random(2)) * u * c.size.sqrt();
             let near = self.nearness(sample.depth);
 
             let kind = of_kind + (1.0 - of_kind) * stands_out(sample);
@@ -286,7 +307,7 @@ impl Hand {
             // A closed stroke must meet its beginning.
             let fade = if piece.closed { (s.min(length - s) / (60.0 * u)).clamp(0.0, 1.0) } else { 1.0 };
             let waver = 1.3 * c.roughness * u * along(phase, 60.0, 6) * fade;
-            Brush { pressure, dryness: dryness.clamp(0.0, 1.0), ink: ink.max(0.0), waver }
+            Brush { pressure, dryness: dryness.clamp(0.0, 1.0), ink: ink.max(0.0), waver, size: c.size }
         };
         (0..samples.len()).map(of_sample).collect()
     }

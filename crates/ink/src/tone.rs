@@ -27,6 +27,8 @@ pub struct Tones {
     pub facing: Vec<f32>,
     /// The normal as the picture has it: x to the right, y down, as long as the sine of the angle to the eye.
     pub slope: Vec<Vec2>,
+    /// Texture coordinates; none where the picture has none.
+    pub uv: Vec<Vec2>,
     light: Light,
 }
 
@@ -74,7 +76,11 @@ impl Tones {
         }
         let [rgb, id] = [&["R", "G", "B"][..], Aov::Id.channels()].map(|names| channels(picture, names));
         let light = Light::new(picture, &rgb?, id?[0], space, lightness);
-        Some(Self { size: map.size, facing, slope, light })
+        let uv = channels(normals, Aov::Uv.channels()).map_or(Vec::new(), |at| {
+            let pixels = normals.data.chunks_exact(normals.channels.len());
+            pixels.map(|pixel| Vec2::new(pixel[at[0]], pixel[at[1]])).collect()
+        });
+        Some(Self { size: map.size, facing, slope, uv, light })
     }
 
     /// Index of the pixel at a place in the picture.

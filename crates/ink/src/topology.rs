@@ -285,7 +285,7 @@ fn ordered(a: u32, b: u32) -> [u32; 2] {
 const SAME_PLACE: f32 = 2e-6;
 
 /// The point of each vertex: the first vertex in the same place.
-fn weld(vertices: &[VertexRow]) -> Vec<u32> {
+pub(crate) fn weld(vertices: &[VertexRow]) -> Vec<u32> {
     let place = |v: &VertexRow| Vec3::from(v.position);
     let finite = || vertices.iter().map(place).filter(|p| p.is_finite());
     let (low, high) =

@@ -401,15 +401,14 @@ impl Tracker {
             let (phase, slip) = phases(&s, &votes, around, hand.unit);
             slips.extend(slip);
             let path = Path { seed, s: &s, phase: &phase };
-            let own = hand.of_stroke(piece.draw, id);
-            let mut brush = own.brush(piece, &path);
+            let mut brush = hand.brush(piece, id, &path);
             for (brush, sample) in brush.iter_mut().zip(&piece.samples) {
                 if let Some(before) = sample.trace.filter(|t| t.stroke.is_some()) {
                     *brush = before.brush.lerp(brush, FOLLOW);
                 }
             }
             let presence = if known { presence(piece, &s, hand.unit) } else { vec![1.0; s.len()] };
-            let stroke = own.stroke(piece, id, &path, &brush, &presence);
+            let stroke = hand.stroke(piece, id, &path, &brush, &presence);
             let points = (0..s.len()).map(|i| {
                 let sample = &piece.samples[i];
                 Point {
@@ -445,8 +444,7 @@ impl Tracker {
             change.slip = [mean, slips[slips.len() - 1 - slips.len() / 20]];
         }
         for fading in fading_strokes(&memory, &pieces, hand.unit, is_free) {
-            let r = &fading.remembered;
-            strokes.push(hand.of_stroke(r.draw, r.id).fading(&fading));
+            strokes.push(hand.fading(&fading));
             next.strokes.push(fading.remembered);
         }
         let gone = |s: &&Remembered| s.pinned && (!s.fading || s.asleep) && !kept.contains(&s.id);

@@ -44,6 +44,8 @@ pub struct Sample {
     pub mesh_point: MeshPoint,
     /// Where the line itself is, which smoothing leaves.
     pub line: Vec2,
+    /// Texture coordinates, where a mask asks for them; zero elsewhere.
+    pub uv: Vec2,
     /// How much of it is drawn, 0 to 1.
     pub strength: f32,
     /// What was here in the frame before.
@@ -153,6 +155,7 @@ pub fn sample(line: &Line, shape: u32, projection: &Projection, map: &DepthMap) 
                     cover,
                     mesh_point,
                     line: pixel,
+                    uv: Vec2::ZERO,
                     strength: a.strength + (b.strength - a.strength) * along as f32,
                     trace: None,
                     pinned: None,
@@ -407,6 +410,7 @@ impl Sample {
             cover: 0.0,
             mesh_point: MeshPoint { ends: [anchor; 2], part: 0.0 },
             line: Vec2::ZERO,
+            uv: Vec2::ZERO,
             strength: 1.0,
             trace: None,
             pinned: None,

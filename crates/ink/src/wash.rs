@@ -55,7 +55,7 @@ fn by(surfaces: &Surfaces, scale: f32, overlap: f32, salt: u32) -> Vec<Stamp> {
     };
     let mut stamps = Vec::new();
     for place in surfaces.scatter(density, salt) {
-        let controls = surfaces.controls(place.draw);
+        let controls = surfaces.controls(&place);
         let broad = broad(controls.size);
         let full = scale * broad;
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));
@@ -73,7 +73,7 @@ fn by(surfaces: &Surfaces, scale: f32, overlap: f32, salt: u32) -> Vec<Stamp> {
         if dark < 0.02 {
             continue;
         }
-        let far = surfaces.paleness(&place);
+        let far = surfaces.paleness(&place, &controls);
         let ink =
             LOAD * controls.wash * controls.ink * (M * dark).powf(BETA) * (0.85 + 0.3 * random(10)) * far;
         // Near the outline, at which prints end, the brush is held more upright.

@@ -128,7 +128,7 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
     let density = |c: &Controls| if c.wrinkle > 0.0 { manner.density / length(c.size).powi(2) } else { 0.0 };
     let mut strokes = Vec::new();
     for place in surfaces.scatter(density, 0xc0) {
-        let controls = surfaces.controls(place.draw);
+        let controls = surfaces.controls(&place);
         let length = length(controls.size);
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));
         let Some(grey) = tones.grey(place.pixel, 6.0 * unit, place.shape) else { continue };
@@ -145,12 +145,12 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
         if way.len() < 4 {
             continue;
         }
-        let far = surfaces.paleness(&place);
-        let ink =
-            LOAD * controls.wrinkle * controls.ink * (M * dark).powf(BETA) * (0.7 + 0.6 * random(22)) * far;
+        let far = surfaces.paleness(&place, &controls);
+        let ink = LOAD * (M * dark).powf(BETA) * (0.7 + 0.6 * random(22)) * far;
+        let is_masked = surfaces.local.is_masked(place.draw);
         let whole = (way.len() - 1) as f32 * STEP;
         // A stroke that the form cuts short is thinner.
-        let scale = (whole / length).clamp(0.35, 1.0).sqrt() * controls.size * unit;
+        let scale = (whole / length).clamp(0.35, 1.0).sqrt() * unit;
         let points = way
             .iter()
             .enumerate()
@@ -159,16 +159,16 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
                 let rise = smoothstep(0.0, manner.heaviest.max(0.04), t);
                 let fall = 1.0 - smoothstep(manner.heaviest, 1.0, t);
                 let pressure = (0.12 + 0.88 * rise) * (0.08 + 0.92 * fall.powf(0.8));
+                let c = if is_masked { surfaces.controls_beside(&place, *pixel) } else { controls };
                 StrokePoint {
                     pixel: *pixel,
                     depth: *depth,
                     s: i as f32 * STEP,
                     phase: i as f32 * STEP,
                     pressure,
-                    dryness: (manner.dryness + controls.dryness * (0.35 + 0.6 * t) + 0.3 * grey)
-                        .clamp(0.0, 1.0),
-                    ink: ink * place.weight * there,
-                    radius: (manner.radius * scale * pressure).max(0.45),
+                    dryness: (manner.dryness + c.dryness * (0.35 + 0.6 * t) + 0.3 * grey).clamp(0.0, 1.0),
+                    ink: ink * c.wrinkle * c.ink * place.weight * there,
+                    radius: (manner.radius * scale * c.size * pressure).max(0.45),
                 }
             })
             .collect();

@@ -147,6 +147,49 @@ fn single_objects_and_strokes_are_steered() {
     assert!(mean(&folder.join("e.png")) < mean(&folder.join("a.png")));
 }
 
+/// Masks: half of a picture in 8 and in 16 bits, and what is wrong with one.
+#[test]
+fn masks_are_painted_and_what_is_wrong_with_one_is_said() {
+    let folder = scratch("ink-masks");
+    std::fs::write(folder.join("ball.toml"), SCENE).unwrap();
+    draw(&folder.join("half.png"), [64, 32], |x, _| f32::from(u8::from(x >= 32.0)));
+    draw(&folder.join("wide.png"), [5000, 1], |_, _| 1.0);
+    let mut deep = png::Encoder::new(std::fs::File::create(folder.join("deep.png")).unwrap(), 64, 32);
+    deep.set_color(png::ColorType::Grayscale);
+    deep.set_depth(png::BitDepth::Sixteen);
+    let bytes: Vec<u8> = (0..64 * 32).flat_map(|i| if i % 64 < 32 { [0; 2] } else { [255; 2] }).collect();
+    deep.write_header().unwrap().write_image_data(&bytes).unwrap();
+    std::fs::write(folder.join("text.png"), "no picture").unwrap();
+    std::fs::write(folder.join("none.bmp"), b"BM").unwrap();
+    let run = |image: &str, rest: &str, output: &str| {
+        std::fs::write(folder.join("own.toml"), format!("[mask.half]\nimage = \"{image}\"\n{rest}")).unwrap();
+        yugen_in(&folder, &format!("ink ball.toml --size 240x160 --preset own.toml -o {output}"))
+    };
+    good(run("half.png", "ink = 0", "a.png"));
+    good(run("deep.png", "ink = 0", "b.png"));
+    good(run("half.png", "", "c.png"));
+    good(run("half.png", "on = 'object.ball'\nink = 0", "d.png"));
+    good(run("half.png", "on = 'material.wet clay'\nink = 0", "f_%d.png --turn 180"));
+    let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+    assert!(read("a.png") == read("b.png"), "16 bits say the same");
+    assert!(mean(&folder.join("a.png")) > mean(&folder.join("c.png")) + 0.5, "half of it is blank");
+    assert!(read("a.png") != read("d.png") && read("c.png") != read("d.png"));
+    let told = run("half.png", "on = 'object.bal'\nink = 0", "e.png");
+    assert!(told.success && told.err.contains("[mask.half] changes nothing"), "{}", told.err);
+    for (image, rest, words) in [
+        ("none.png", "", &["own.toml: [mask.half]", "none.png"][..]),
+        ("wide.png", "", &["wide.png: 5000 x 1 pixels are no mask: expected 1 to 4096"]),
+        ("text.png", "", &["text.png"]),
+        ("none.bmp", "", &["none.bmp"]),
+        ("half.png", "on = 'ball'", &["a mask cannot lie on 'ball'"]),
+        ("half.png", "bleed = 1", &["'bleed' is of the whole sheet"]),
+    ] {
+        refused(run(image, rest, "x.png"), words);
+    }
+    refused(run("half.png", "ink = 0", "x.png --literal"), &["nor of masks"]);
+    assert!(!folder.join("x.png").exists());
+}
+
 /// Writes a grey picture.
 fn draw(file: &Path, [w, h]: [u32; 2], grey: impl Fn(f32, f32) -> f32) {
     let mut encoder = png::Encoder::new(std::fs::File::create(file).unwrap(), w, h);

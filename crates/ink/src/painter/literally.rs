@@ -43,7 +43,9 @@ impl Painter {
         let mut small = HashSet::new();
         let (pixels, map) = self.see_surfaces(scene, camera, &projection)?;
         self.each_surface(|surface, _, i, draw| {
-            let Some(dot) = dot::dot(&surface.positions, &projection, &map, &hand, i, draw.shape) else {
+            let Some(dot) =
+                dot::dot(&surface.positions, &projection, &map, &hand, &|_| hand.controls, i, draw.shape)
+            else {
                 return;
             };
             small.insert(draw.shape);

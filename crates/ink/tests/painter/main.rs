@@ -1,4 +1,6 @@
-//! Scenes that nobody would paint: a picture or a clear sentence, never a panic.
+//! Scenes that nobody would paint: a picture or a clear sentence, never a panic; and what steers a painting.
+
+mod masks;
 
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;

@@ -1,0 +1,61 @@
+//! What masks make of places that a painter paints.
+
+use super::Painter;
+use crate::contour::MeshPoint;
+use crate::control::Controls;
+use crate::coordinates::Coordinates;
+use crate::local::Local;
+use crate::mask;
+use glam::Vec2;
+use yugen_scene::Aov;
+use yugen_scene::prepared::{DrawRow, MeshRow, VertexRow};
+
+/// What has to be seen of surfaces. Texture coordinates where masks lie on some: wrinkles are longer than the place where they begin.
+pub(super) fn aovs(local: &Local) -> Vec<Aov> {
+    let coordinates = local.has_surfaces().then_some(Aov::Uv);
+    [Aov::Depth, Aov::Id, Aov::ShadingNormal].into_iter().chain(coordinates).collect()
+}
+
+impl Painter {
+    /// A sentence for each table or mask of an object or a material that the scene does not have, or on which no mask can lie.
+    pub fn unmet_names(&self) -> Vec<String> {
+        let mut unmet = self.style.steering.unmet(&self.names);
+        for mask in self.local.unmet() {
+            let table = format!("[mask.{}] ", mask.name);
+            if !unmet.iter().any(|said| said.starts_with(&table)) {
+                unmet.push(format!(
+                    "{table}changes nothing: the mesh of {} has no texture coordinates, by which a mask lies on a surface",
+                    mask.on
+                ));
+            }
+        }
+        unmet
+    }
+
+    /// Texture coordinates of a place on a line of a draw.
+    pub(super) fn uv(&self, draw: u32, mesh_point: &MeshPoint) -> Vec2 {
+        let row = &self.rows.draws[draw as usize];
+        let MeshRow { first_vertex, vertices, first_triangle, triangles } =
+            self.rows.meshes[row.mesh as usize];
+        let use_normals = row.flags & DrawRow::HAS_NORMALS != 0;
+        let Some(known) = self.topologies.get(&(row.mesh, use_normals)) else { return Vec2::ZERO };
+        let range = |first: u32, count: u32| first as usize..(first + count) as usize;
+        let of_vertices = &self.rows.vertices[range(first_vertex, vertices)];
+        let of_mesh = &self.rows.triangles[range(first_triangle, triangles)];
+        let make = || Coordinates::new(of_vertices, of_mesh, first_vertex);
+        known.coordinates.get_or_init(make).at(mesh_point, of_vertices, of_mesh, first_vertex)
+    }
+
+    /// The controls of a draw that is so small that it is one place in the picture: by the mean of a mask over its vertices.
+    pub(super) fn controls_of_small(&self, draw: u32, part: Vec2) -> Controls {
+        let mut controls = self.local.of_draw(draw).unwrap_or(self.style.controls);
+        let MeshRow { first_vertex, vertices, .. } =
+            self.rows.meshes[self.rows.draws[draw as usize].mesh as usize];
+        let vertices = &self.rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
+        self.local.mask(draw, &mut controls, |mask| {
+            let at = |v: &VertexRow| mask.at(&mask::Place { part, uv: Vec2::new(v.u, v.v) });
+            vertices.iter().map(at).sum::<f32>() / vertices.len().max(1) as f32
+        });
+        controls
+    }
+}
