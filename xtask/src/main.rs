@@ -20,8 +20,9 @@ cargo xtask <what>
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
             bench rti [SIDE [LIGHTS]] texels a second of relightable images, beside NumPy
             bench ink                 lines, beside Blender's Line Art and Freestyle (370 MB to fetch, 1 GB)
+            bench ink_vectors         an SVG of strokes, as vpype reads it (270 MB installed)
             bench calibrate [CASE …]  how exactly lamps are found in path-traced mirror balls (drawn first: half an hour)
-            bench all [--peer]        one after the other, but for calibrate and ink
+            bench all [--peer]        one after the other, but for calibrate and those of ink
   install build the program for this processor and put it where cargo puts programs
   setup   install the system packages that tests and demo need
 ";
@@ -254,6 +255,7 @@ const BENCHES: &[(&str, &str)] = &[
     ("fit", "fit_rate.py"),
     ("rti", "rti_rate.py"),
     ("ink", INK),
+    ("ink_vectors", INK_VECTORS),
     ("calibrate", CALIBRATE),
 ];
 
@@ -269,13 +271,20 @@ const CALIBRATE: &str = "calibrate.py";
 /// It installs Blender.
 const INK: &str = "ink.py";
 
+/// It measures no time.
+const INK_VECTORS: &str = "ink_vectors.py";
+
 fn bench(rest: &[String]) -> Outcome {
     let named = rest.first().filter(|word| !word.starts_with('-'));
     let (what, rest) = named.map_or(("render", rest), |word| (word.as_str(), &rest[1..]));
     let all = what == "all";
     let chosen: Vec<_> = BENCHES
         .iter()
-        .filter(|(name, script)| if all { ![CALIBRATE, INK].contains(script) } else { *name == what })
+        .filter(
+            |(name, script)| {
+                if all { ![CALIBRATE, INK, INK_VECTORS].contains(script) } else { *name == what }
+            },
+        )
         .collect();
     if chosen.is_empty() {
         let names: Vec<&str> = BENCHES.iter().map(|(name, _)| *name).collect();

@@ -1,0 +1,68 @@
+//! A drawing as SVG and what is in it, for a reader that shares nothing with the writer: benches/ink_vectors.py.
+//!
+//! `svg_peer FOLDER` writes `FOLDER/drawing.svg`, and prints a line for each stroke in the order of the file: layer, object, identity,
+//! whether it is closed, the box around its middle line and that around its ink (least and greatest x and y, pixels).
+
+#[path = "../tests/analytic/surfaces.rs"]
+#[allow(dead_code)]
+mod surfaces;
+
+use glam::{Mat4, Vec2, Vec3};
+use std::path::Path;
+use surfaces::{camera, scene, torus};
+use yugen_ink::painter::{Painter, Style};
+use yugen_ink::stroke::Stroke;
+use yugen_realtime::Gpu;
+use yugen_scene::{Geometry, Shape, primitives};
+
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// Pixels across and down.
+const SIZE: [u32; 2] = [960, 540];
+
+fn main() -> Result<()> {
+    let folder = std::env::args().nth(1).ok_or("expected the folder to write to")?;
+    let mut still = scene(torus(48));
+    let place = |x: f32, y: f32, z: f32| Mat4::from_translation(Vec3::new(x, y, z));
+    let block = Geometry::Mesh(primitives::block(Vec3::new(0.7, 0.9, 0.5)).into());
+    still.shapes.push(Shape::new("block & \"co\"", block, place(1.3, 0.6, -0.2), 0));
+    still.shapes.push(Shape::new(
+        "球",
+        Geometry::Sphere,
+        place(0.0, 0.0, 0.2) * Mat4::from_scale(Vec3::splat(0.4)),
+        0,
+    ));
+    // One that nothing covers, whose outline is closed.
+    still.shapes.push(Shape::new(
+        "free",
+        Geometry::Sphere,
+        place(-1.6, -0.4, 0.7) * Mat4::from_scale(Vec3::splat(0.3)),
+        0,
+    ));
+    let view = camera(6.0, SIZE);
+    let gpu = Gpu::open()?;
+    let mut painter = Painter::new(&gpu.device, &gpu.queue, &still, &view, Style::default(), 2)?;
+    let painting = painter.paint(&view)?;
+    let name = |shape: u32| still.shapes.get(shape as usize - 1).map_or(String::new(), |s| s.name.clone());
+    let svg = painter.svg(&painting, &name, None, Some(3));
+    std::fs::write(Path::new(&folder).join("drawing.svg"), svg)?;
+    for (layer, strokes) in [("cun", &painting.wrinkles), ("gou", &painting.strokes)] {
+        // Objects in their order, and the strokes of each as they are painted.
+        let mut strokes: Vec<&Stroke> = strokes.iter().collect();
+        strokes.sort_by_key(|s| s.shape);
+        for stroke in strokes {
+            let around = |reach: f32| {
+                let own = |p: &yugen_ink::stroke::StrokePoint| {
+                    (p.pixel - reach * p.radius, p.pixel + reach * p.radius)
+                };
+                let boxes = stroke.points.iter().map(own);
+                let [a, b] =
+                    boxes.fold([Vec2::INFINITY, Vec2::NEG_INFINITY], |[a, b], (p, q)| [a.min(p), b.max(q)]);
+                [a.x, a.y, b.x, b.y].map(|v| v.to_string()).join(" ")
+            };
+            let (id, closed) = (stroke.id, stroke.closed);
+            println!("{layer}\t{}\t{id:08x}\t{closed}\t{}\t{}", name(stroke.shape), around(0.0), around(1.0));
+        }
+    }
+    Ok(())
+}
