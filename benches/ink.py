@@ -2,7 +2,7 @@
 
     cargo xtask bench ink
 
-Blender is `bpy` from PyPI (370 MB to fetch, 1 GB installed), which wants Python 3.11, in an environment of its own, .venv/ink. The shapes and their true
+Blender is `bpy` from PyPI (370 MB to fetch, 1 GB installed), which wants Python 3.11, in an environment of its own, .venv/blender. The shapes and their true
 contours are those of crates/ink/tests/analytic; the tables stand in docs/ink.md.
 """
 
@@ -17,7 +17,7 @@ PACKAGES = ["bpy==5.0.1", "numpy==1.26.4"]
 
 
 def main():
-    blender = peer.python("ink", PACKAGES, "python3.11")
+    blender = peer.python("blender", PACKAGES, "python3.11")
     script = Path(__file__).with_name("ink_peers.py")
     with tempfile.TemporaryDirectory() as folder:
         for line in peer.example("yugen-ink", "line_peers", folder, "write").splitlines():

@@ -61,6 +61,12 @@ def example(package, name, *arguments):
     return subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
+def bench(package, name, *arguments):
+    """What a bench program of a package prints."""
+    command = ["cargo", "bench", "-q", "--profile", "dist", "-p", package, "--bench", name, "--", *map(str, arguments)]
+    return subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+
 def words():
     """The arguments that are no options."""
     return [a for a in sys.argv[1:] if not a.startswith("-")]

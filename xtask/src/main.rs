@@ -19,6 +19,7 @@ cargo xtask <what>
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)
             bench fit [SIDE [LIGHTS]] texels a second of the BTF fit, beside SciPy and NumPy
             bench rti [SIDE [LIGHTS]] texels a second of relightable images, beside NumPy
+            bench cloth [--peer]      time, stretch and crossings of cloth; with --peer, beside Blender and Newton (1.6 GB)
             bench ink                 lines, beside Blender's Line Art and Freestyle (370 MB to fetch, 1 GB)
             bench ink_vectors         an SVG of strokes, as vpype reads it (270 MB installed)
             bench calibrate [CASE …]  how exactly lamps are found in path-traced mirror balls (drawn first: half an hour)
@@ -254,6 +255,7 @@ const BENCHES: &[(&str, &str)] = &[
     ("rays", "ray_rate.py"),
     ("fit", "fit_rate.py"),
     ("rti", "rti_rate.py"),
+    ("cloth", "cloth.py"),
     ("ink", INK),
     ("ink_vectors", INK_VECTORS),
     ("calibrate", CALIBRATE),

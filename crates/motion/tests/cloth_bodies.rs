@@ -1,7 +1,8 @@
 //! Cloth on bodies: friction, drape, bodies that turn fast.
 
+mod drape;
+
 use glam::{Quat, Vec2, Vec3};
-use std::f32::consts::PI;
 use yugen_motion::cloth::{Along, Cloth, Fabric, PRESETS, Settings, Sheet, SmallSteps, Solid, Stance, Step};
 
 fn sheet(size: f32, cells: u32, middle: Vec3) -> Sheet {
@@ -63,74 +64,14 @@ fn a_body_that_turns_fast_does_not_pass_through() {
     assert!(solver.positions().iter().all(|p| p.is_finite()));
 }
 
-/// A disc of `radius` in cells of about `cell`, its rim on the circle.
-fn disc(radius: f32, cell: f32) -> Sheet {
-    let n = (2.0 * radius / cell).ceil() as u32 + 2;
-    let mut sheet = sheet(n as f32 * cell, n, Vec3::ZERO);
-    let keep: Vec<bool> = sheet.positions.iter().map(|p| p.length() < radius + 0.4 * cell).collect();
-    // The rim on the circle, and what that has flattened left out.
-    for p in &mut sheet.positions {
-        let far = p.length();
-        if far > radius - 0.6 * cell {
-            *p *= radius / far;
-        }
-    }
-    let at = |v: u32| Vec2::new(sheet.positions[v as usize].x, sheet.positions[v as usize].z);
-    let flat_of = |t: &[u32; 3]| t.map(at);
-    let area = |f: [Vec2; 3]| (f[1] - f[0]).perp_dot(f[2] - f[0]).abs();
-    let mut triangles: Vec<[u32; 3]> = sheet.triangles.clone();
-    triangles.retain(|t| t.iter().all(|v| keep[*v as usize]) && area(flat_of(t)) > 0.05 * cell * cell);
-    let flat = triangles.iter().map(flat_of).collect();
-    let mut place = vec![u32::MAX; keep.len()];
-    let mut positions = Vec::new();
-    for v in triangles.iter_mut().flatten() {
-        let to = &mut place[*v as usize];
-        if *to == u32::MAX {
-            *to = positions.len() as u32;
-            positions.push(sheet.positions[*v as usize]);
-        }
-        *v = *to;
-    }
-    Sheet { positions, triangles, flat }
-}
-
-/// Area of a shadow from above, m².
-fn shadow(positions: &[Vec3], triangles: &[[u32; 3]]) -> f32 {
-    const N: usize = 600;
-    let scale = N as f32 / 0.32;
-    let mut seen = vec![false; N * N];
-    for t in triangles {
-        let q = t.map(|v| (Vec2::new(positions[v as usize].x, positions[v as usize].z) + 0.16) * scale);
-        let low = q[0].min(q[1]).min(q[2]).max(Vec2::ZERO);
-        let high = q[0].max(q[1]).max(q[2]).min(Vec2::splat(N as f32 - 1.0));
-        for y in low.y as usize..=high.y as usize {
-            for x in low.x as usize..=high.x as usize {
-                let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-                let w = [0, 1, 2].map(|k| (q[(k + 1) % 3] - q[k]).perp_dot(p - q[k]));
-                seen[y * N + x] |= w.iter().all(|w| *w >= 0.0) || w.iter().all(|w| *w <= 0.0);
-            }
-        }
-    }
-    seen.iter().filter(|s| **s).count() as f32 / (scale * scale)
-}
-
-/// Cusick's drape coefficient: a disc of 30 cm on one of 18 cm.
-fn drape(fabric: &Fabric, cell: f32) -> f32 {
-    let sheet = disc(0.15, cell);
-    let cloth = Cloth::new(sheet, fabric).unwrap();
+/// The drape coefficient once it hangs.
+fn coefficient(fabric: &Fabric, cell: f32) -> f32 {
+    let cloth = Cloth::new(drape::disc(cell), fabric).unwrap();
     let rest = cloth.sheet.clone();
-    // The bend at the last vertices that are held stands for half a cell on either side of them, as a cantilever's does.
-    let held: Vec<u32> = (0..rest.positions.len() as u32)
-        .filter(|v| rest.positions[*v as usize].length() < 0.09 + 0.5 * cell)
-        .collect();
+    let held = drape::held(&rest, cell);
     let targets: Vec<Vec3> = held.iter().map(|v| rest.positions[*v as usize]).collect();
     let mut solver = SmallSteps::new(cloth, &held, Settings { substeps: 30, ..Settings::default() }).unwrap();
-    // A hair out of plane, the same at every density, so that folds can choose.
-    let bent: Vec<Vec3> = rest
-        .positions
-        .iter()
-        .map(|p| *p + Vec3::Y * (0.002 * (5.0 * p.x.atan2(p.z)).sin() * p.length()))
-        .collect();
+    let bent = drape::bent(&rest);
     solver.place(&bent, &vec![Vec3::ZERO; bent.len()]);
     for _ in 0..300 {
         solver.step(&Step { targets: &targets, ..Step::default() });
@@ -139,8 +80,7 @@ fn drape(fabric: &Fabric, cell: f32) -> f32 {
         solver.place(&x, &v);
     }
     let stretch = solver.cloth().stretch(solver.positions(), |a| a != Along::Bias);
-    let inner = PI * 0.09f32.powi(2);
-    let dc = (shadow(solver.positions(), &rest.triangles) - inner) / (PI * 0.15f32.powi(2) - inner);
+    let dc = drape::coefficient(solver.positions(), &rest.triangles);
     println!(
         "cells of {cell}: {} vertices, {} substeps, softened {}, DC {dc:.3}, stretch {:.4}",
         rest.positions.len(),
@@ -155,12 +95,12 @@ fn drape(fabric: &Fabric, cell: f32) -> f32 {
 fn drape_coefficients_rise_with_the_bending_length_and_are_those_of_silk() {
     let silk = PRESETS[0].fabric;
     let with = |c: f32| Fabric { bending_warp: c, bending_weft: c, ..silk };
-    let by_length: Vec<f32> = [0.012, 0.02, 0.035, 0.5].map(|c| drape(&with(c), 0.012)).to_vec();
+    let by_length: Vec<f32> = [0.012, 0.02, 0.035, 0.5].map(|c| coefficient(&with(c), 0.012)).to_vec();
     println!("{by_length:?}");
     assert!(by_length.windows(2).all(|d| d[0] < d[1]), "{by_length:?}");
     // As stiff as it may be it hardly hangs; bending of half a metre is softened at these substeps.
     assert!(by_length[3] > 0.95, "{by_length:?}");
-    let by_cell = [0.015, 0.01, 0.0075].map(|cell| drape(&silk, cell));
+    let by_cell = [0.015, 0.01, 0.0075].map(|cell| coefficient(&silk, cell));
     println!("{by_cell:?}");
     // Published: silk 20 to 40 %. Four cells of an overhang are few, and a mesh has its say in how many folds form: .18, .25
     // and .36 were measured.

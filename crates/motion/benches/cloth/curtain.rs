@@ -1,25 +1,14 @@
-//! Milliseconds a frame of cloth at a stated stretch.
-//!
-//! `cargo bench -p yugen-motion --bench cloth -- [CELLS] [SUBSTEPS] [THREADS] [FABRIC]`: a square metre of cloth, CELLS by
-//! CELLS, falls from the horizontal and hangs, from an edge (a curtain) or two corners, for five seconds. Wall time and
-//! processor time, both per frame of a sixtieth of a second; |stretch| of threads is the worst of what every tenth frame has.
+//! A square metre of cloth that falls from the horizontal and hangs, from an edge or two corners.
 
+use crate::processor;
 use glam::{Vec2, Vec3};
 use std::time::Instant;
 use yugen_motion::cloth::{Along, Cloth, Fabric, PRESETS, Settings, Sheet, SmallSteps, Step};
 
 const FRAMES: u32 = 300;
 
-/// Processor time of this process, s; 0 where the system does not say.
-fn processor() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let after = stat.rsplit(')').next().unwrap_or_default();
-    // Hundredths of a second in user mode: the 14th number, the 12th behind the name.
-    after.split_whitespace().nth(11).and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0) / 100.0
-}
-
-fn main() {
-    let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+/// Prints the table; `words` are cells, substeps, threads and the fabric.
+pub fn print(words: &[String]) {
     let number = |i: usize, default: u32| words.get(i).and_then(|w| w.parse().ok()).unwrap_or(default);
     let (cells, substeps, threads) = (number(0, 128), number(1, 20), number(2, 2) as usize);
     let fabric = words.get(3).and_then(|name| Fabric::preset(name)).unwrap_or(&PRESETS[0]);
