@@ -2,7 +2,7 @@
 
     cargo xtask bench cloth            Yugen alone
     cargo xtask bench cloth --peer     beside Blender's cloth and two solvers of Newton, on the same meshes, by the same scorer
-    cargo xtask bench cloth --long     and Newton's VBD on the large sheet, which takes minutes
+    cargo xtask bench cloth --long     and Newton's VBD on the disc and the large sheet, which takes minutes
 
 Blender is `bpy` from PyPI (370 MB to fetch, 1 GB installed), which wants Python 3.11, Newton is `newton` with `warp-lang` (600 MB),
 in environments of their own, .venv/blender and .venv/newton. Newton compiles itself for a minute the first time. The scenes are
@@ -28,7 +28,7 @@ PROGRAMS = [
     }),
 ]
 # What is left out unless it may take long.
-LONG = [("sheet-large", "vbd")]
+LONG = [("disc", "vbd"), ("sheet-large", "vbd")]
 
 
 def main():
