@@ -16,7 +16,7 @@ use crate::visibility::{Visibility, primary_group, primary_layout};
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{Device, Queue};
 use yugen_optics::{Fingerprint, Image};
-use yugen_scene::prepared::{DrawRow, Rows, VertexRow, wgsl};
+use yugen_scene::prepared::{DrawRow, Rows, VertexRow, wgsl_where};
 use yugen_scene::{Aov, Camera, Filter};
 
 /// How surfaces are lit.
@@ -98,7 +98,8 @@ pub struct Stage {
     device: Device,
     queue: Queue,
     scene: SceneBuffers,
-    /// The WGSL of the scene's materials and lights, as a hash: rows that need another cannot be had by new values alone.
+    /// The WGSL of the scene's materials and lights, but for the parameters it takes for zero, as a hash: rows that need
+    /// another cannot be had by new values alone.
     shader: u64,
     flames: Option<Flames>,
     view: wgpu::Buffer,
@@ -175,7 +176,7 @@ impl Stage {
                 device: device.clone(),
                 queue: queue.clone(),
                 scene,
-                shader: Fingerprint::of(wgsl(rows).as_bytes()),
+                shader: Fingerprint::of(wgsl_where(rows, &[]).as_bytes()),
                 flames,
                 view,
                 visibility,
@@ -329,7 +330,7 @@ impl Stage {
     /// `false`: they need another shader or more room, and the stage is as it was; make it anew.
     pub fn refill(&mut self, rows: &Rows) -> Result<bool, StageError> {
         self.check_alive()?;
-        if self.shader != Fingerprint::of(wgsl(rows).as_bytes()) {
+        if self.shader != Fingerprint::of(wgsl_where(rows, &[]).as_bytes()) {
             return Ok(false);
         }
         let refilled = self.take_over(rows, true);

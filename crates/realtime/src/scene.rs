@@ -42,6 +42,8 @@ pub struct SceneBuffers {
 #[derive(Clone, Debug, PartialEq)]
 struct Plan {
     kinds: Vec<Kind>,
+    /// What the shader takes for zero, as [`Rows::zeros`]: less of it shows more materials.
+    zeros: Vec<u64>,
     has: [bool; 4],
     /// Light from all sides, and of that the same from everywhere. A shader that has it shows a scene without just as well.
     sky: [bool; 2],
@@ -55,6 +57,7 @@ impl Plan {
     fn of(rows: &Rows) -> Self {
         Self {
             kinds: rows.kinds.clone(),
+            zeros: rows.zeros.clone(),
             has: [rows.has_cloth, rows.has_programs, rows.lights_by_area, rows.has_environment()],
             sky: [rows.has_sky(), rows.has_background()],
             head_light: needs_head_light(rows),
@@ -76,7 +79,8 @@ impl Plan {
     /// Whether what was made for this plan shows rows of `other`.
     fn suits(&self, other: &Self) -> bool {
         let lit = self.sky.iter().zip(&other.sky).all(|(own, other)| *own || !other);
-        lit && *self == Self { sky: self.sky, ..other.clone() }
+        let zero = self.zeros.iter().zip(&other.zeros).all(|(own, other)| own & !other == 0);
+        lit && zero && *self == Self { sky: self.sky, zeros: self.zeros.clone(), ..other.clone() }
     }
 }
 

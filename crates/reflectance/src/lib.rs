@@ -32,7 +32,7 @@ pub mod microfacet;
 pub use model::{
     Choice, Data, Laws, Model, ModelError, Param, ParamType, Params, Preset, Sample, Spec, Terms,
 };
-pub use shader::{FRAME_WGSL, wgsl_library, wgsl_params};
+pub use shader::{FRAME_WGSL, wgsl_library, wgsl_library_where, wgsl_params};
 
 model::models! {
     lambert::Lambert,

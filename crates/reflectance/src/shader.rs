@@ -6,24 +6,23 @@ use std::fmt::Write;
 /// The conventions and helpers every twin may use.
 pub const FRAME_WGSL: &str = include_str!("frame.wgsl");
 
-/// The WGSL struct of a model's parameters and the function that loads it, from its parameter table.
-pub fn wgsl_params(kind: Kind) -> String {
+/// The WGSL struct of a model's parameters and the function that loads it, from its parameter table. `zeros`: slots, a bit
+/// each, that are zero and not loaded.
+pub fn wgsl_params(kind: Kind, zeros: u64) -> String {
     let (name, ty) = (kind.name(), wgsl_type_name(kind.name()));
     let mut fields = String::new();
     let mut loads = String::new();
     let mut at = 0;
+    let slot = |i: usize| {
+        if zeros >> i & 1 == 1 { "0.0".into() } else { format!("param_at(p + {i}u)") }
+    };
     for p in kind.params() {
         let (wgsl, load) = match p.kind {
-            ParamType::Number => ("f32", format!("param_at(p + {at}u)")),
-            ParamType::Rgb => (
-                "vec3<f32>",
-                format!(
-                    "vec3<f32>(param_at(p + {at}u), param_at(p + {}u), param_at(p + {}u))",
-                    at + 1,
-                    at + 2
-                ),
-            ),
-            ParamType::Choice(_) => ("u32", format!("u32(param_at(p + {at}u))")),
+            ParamType::Number => ("f32", slot(at)),
+            ParamType::Rgb => {
+                ("vec3<f32>", format!("vec3<f32>({}, {}, {})", slot(at), slot(at + 1), slot(at + 2)))
+            }
+            ParamType::Choice(_) => ("u32", format!("u32({})", slot(at))),
         };
         let _ = write!(fields, "{}: {wgsl}, ", p.name);
         let _ = write!(loads, "{load}, ");
@@ -54,6 +53,14 @@ fn wgsl_type_name(name: &str) -> String {
 /// over all lights, and copy the row of a material once, for all calls, into a private array of [`crate::MAX_SLOTS`]
 /// numbers that `param_at` reads.
 pub fn wgsl_library(kinds: &[Kind]) -> String {
+    wgsl_library_where(&kinds.iter().map(|kind| (*kind, 0)).collect::<Vec<_>>())
+}
+
+/// [`wgsl_library`] where some slots of some kinds, a bit each, are known to be zero. Models switch coats, films and sheens
+/// off with zeros; a compiler that knows them leaves these out, where a software driver would go through both sides of the
+/// branch around them.
+pub fn wgsl_library_where(kinds: &[(Kind, u64)]) -> String {
+    const { assert!(crate::MAX_SLOTS <= 64) };
     let mut out = String::from(FRAME_WGSL);
     for shared in [
         crate::axis::AXIS_WGSL,
@@ -66,9 +73,9 @@ pub fn wgsl_library(kinds: &[Kind]) -> String {
         out.push_str(shared);
     }
     let [mut evals, mut samples, mut lobes] = [const { String::new() }; 3];
-    for kind in kinds {
+    for (kind, zeros) in kinds {
         let (name, number, twin) = (kind.name(), *kind as u32, kind.wgsl());
-        out.push_str(&wgsl_params(*kind));
+        out.push_str(&wgsl_params(*kind, *zeros));
         out.push_str(twin);
         out.push('\n');
         if *kind == Kind::Noh {

@@ -162,3 +162,31 @@ fn a_scene_whose_only_light_goes_out_needs_another_shader() {
     assert!(!sky.refill(&rows(&lit(0.0))).expect("the device lives"));
     assert!(!sky.pose(&rows(&lit(0.0))).expect("the device lives"));
 }
+
+/// Coats that no material has are left out of the shader: one that has them shows materials without, not the other way.
+#[test]
+fn what_is_zero_in_all_materials_is_left_out_of_the_shader() {
+    let Some(gpu) = gpu() else { return };
+    let coated = |coat: f32, sheen: f32| {
+        let mut model = ModelBuilder::new(Kind::MetallicRoughness);
+        model.set("clearcoat", Value::Number(coat)).expect("a parameter");
+        model.set("sheen_color", Value::Rgb(Vec3::new(0.0, sheen, 0.0))).expect("a parameter");
+        let mut scene = scene(0.3);
+        scene.materials[0] = model.build().expect("a model");
+        scene
+    };
+    let (bare, both) = (coated(0.0, 0.0), coated(0.7, 0.4));
+    let [plain, other] = [&bare, &both].map(|scene| picture(&mut stage(gpu, scene)));
+    assert_ne!(plain.data, other.data);
+    let mut small = stage(gpu, &bare);
+    for more in [coated(0.7, 0.0), coated(0.0, 0.4)] {
+        assert!(!small.refill(&rows(&more)).expect("the device lives"));
+    }
+    assert_eq!(picture(&mut small).data, plain.data);
+    let mut large = stage(gpu, &both);
+    assert!(large.refill(&rows(&bare)).expect("the device lives"));
+    let found = picture(&mut large);
+    // Compilers round otherwise where they know more.
+    let near = |(a, b): (&f32, &f32)| (a - b).abs() <= 1e-5 * b.abs().max(1.0);
+    assert!(found.data.iter().zip(&plain.data).all(near), "a shader with coats shows none otherwise");
+}

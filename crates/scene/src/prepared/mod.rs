@@ -17,6 +17,8 @@ pub use form::Form;
 pub use lights::{DiracLight, EmitterInGroup, LightSource, LightSources, chances_by_power, mean_radiance};
 pub use material::{MaterialError, Materials, Scratch, Shading, ShadingPoint, ShadingSample, scratch};
 pub use mesh::{GeometryError, PlacedMesh, attribute, double_area_normal, for_normals, mesh_bytes};
-pub use rows::{DrawRow, GEOMETRY_WGSL, MeshRow, NONE, Rows, RowsError, SLABS, VertexRow, VolumeRow, wgsl};
+pub use rows::{
+    DrawRow, GEOMETRY_WGSL, MeshRow, NONE, Rows, RowsError, SLABS, VertexRow, VolumeRow, wgsl, wgsl_where,
+};
 pub use texture::{Attributes, Lookup, OnTriangle, Textures};
 pub use volume::{Marched, Volume};

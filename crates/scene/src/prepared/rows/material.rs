@@ -8,7 +8,7 @@ use super::{Rows, RowsError};
 use crate::prepared::material::{Materials, Node, Textured};
 use crate::{TurnedNormals, Value};
 use std::collections::HashMap;
-use yugen_reflectance::ParamType;
+use yugen_reflectance::{Kind, ParamType};
 
 /// Steps and ends; `material.wgsl` knows them by the same names.
 #[derive(Clone, Copy)]
@@ -96,9 +96,12 @@ impl Writer<'_, '_> {
         let materials = self.materials;
         match &materials.nodes[id] {
             Node::Model { kind, slots, textured, table } => {
-                if !self.rows.kinds.contains(kind) {
-                    self.rows.kinds.push(*kind);
+                let mut zeros = bits_of_zeros(slots);
+                for t in textured {
+                    let width = if t.kind == ParamType::Rgb { 3 } else { 1 };
+                    zeros &= !(((1 << width) - 1) << t.slot);
                 }
+                self.occurs(*kind, zeros);
                 let at = self.rows.numbers.len() as u32;
                 self.rows.numbers.extend_from_slice(slots);
                 let numbers = &mut self.rows.numbers;
@@ -155,9 +158,7 @@ impl Writer<'_, '_> {
                 self.ends(*base, &steps, turns + 1, out)?;
             }
             Node::Cloth { texture, form } => {
-                if !self.rows.kinds.contains(&yugen_reflectance::Kind::Noh) {
-                    self.rows.kinds.push(yugen_reflectance::Kind::Noh);
-                }
+                self.occurs(Kind::Noh, 0);
                 self.rows.turns = self.rows.turns.max(turns + 1);
                 self.rows.has_cloth = true;
                 let mut end = then(&[Op::Cloth as u32, form.0.to_bits()]);
@@ -178,6 +179,18 @@ impl Writer<'_, '_> {
         Ok(())
     }
 
+    /// Notes a model, and which of its slots are zero.
+    fn occurs(&mut self, kind: Kind, zeros: u64) {
+        let Rows { kinds, zeros: all, .. } = self.rows;
+        match kinds.iter().position(|k| *k == kind) {
+            Some(i) => all[i] &= zeros,
+            None => {
+                kinds.push(kind);
+                all.push(zeros);
+            }
+        }
+    }
+
     fn value(&mut self, value: &Value) -> Result<[u32; 4], RowsError> {
         self.programs.value(value, self.rows)
     }
@@ -189,6 +202,10 @@ impl Writer<'_, '_> {
         words.extend(self.value(&t.value)?);
         Ok(words)
     }
+}
+
+fn bits_of_zeros(slots: &[f32]) -> u64 {
+    slots.iter().enumerate().filter(|(_, v)| **v == 0.0).map(|(i, _)| 1 << i).sum()
 }
 
 /// 1: normals that look away are mirrored; 2: the shadowing function is on.

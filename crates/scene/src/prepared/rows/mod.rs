@@ -24,7 +24,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::sync::Arc;
 use yugen_motion::fire::Grid;
-use yugen_reflectance::{Kind, MAX_SLOTS, wgsl_library};
+use yugen_reflectance::{Kind, MAX_SLOTS, wgsl_library_where};
 
 /// A scene as rows.
 #[derive(Clone, Debug, Default)]
@@ -45,6 +45,8 @@ pub struct Rows {
     pub texels: Vec<[f32; 4]>,
     /// Reflectance models that occur.
     pub kinds: Vec<Kind>,
+    /// Of each of these the parameters that are zero wherever it occurs, a bit a slot.
+    pub zeros: Vec<u64>,
     /// Most lobes that a material resolves to at one point.
     pub lobes: u32,
     /// Most maps of normals or heights over one another.
@@ -254,7 +256,13 @@ impl Rows {
 /// `vertices: array<Vertex>`, `triangles: array<u32>` and `draws: array<Draw>` of [`GEOMETRY_WGSL`], `words: array<u32>`,
 /// `numbers: array<f32>` and `texels: array<vec4<f32>>`.
 pub fn wgsl(rows: &Rows) -> String {
-    let mut out = wgsl_library(&rows.kinds);
+    wgsl_where(rows, &rows.zeros)
+}
+
+/// [`wgsl`] that knows of no other parameters than `zeros` that they are zero; as [`Rows::zeros`], as many as there are.
+pub fn wgsl_where(rows: &Rows, zeros: &[u64]) -> String {
+    let zeros = zeros.iter().copied().chain(std::iter::repeat(0));
+    let mut out = wgsl_library_where(&rows.kinds.iter().copied().zip(zeros).collect::<Vec<_>>());
     let _ = writeln!(
         out,
         "const LOBES: u32 = {}u;\nconst TURNS: u32 = {}u;\nconst SLOTS: u32 = {MAX_SLOTS}u;",
