@@ -6,11 +6,13 @@
 pub mod adaptation;
 pub mod colour;
 pub mod compare;
+pub mod denoise;
 pub mod distribution;
 mod fingerprint;
 pub mod flip;
 pub mod frame;
 pub mod image;
+pub mod lanes;
 pub mod linear;
 pub mod parallel;
 pub mod quadrature;

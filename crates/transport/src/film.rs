@@ -4,10 +4,10 @@
 //! threads ever write to the same place and the picture is the same for any number of them: a pixel is
 //! the sum over the tiles that reach it, in tile order.
 
-use crate::denoise::Footprint;
-use crate::guide::{Guide, Halves, VALUES};
+use crate::guide::Guide;
 use glam::Vec3;
 use yugen_optics::Image;
+use yugen_optics::denoise::{Footprint, Halves, VALUES};
 use yugen_scene::{Film, Filter};
 
 /// A filter as a table over [0, radius], fine enough that the step is below 1/1000 of the peak.
@@ -395,7 +395,12 @@ impl FilmLayout {
         for tile in tiles {
             for (i, (guide, m)) in tile.guides.iter().zip(&tile.moments).enumerate() {
                 let (x, y) = (i as u32 % tile.size[0], i as u32 / tile.size[0]);
-                out.set((tile.origin[0] - wx + x) as usize, (tile.origin[1] - wy + y) as usize, guide, m);
+                guide.put(
+                    &mut out,
+                    (tile.origin[0] - wx + x) as usize,
+                    (tile.origin[1] - wy + y) as usize,
+                    m,
+                );
             }
         }
         out

@@ -8,7 +8,6 @@
 pub mod accel;
 pub mod camera;
 pub mod checkpoint;
-pub mod denoise;
 pub mod film;
 pub mod geometry;
 pub mod guide;

@@ -7,9 +7,8 @@
 use crate::accel::NO_INSTANCE;
 use crate::camera::Lens;
 use crate::checkpoint::{self, Counting, Head, Part, ResumeError};
-use crate::denoise::denoise;
 use crate::film::{FilmLayout, Tile};
-use crate::guide::{self, Guide};
+use crate::guide::Guide;
 use crate::integrator::{FirstHit, Follow, Groups, PathState, PrepareError, Radiance, World};
 use crate::reuse::{GROUP, GroupScratch};
 use crate::sampler::Sampler;
@@ -20,6 +19,7 @@ use std::collections::BinaryHeap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use yugen_optics::denoise::{denoise, half};
 use yugen_optics::{Fingerprint, Image};
 use yugen_scene::Scene;
 use yugen_scene::{Aov, Camera, Film, Integrator, IntegratorKind};
@@ -444,7 +444,7 @@ impl Job {
                     }
                     let usable = self.layout.add(tile, &mut visit, *pixel, position.to_array(), &values);
                     if self.denoise && usable {
-                        self.layout.guide(tile, *pixel, guide::half(index, planned), &Guide::of(r));
+                        self.layout.guide(tile, *pixel, half(index, planned), &Guide::of(r));
                     }
                 }
             }
@@ -486,20 +486,7 @@ impl Job {
         let n = image.channels.len();
         let picture = std::array::from_fn(|c| image.data.iter().skip(c).step_by(n).copied().collect());
         let clean = denoise(&halves, &picture, &self.layout.footprint(), self.threads);
-        let layers = ["noisy.R", "noisy.G", "noisy.B", "error.R", "error.G", "error.B"].map(String::from);
-        let mut out = Image {
-            width: image.width,
-            height: image.height,
-            channels: image.channels.iter().cloned().chain(layers).collect(),
-            data: Vec::with_capacity(image.width * image.height * (n + 6)),
-        };
-        for (i, pixel) in image.data.chunks_exact(n).enumerate() {
-            out.data.extend(clean.rgb.iter().map(|plane| plane[i]));
-            out.data.extend_from_slice(&pixel[3..]);
-            out.data.extend_from_slice(&pixel[..3]);
-            out.data.extend(clean.error.iter().map(|plane| plane[i]));
-        }
-        out
+        clean.in_place_of(&image)
     }
 
     /// Shape numbers do not average: one ray through each pixel's centre.

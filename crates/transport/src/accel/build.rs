@@ -2,8 +2,9 @@
 //! Hierarchies") to a binary tree whose leaves fill a block, from which nodes of eight are picked so that
 //! the expected number of visits is least.
 
-use super::{Aabb, Block, Child, Item, Node, Source, Tree, traverse, traverse::MAX_DEPTH};
+use super::{Aabb, Block, Child, Item, Node, Source, Tree, traverse::MAX_DEPTH};
 use glam::{Vec3, Vec4, Vec4Swizzles};
+use yugen_optics::lanes::has_avx2;
 
 const LEAF: usize = 8;
 const BINS: usize = 16;
@@ -265,8 +266,7 @@ fn grow(part: Part, first: usize, depth: usize, forks: usize, nodes: &mut Vec<Bi
 }
 
 pub(super) fn build(source: &impl Source, mut items: Vec<Item>, threads: usize) -> Tree {
-    let mut tree =
-        Tree { nodes: Vec::new(), blocks: Vec::new(), bounds: Aabb::EMPTY, avx2: traverse::has_avx2() };
+    let mut tree = Tree { nodes: Vec::new(), blocks: Vec::new(), bounds: Aabb::EMPTY, avx2: has_avx2() };
     if items.is_empty() {
         return tree;
     }

@@ -8,17 +8,11 @@
 //!   inside, so no ray passes between them.
 //!
 //! Hits are equal bit for bit for any number of threads (the tree does not depend on it) and for both
-//! kernels (AVX2 with FMA, and portable): they are one text over [`lanes::Lanes`]. At equal distance the
+//! kernels (AVX2 with FMA, and portable): they are one text over [`yugen_optics::lanes::Lanes`]. At equal distance the
 //! smaller (shape, primitive) wins, so the order of the tree does not show either.
 
 mod build;
-mod lanes;
 mod traverse;
-
-#[cfg(target_arch = "x86_64")]
-pub(crate) use lanes::Avx2;
-pub(crate) use lanes::{Lanes, Portable};
-pub(crate) use traverse::has_avx2;
 
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,9 @@
 //! Walking a ray through the tree.
 
-use super::lanes::{Lanes, Portable};
 use super::{Block, Child, Hit, NO_INSTANCE, Node, Others, Ray, Tree, nearer};
 use glam::Vec4;
 use std::mem::MaybeUninit;
+use yugen_optics::lanes::{Lanes, Portable};
 
 /// Nodes on the longest way from the root; bounds the stack.
 pub(super) const MAX_DEPTH: usize = 64;
@@ -327,8 +327,8 @@ fn any<L: Lanes>(tree: &Tree, ray: &Ray, others: &impl Others) -> bool {
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 mod avx2 {
-    use super::super::lanes::Avx2;
     use super::{Hit, Others, Ray, Tree};
+    use yugen_optics::lanes::Avx2;
 
     #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
     pub(super) fn closest(tree: &Tree, ray: &Ray, others: &impl Others) -> Option<Hit> {
@@ -339,17 +339,6 @@ mod avx2 {
     pub(super) fn any(tree: &Tree, ray: &Ray, others: &impl Others) -> bool {
         super::any::<Avx2>(tree, ray, others)
     }
-}
-
-/// Can this processor run the fast kernel?
-pub(crate) fn has_avx2() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return is_x86_feature_detected!("avx2")
-        && is_x86_feature_detected!("fma")
-        && is_x86_feature_detected!("bmi1")
-        && is_x86_feature_detected!("bmi2");
-    #[cfg(not(target_arch = "x86_64"))]
-    false
 }
 
 /// A ray that can meet anything: finite, with a direction.

@@ -1,16 +1,20 @@
-//! Eight numbers side by side. The kernels of hierarchy and denoiser are written once over [`Lanes`]; the portable and
-//! the AVX2 implementation do the same IEEE operations in the same order, so their results are equal
-//! bit for bit.
+//! Eight numbers side by side. Kernels (those of the reference's hierarchy and of the denoiser) are written once over
+//! [`Lanes`]; the portable and the AVX2 implementation do the same IEEE operations in the same order, so their results are
+//! equal bit for bit.
 
 /// Eight `f32`. Comparisons give a bit per lane and are false for NaN; `min` and `max` return the second
 /// operand when either is NaN, as x86 does.
 #[allow(unsafe_code)]
-pub(crate) trait Lanes: Copy {
+pub trait Lanes: Copy {
+    /// `x` in all of them.
     fn splat(x: f32) -> Self;
+    /// The eight from `p` on.
     /// # Safety
     /// `p` is 32-byte aligned and readable for eight `f32`.
     unsafe fn load(p: *const f32) -> Self;
+    /// These eight.
     fn from_array(lanes: &[f32; 8]) -> Self;
+    /// All eight.
     fn to_array(self) -> [f32; 8];
     /// Writes the lanes of `mask`, largest first, to `distances`, and their `children` beside. The lane
     /// counts as the lowest three bits of its (non-negative) number, which orders equals.
@@ -21,9 +25,13 @@ pub(crate) trait Lanes: Copy {
     /// # Safety
     /// As for `write_sorted`.
     unsafe fn write_compact(mask: u32, children: &[u32; 8], out: *mut u32);
+    /// `self + b`.
     fn add(self, b: Self) -> Self;
+    /// `self − b`.
     fn sub(self, b: Self) -> Self;
+    /// `self · b`.
     fn mul(self, b: Self) -> Self;
+    /// `self / b`.
     fn div(self, b: Self) -> Self;
     /// `self · b + c`, rounded once.
     fn mul_add(self, b: Self, c: Self) -> Self;
@@ -31,16 +39,20 @@ pub(crate) trait Lanes: Copy {
     fn mul_sub(self, b: Self, c: Self) -> Self;
     /// `c − self · b`, rounded once.
     fn neg_mul_add(self, b: Self, c: Self) -> Self;
+    /// The smaller of both.
     fn min(self, b: Self) -> Self;
+    /// The larger of both.
     fn max(self, b: Self) -> Self;
+    /// Bits of the lanes in which `self ≤ b`.
     fn le(self, b: Self) -> u32;
+    /// Bits of the lanes in which `self < b`.
     fn lt(self, b: Self) -> u32;
 }
 
 /// Plain arrays.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
-pub(crate) struct Portable([f32; 8]);
+pub struct Portable([f32; 8]);
 
 impl Portable {
     #[inline(always)]
@@ -146,8 +158,19 @@ impl Lanes for Portable {
     }
 }
 
+/// Whether this processor has what kernels over `Avx2` are compiled for.
+pub fn has_avx2() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2");
+    #[cfg(not(target_arch = "x86_64"))]
+    false
+}
+
 #[cfg(target_arch = "x86_64")]
-pub(crate) use avx2::Avx2;
+pub use avx2::Avx2;
 
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
@@ -155,11 +178,11 @@ mod avx2 {
     use super::Lanes;
     use std::arch::x86_64::*;
 
-    /// One AVX register. Only ever used inside functions compiled for AVX2 and FMA, into which
-    /// everything here is inlined.
+    /// One AVX register. Only ever to be used inside functions compiled for AVX2 and FMA, into which everything here is
+    /// inlined, and which are reached only where [`super::has_avx2`].
     #[derive(Clone, Copy)]
     #[repr(transparent)]
-    pub(crate) struct Avx2(__m256);
+    pub struct Avx2(__m256);
 
     /// Per mask the lanes that are set, lowest first.
     static COMPACT: [[u8; 8]; 256] = {
