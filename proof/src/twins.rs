@@ -17,8 +17,10 @@ use yugen_reflectance::{Bsdf, Kind, MAX_SLOTS, ParamType, Sample};
 
 /// Cases of one model in a whole comparison.
 pub const CASES: usize = 8192;
-/// Floats a case takes in the input and in the output.
+/// Floats a case takes in the input.
 const STRIDE: usize = 13;
+/// Floats that come of it.
+const FOUND: usize = 16;
 /// Share of cases that may choose another lobe or another cell of a table: an input on the edge between two.
 pub const MAX_DISAGREEMENT: f32 = 1e-3;
 
@@ -80,6 +82,8 @@ pub struct TwinRow {
     pub weight: Worst,
     /// Of the relative index of refraction that a draw crosses.
     pub eta: Worst,
+    /// Of the albedo.
+    pub albedo: Worst,
     /// Cases per case that chose another lobe, or lie so near an edge that a few roundings explain the rest.
     pub disagreement: f32,
     /// The first of those, for people.
@@ -91,11 +95,11 @@ pub struct TwinRow {
 impl TwinRow {
     /// The largest error of all.
     pub fn worst(&self) -> &Worst {
-        self.errors().into_iter().max_by(|a, b| a.error.total_cmp(&b.error)).expect("six errors")
+        self.errors().into_iter().max_by(|a, b| a.error.total_cmp(&b.error)).expect("seven errors")
     }
 
-    fn errors(&self) -> [&Worst; 6] {
-        [&self.eval, &self.pdf, &self.direction, &self.sample_pdf, &self.weight, &self.eta]
+    fn errors(&self) -> [&Worst; 7] {
+        [&self.eval, &self.pdf, &self.direction, &self.sample_pdf, &self.weight, &self.eta, &self.albedo]
     }
 
     /// Whether the twin is one.
@@ -104,8 +108,7 @@ impl TwinRow {
     }
 
     /// Head of the table that [`fmt::Display`] writes the rows of.
-    pub const HEAD: &'static str =
-        "model                      eval     pdf      wi       wi pdf   weight   index    lobes    allowed";
+    pub const HEAD: &'static str = "model                      eval     pdf      wi       wi pdf   weight   index    albedo   lobes    allowed";
 }
 
 impl fmt::Display for TwinRow {
@@ -149,19 +152,24 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var k = 0u; k < slots; k++) { row[k] = params[p + k]; }
     let f = bsdf_eval_pdf(kind, 0u, t, wo, wi);
     let s = bsdf_sample(kind, 0u, t, wo, u);
-    results[i] = f.x;
-    results[i + 1u] = f.y;
-    results[i + 2u] = f.z;
-    results[i + 3u] = f.w;
-    results[i + 4u] = s.wi.x;
-    results[i + 5u] = s.wi.y;
-    results[i + 6u] = s.wi.z;
-    results[i + 7u] = s.pdf;
-    results[i + 8u] = s.weight.x;
-    results[i + 9u] = s.weight.y;
-    results[i + 10u] = s.weight.z;
-    results[i + 11u] = f32(s.is_delta);
-    results[i + 12u] = s.eta;
+    let a = bsdf_albedo(kind, 0u, t);
+    let o = id.x * 16u;
+    results[o] = f.x;
+    results[o + 1u] = f.y;
+    results[o + 2u] = f.z;
+    results[o + 3u] = f.w;
+    results[o + 4u] = s.wi.x;
+    results[o + 5u] = s.wi.y;
+    results[o + 6u] = s.wi.z;
+    results[o + 7u] = s.pdf;
+    results[o + 8u] = s.weight.x;
+    results[o + 9u] = s.weight.y;
+    results[o + 10u] = s.weight.z;
+    results[o + 11u] = f32(s.is_delta);
+    results[o + 12u] = s.eta;
+    results[o + 13u] = a.x;
+    results[o + 14u] = a.y;
+    results[o + 15u] = a.z;
 }
 ";
 
@@ -407,14 +415,15 @@ impl Trial {
     /// Runs `library`, which holds the twins (or texts that stand for them), in one shader; a row for each model.
     pub fn run(&self, gpu: &Gpu, library: &str) -> Result<Vec<TwinRow>, TwinError> {
         let name = self.subjects.first().map_or("no model", |s| s.kind.name());
-        let nan = vec![f32::NAN; self.input.len()];
-        let groups = (self.input.len() / STRIDE).div_ceil(64) as u32;
+        let cases = self.input.len() / STRIDE;
+        let nan = vec![f32::NAN; FOUND * cases];
+        let groups = cases.div_ceil(64) as u32;
         let output = gpu
             .compute(&program(library), &[&self.params, &self.tables, &self.input], &nan, groups)
             .map_err(|e| TwinError::Gpu(name, e))?;
         let mut rest = output.as_slice();
         let rows = self.subjects.iter().map(|s| {
-            let (own, after) = rest.split_at(STRIDE * s.cases.len());
+            let (own, after) = rest.split_at(FOUND * s.cases.len());
             rest = after;
             row(s, own)
         });
@@ -429,7 +438,7 @@ pub fn compare(gpu: &Gpu, kind: Kind, library: &str, data: &[f32]) -> Result<Twi
     Ok(trial.run(gpu, library)?.remove(0))
 }
 
-/// What Rust says to `output`, [`STRIDE`] numbers a case.
+/// What Rust says to `output`, [`FOUND`] numbers a case.
 fn row(subject: &Subject, output: &[f32]) -> TwinRow {
     let Subject { kind, sets, cases } = subject;
     let kind = *kind;
@@ -443,12 +452,13 @@ fn row(subject: &Subject, output: &[f32]) -> TwinRow {
         sample_pdf: Worst::default(),
         weight: Worst::default(),
         eta: Worst::default(),
+        albedo: Worst::default(),
         disagreement: 0.0,
         disagreed: String::new(),
         tolerance,
     };
     let mut disagreements = Vec::new();
-    for (c, out) in cases.iter().zip(output.chunks_exact(STRIDE)) {
+    for (c, out) in cases.iter().zip(output.chunks_exact(FOUND)) {
         let set = &sets[c.set];
         let bsdf = set.bsdf();
         let gpu_sample = Sample {
@@ -495,8 +505,16 @@ fn row(subject: &Subject, output: &[f32]) -> TwinRow {
             None => disagreements.push(note()),
         }
 
+        let (f, g) = (bsdf.albedo().to_array(), [out[13], out[14], out[15]]);
+        let slop = |steps| slack(f, nearby(steps).map(|(b, ..)| b.albedo().to_array()));
+        let note = || format!("albedo, {}: Rust {f:?}, WGSL {g:?}", place());
+        match judge(f, g, slop, tolerance) {
+            Some(e) => row.albedo.see(e, note),
+            None => disagreements.push(note()),
+        }
+
         let cpu_sample = bsdf.sample(c.wo, c.u);
-        if !(out[4..].iter().all(|v| v.is_finite())) {
+        if !(out[4..13].iter().all(|v| v.is_finite())) {
             row.direction.see(f32::INFINITY, || format!("sample, {}: WGSL {gpu_sample:?}", place()));
             continue;
         }

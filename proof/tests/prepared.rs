@@ -59,6 +59,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     results[i + 17u] = s.pdf;
     put3(i + 18u, s.weight);
     results[i + 21u] = select(0.0, 1.0, s.is_delta) + select(0.0, 2.0, s.is_null) + select(0.0, 4.0, s.combine);
+    put3(i + 22u, shading_albedo());
 }
 ";
 
@@ -312,6 +313,7 @@ fn differing(gpu: &Gpu, library: impl Fn(String) -> String) -> Vec<(usize, f32, 
             }
             None => expected.extend([0.0; 8]),
         }
+        expected.extend(shading.albedo().to_array());
         expected.resize(at + STRIDE, 0.0);
     }
     let got = run(gpu, &rows, &library(wgsl(&rows)), MATERIALS_MAIN, &cases);
@@ -320,7 +322,7 @@ fn differing(gpu: &Gpu, library: impl Fn(String) -> String) -> Vec<(usize, f32, 
         let combine = got[21] >= 4.0;
         let drawn = got[17] > 0.0 && want[17] > 0.0;
         let mut worst = (0.0, 0);
-        for i in 0..22 {
+        for i in 0..25 {
             let (mut a, b) = (got[i], want[i]);
             // Whether a draw of several lobes carries light, its density and its weight are found by evaluating it.
             let of_draw = (14..21).contains(&i);
@@ -385,6 +387,7 @@ fn a_shader_that_resolves_wrongly_is_caught() {
         ("footprint * max(length(x_axis), length(y_axis))", "footprint"),
         ("dot(turned, point.normal) < 0.0", "dot(turned, point.normal) > 0.0"),
         ("let m = i - 2 * n * ", "let m = 1 + i - 2 * n * "),
+        ("lobe.table) * lobe.weight;", "lobe.table);"),
     ];
     let mut caught = 0;
     for (right, broken) in &wrong {

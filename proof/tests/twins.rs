@@ -52,6 +52,7 @@ fn two_percent_in_the_twin_of_any_model_are_caught() {
     let library = wgsl_library(Kind::ALL)
         .replace("fn bsdf_eval_pdf(", "fn right_eval_pdf(")
         .replace("fn bsdf_sample(", "fn right_sample(")
+        .replace("fn bsdf_albedo(", "fn right_albedo(")
         + "
 fn bsdf_eval_pdf(kind: u32, p: u32, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec4<f32> {
     return 1.02 * right_eval_pdf(kind, p, t, wo, wi);
@@ -60,13 +61,16 @@ fn bsdf_sample(kind: u32, p: u32, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSa
     let s = right_sample(kind, p, t, wo, u);
     return BsdfSample(s.wi, 1.02 * s.pdf, 1.02 * s.weight, 1.02 * s.eta, s.is_delta);
 }
+fn bsdf_albedo(kind: u32, p: u32, t: u32) -> vec3<f32> {
+    return 1.02 * right_albedo(kind, p, t);
+}
 ";
     let library = library.replace("return bsdf_eval_pdf(", "return right_eval_pdf(");
     for row in all().run(gpu, &library).unwrap_or_else(|e| panic!("{e}")) {
         // A Dirac peak has neither f nor density.
         let seen = [&row.eval, &row.pdf].map(|w| w.error > row.tolerance.0 || row.kind.laws().delta);
-        let drawn = [&row.sample_pdf, &row.weight, &row.eta].map(|w| w.error > row.tolerance.0);
-        assert!(!row.passed() && seen == [true; 2] && drawn == [true; 3], "{seen:?} {drawn:?}\n{row}");
+        let drawn = [&row.sample_pdf, &row.weight, &row.eta, &row.albedo].map(|w| w.error > row.tolerance.0);
+        assert!(!row.passed() && seen == [true; 2] && drawn == [true; 4], "{seen:?} {drawn:?}\n{row}");
         assert!(row.direction.error <= row.tolerance.0, "{row}");
     }
 }

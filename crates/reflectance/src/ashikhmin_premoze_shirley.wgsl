@@ -29,3 +29,7 @@ fn ashikhmin_premoze_shirley_slope_lobe(
 ) -> SlopeLobe {
     return gaussian_lobe(m.sigma_x, m.sigma_y, vec3<f32>(0.0));
 }
+
+fn ashikhmin_premoze_shirley_albedo(m: AshikhminPremozeShirley, t: u32) -> vec3<f32> {
+    return m.f0;
+}

@@ -54,3 +54,7 @@ fn ashikhmin_shirley_sample(m: AshikhminShirley, t: u32, wo: vec3<f32>, u: vec3<
     }
     return bsdf_sample_of(wo, wi, ashikhmin_shirley_eval(m, t, wo, wi), ashikhmin_shirley_pdf(m, t, wo, wi));
 }
+
+fn ashikhmin_shirley_albedo(m: AshikhminShirley, t: u32) -> vec3<f32> {
+    return m.specular + m.diffuse * (vec3<f32>(1.0) - m.specular);
+}

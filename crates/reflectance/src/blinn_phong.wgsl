@@ -27,3 +27,7 @@ fn blinn_phong_sample(m: BlinnPhong, t: u32, wo: vec3<f32>, u: vec3<f32>) -> Bsd
     let wi = reflect_about(wo, h);
     return bsdf_sample_of(wo, wi, blinn_phong_eval(m, t, wo, wi), blinn_phong_pdf(m, t, wo, wi));
 }
+
+fn blinn_phong_albedo(m: BlinnPhong, t: u32) -> vec3<f32> {
+    return m.specular;
+}

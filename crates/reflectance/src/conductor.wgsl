@@ -15,3 +15,7 @@ fn conductor_sample(m: Conductor, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSa
     let weight = f_conductor(wo.z, m.eta, m.k) * m.specular_reflectance;
     return BsdfSample(mirror(wo), 1.0, weight, 1.0, 1u);
 }
+
+fn conductor_albedo(m: Conductor, t: u32) -> vec3<f32> {
+    return f_conductor(1.0, m.eta, m.k) * m.specular_reflectance;
+}

@@ -44,3 +44,7 @@ fn cook_torrance_sample(m: CookTorrance, t: u32, wo: vec3<f32>, u: vec3<f32>) ->
 fn cook_torrance_slope_lobe(m: CookTorrance, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
     return gaussian_lobe(m.m, m.m, m.diffuse * ((1.0 - m.s) * FRAC_1_PI));
 }
+
+fn cook_torrance_albedo(m: CookTorrance, t: u32) -> vec3<f32> {
+    return m.f0 * m.s + m.diffuse * (1.0 - m.s);
+}

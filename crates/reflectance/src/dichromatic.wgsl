@@ -77,3 +77,8 @@ fn dichromatic_sample(m: Dichromatic, t: u32, wo: vec3<f32>, u: vec3<f32>) -> Bs
     }
     return bsdf_sample_of(wo, wi, dichromatic_eval(m, t, wo, wi), dichromatic_pdf(m, t, wo, wi));
 }
+
+fn dichromatic_albedo(m: Dichromatic, t: u32) -> vec3<f32> {
+    let fresnel = select(1.0, f_dielectric(1.0, m.eta), m.interface_form == 1u || m.interface_form == 3u);
+    return min(m.body_colour + m.interface_colour * fresnel, vec3<f32>(1.0));
+}

@@ -21,3 +21,7 @@ fn dielectric_sample(m: Dielectric, t: u32, wo: vec3<f32>, u: vec3<f32>) -> Bsdf
     }
     return BsdfSample(wi, 1.0 - f, m.specular_transmittance / (eta * eta), eta, 1u);
 }
+
+fn dielectric_albedo(m: Dielectric, t: u32) -> vec3<f32> {
+    return m.specular_transmittance;
+}

@@ -10,7 +10,7 @@
 //   fn x_sample(m: X, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample
 // or, where f and density share work, instead of the first two both at once, the density in w:
 //   fn x_eval_pdf(m: X, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> vec4<f32>
-// and, where the twin in Rust has it, `x_slope_lobe(m, t, wo, wi) -> SlopeLobe`.
+// and, where the twin in Rust has them, `x_slope_lobe(m, t, wo, wi) -> SlopeLobe` and `x_albedo(m, t) -> vec3<f32>`.
 // `X` and `x_load` are made from the parameter table in x.rs. Same names, same order of operations as there.
 
 const PI: f32 = 3.14159265358979;

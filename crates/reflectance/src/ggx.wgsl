@@ -79,3 +79,7 @@ fn ggx_sample(m: Ggx, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
 fn ggx_slope_lobe(m: Ggx, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
     return slope_lobe_of(ggx_facets(m), vec3<f32>(0.0));
 }
+
+fn ggx_albedo(m: Ggx, t: u32) -> vec3<f32> {
+    return m.f0;
+}

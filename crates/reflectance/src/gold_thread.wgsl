@@ -137,3 +137,7 @@ fn gold_thread_slope_lobe(m: GoldThread, t: u32, wo: vec3<f32>, wi: vec3<f32>) -
     }
     return no_slope_lobe();
 }
+
+fn gold_thread_albedo(m: GoldThread, t: u32) -> vec3<f32> {
+    return gold_thread_reflectance(m, 1.0);
+}

@@ -21,3 +21,7 @@ fn lambert_sample(m: Lambert, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample
     }
     return BsdfSample(wi, cosine_hemisphere_pdf(wi), m.reflectance, 1.0, 0u);
 }
+
+fn lambert_albedo(m: Lambert, t: u32) -> vec3<f32> {
+    return m.reflectance;
+}

@@ -245,3 +245,7 @@ fn metallic_roughness_slope_lobe(m: MetallicRoughness, t: u32, wo: vec3<f32>, wi
     let c = cos(m.anisotropy_rotation);
     return SlopeLobe(vec3<f32>(c * c * a + s * s * b, c * s * (a - b), s * s * a + c * c * b), LONG_TAILS, rest);
 }
+
+fn metallic_roughness_albedo(m: MetallicRoughness, t: u32) -> vec3<f32> {
+    return m.base_color;
+}

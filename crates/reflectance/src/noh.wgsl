@@ -91,3 +91,7 @@ fn noh_slope_lobe(m: Noh, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
         default: { return gaussian_lobe(m.sigma_x, m.sigma_y, rest); }
     }
 }
+
+fn noh_albedo(m: Noh, t: u32) -> vec3<f32> {
+    return min(m.rho_d + m.rho_s, vec3<f32>(1.0));
+}

@@ -56,3 +56,7 @@ fn oren_nayar_sample(m: OrenNayar, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfS
     let wi = cosine_hemisphere(u.xy);
     return bsdf_sample_of(wo, wi, oren_nayar_eval(m, t, wo, wi), oren_nayar_pdf(m, t, wo, wi));
 }
+
+fn oren_nayar_albedo(m: OrenNayar, t: u32) -> vec3<f32> {
+    return m.reflectance;
+}

@@ -32,3 +32,7 @@ fn phong_sample(m: Phong, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
     let wi = vec3<f32>(1.0 + s * n.x * n.x * a, s * b, -s * n.x) * p.x + vec3<f32>(b, s + n.y * n.y * a, -n.y) * p.y + n * p.z;
     return bsdf_sample_of(wo, wi, phong_eval(m, t, wo, wi), phong_pdf(m, t, wo, wi));
 }
+
+fn phong_albedo(m: Phong, t: u32) -> vec3<f32> {
+    return m.specular;
+}

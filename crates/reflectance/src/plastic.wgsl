@@ -47,3 +47,7 @@ fn plastic_sample(m: Plastic, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample
     let wi = cosine_hemisphere(u.xy);
     return bsdf_sample_of(wo, wi, plastic_eval(m, t, wo, wi), plastic_pdf(m, t, wo, wi));
 }
+
+fn plastic_albedo(m: Plastic, t: u32) -> vec3<f32> {
+    return m.diffuse_reflectance;
+}

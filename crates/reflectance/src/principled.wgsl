@@ -119,3 +119,7 @@ fn principled_sample(m: Principled, t: u32, wo: vec3<f32>, u: vec3<f32>) -> Bsdf
     let f = principled_eval_pdf(m, t, wo, wi);
     return bsdf_sample_across(wi, f.xyz, f.w, crossed);
 }
+
+fn principled_albedo(m: Principled, t: u32) -> vec3<f32> {
+    return m.base_color;
+}

@@ -78,3 +78,7 @@ fn principled_thin_sample(m: PrincipledThin, t: u32, wo: vec3<f32>, u: vec3<f32>
     let f = principled_thin_eval_pdf(m, t, wo, wi);
     return bsdf_sample_across(wi, f.xyz, f.w, 1.0);
 }
+
+fn principled_thin_albedo(m: PrincipledThin, t: u32) -> vec3<f32> {
+    return m.base_color;
+}

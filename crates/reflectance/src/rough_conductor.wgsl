@@ -30,3 +30,7 @@ fn rough_conductor_sample(m: RoughConductor, t: u32, wo: vec3<f32>, u: vec3<f32>
 fn rough_conductor_slope_lobe(m: RoughConductor, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
     return slope_lobe_of(rough_conductor_facets(m), vec3<f32>(0.0));
 }
+
+fn rough_conductor_albedo(m: RoughConductor, t: u32) -> vec3<f32> {
+    return f_conductor(1.0, m.eta, m.k) * m.specular_reflectance;
+}

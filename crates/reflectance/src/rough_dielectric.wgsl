@@ -45,3 +45,7 @@ fn rough_dielectric_sample(m: RoughDielectric, t: u32, wo: vec3<f32>, u: vec3<f3
     let f = rough_dielectric_eval_pdf(m, t, wo, wi);
     return bsdf_sample_across(wi, f.xyz, f.w, select(eta, 1.0, reflects));
 }
+
+fn rough_dielectric_albedo(m: RoughDielectric, t: u32) -> vec3<f32> {
+    return m.specular_transmittance;
+}

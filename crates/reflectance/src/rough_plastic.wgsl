@@ -69,3 +69,7 @@ fn rough_plastic_sample(m: RoughPlastic, t: u32, wo: vec3<f32>, u: vec3<f32>) ->
 fn rough_plastic_slope_lobe(m: RoughPlastic, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
     return slope_lobe_of(rough_plastic_facets(m), rough_plastic_base(m, t, wo, wi));
 }
+
+fn rough_plastic_albedo(m: RoughPlastic, t: u32) -> vec3<f32> {
+    return m.diffuse_reflectance;
+}

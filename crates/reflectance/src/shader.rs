@@ -42,7 +42,7 @@ fn wgsl_type_name(name: &str) -> String {
 }
 
 /// Everything a shader needs to evaluate `kinds`: frame, microfacet terms, parameter structs, twins, dispatch
-/// (`bsdf_eval_pdf`, from which `bsdf_eval` and `bsdf_pdf`, `bsdf_sample`, `bsdf_slope_lobe` and `reflect_gaussian`). The shader that includes it supplies
+/// (`bsdf_eval_pdf`, from which `bsdf_eval` and `bsdf_pdf`, `bsdf_sample`, `bsdf_albedo`, `bsdf_slope_lobe` and `reflect_gaussian`). The shader that includes it supplies
 /// `fn param_at(i: u32) -> f32` and `fn table_at(i: u32) -> f32`.
 ///
 /// Indices count numbers: what the smallest device of WebGPU binds (128 MiB) holds 33 million of them in tables, seven MERL
@@ -72,7 +72,7 @@ pub fn wgsl_library_where(kinds: &[(Kind, u64)]) -> String {
     ] {
         out.push_str(shared);
     }
-    let [mut evals, mut samples, mut lobes] = [const { String::new() }; 3];
+    let [mut evals, mut samples, mut albedos, mut lobes] = [const { String::new() }; 4];
     for (kind, zeros) in kinds {
         let (name, number, twin) = (kind.name(), *kind as u32, kind.wgsl());
         out.push_str(&wgsl_params(*kind, *zeros));
@@ -91,6 +91,16 @@ pub fn wgsl_library_where(kinds: &[(Kind, u64)]) -> String {
             samples,
             "        case {number}u: {{ return {name}_sample({name}_load(p), t, wo, u); }}"
         );
+        // Twin of Model::albedo, where a model says nothing else.
+        let albedo = if twin.contains(&format!("fn {name}_albedo(")) {
+            format!("return {name}_albedo(m, t);")
+        } else {
+            let f =
+                if both.contains("_eval_pdf") { format!("{name}_eval_pdf") } else { format!("{name}_eval") };
+            let pair = "vec3<f32>(0.0, 0.0, 1.0), vec3<f32>(0.5, 0.0, 0.8660254)";
+            format!("return clamp({f}(m, t, {pair}).xyz * PI, vec3<f32>(0.0), vec3<f32>(1.0));")
+        };
+        let _ = writeln!(albedos, "        case {number}u: {{ let m = {name}_load(p); {albedo} }}");
         if twin.contains(&format!("fn {name}_slope_lobe(")) {
             let _ = writeln!(
                 lobes,
@@ -115,6 +125,12 @@ fn bsdf_pdf(kind: u32, p: u32, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> f32 {{
 fn bsdf_sample(kind: u32, p: u32, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {{
     switch kind {{
 {samples}        default: {{ return bsdf_no_sample(); }}
+    }}
+}}
+// The colour of the surface as seen head on, roughly.
+fn bsdf_albedo(kind: u32, p: u32, t: u32) -> vec3<f32> {{
+    switch kind {{
+{albedos}        default: {{ return vec3<f32>(0.0); }}
     }}
 }}
 // The narrow part of f, and the rest of it at these directions.

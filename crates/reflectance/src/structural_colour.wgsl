@@ -48,3 +48,7 @@ fn structural_colour_sample(m: StructuralColour, t: u32, wo: vec3<f32>, u: vec3<
     let weight = r.f * wi.z / r.pdf * structural_colour_fresnel(m, t, 0.5 * length(wo + wi));
     return BsdfSample(wi, r.pdf, weight, 1.0, 0u);
 }
+
+fn structural_colour_albedo(m: StructuralColour, t: u32) -> vec3<f32> {
+    return structural_colour_fresnel(m, t, 1.0);
+}

@@ -16,3 +16,7 @@ fn thin_dielectric_sample(m: ThinDielectric, t: u32, wo: vec3<f32>, u: vec3<f32>
     }
     return BsdfSample(-wo, 1.0 - r, m.specular_transmittance, 1.0, 1u);
 }
+
+fn thin_dielectric_albedo(m: ThinDielectric, t: u32) -> vec3<f32> {
+    return m.specular_transmittance;
+}

@@ -60,3 +60,7 @@ fn thin_transmission_sample(m: ThinTransmission, t: u32, wo: vec3<f32>, u: vec3<
     let f = thin_transmission_eval_pdf(m, t, wo, wi);
     return bsdf_sample_across(wi, f.xyz, f.w, 1.0);
 }
+
+fn thin_transmission_albedo(m: ThinTransmission, t: u32) -> vec3<f32> {
+    return m.transmittance;
+}

@@ -134,3 +134,7 @@ fn torrance_sparrow_sample(m: TorranceSparrow, t: u32, wo: vec3<f32>, u: vec3<f3
     let wi = reflect_about(wo, h);
     return bsdf_sample_of(wo, wi, torrance_sparrow_eval(m, t, wo, wi), torrance_sparrow_pdf(m, t, wo, wi));
 }
+
+fn torrance_sparrow_albedo(m: TorranceSparrow, t: u32) -> vec3<f32> {
+    return min(m.specular * ts_f(m, 1.0), vec3<f32>(1.0));
+}

@@ -33,3 +33,7 @@ fn ward_sample(m: Ward, t: u32, wo: vec3<f32>, u: vec3<f32>) -> BsdfSample {
 fn ward_slope_lobe(m: Ward, t: u32, wo: vec3<f32>, wi: vec3<f32>) -> SlopeLobe {
     return gaussian_lobe(m.alpha_x, m.alpha_y, m.diffuse * FRAC_1_PI);
 }
+
+fn ward_albedo(m: Ward, t: u32) -> vec3<f32> {
+    return min(m.diffuse + m.specular, vec3<f32>(1.0));
+}

@@ -466,3 +466,13 @@ fn shading_normal_towards(side: vec3<f32>) -> vec3<f32> {
     let mean = normalize_or(sum, side);
     return select(mean, -mean, dot(mean, side) < 0.0);
 }
+
+// Twin of Shading::albedo.
+fn shading_albedo() -> vec3<f32> {
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < lobe_count; i += 1u) {
+        let lobe = lobes[min(i, LOBES - 1u)];
+        sum += bsdf_albedo(lobe.kind, lobe.params, lobe.table) * lobe.weight;
+    }
+    return sum;
+}
