@@ -13,7 +13,7 @@ use yugen_scene::prepared::{DrawRow, Rows, wgsl};
 
 /// Its number in aov.wgsl.
 fn number(aov: Aov) -> Option<u32> {
-    let all = [Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Position, Aov::Uv, Aov::Id];
+    let all = [Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Position, Aov::Uv, Aov::Id, Aov::Albedo];
     all.iter().position(|a| *a == aov).map(|i| i as u32)
 }
 
@@ -29,24 +29,32 @@ pub fn aov_pass(
 ) -> Option<FilmPass> {
     let number = number(aov)?;
     // Not overrides: naga refuses some shaders that it has to rewrite for those.
-    let constants =
-        format!("const AOV: u32 = {number}u;\nconst HIDE_EMITTERS: bool = {};", options.hide_emitters);
-    // Materials only where light can pass them.
+    let constants = format!(
+        "const AOV: u32 = {number}u;\nconst HIDE_EMITTERS: bool = {};\nconst FILM_HALVES: bool = false;",
+        options.hide_emitters
+    );
+    // Materials only where light can pass them, or their colour is asked for.
+    let albedo = aov == Aov::Albedo;
     let sees_through = rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0);
-    let materials = if sees_through { wgsl(rows) } else { String::new() };
+    let materials = if sees_through || albedo { wgsl(rows) } else { String::new() };
     let pieces = [
         constants.as_str(),
         &scene_wgsl(),
         &materials,
         HIERARCHY_WGSL,
         SURFACE_WGSL,
-        if sees_through { SEE_THROUGH_WGSL } else { OPAQUE_WGSL },
+        if sees_through || albedo { SEE_THROUGH_WGSL } else { OPAQUE_WGSL },
         VIEW_WGSL,
         PRIMARY_WGSL,
         FILM_WGSL,
         include_str!("aov.wgsl"),
+        if albedo {
+            include_str!("albedo.wgsl")
+        } else {
+            "fn albedo_of(s: Surface, ray: CameraRay, t: f32) -> vec3<f32> { return vec3<f32>(0.0); }"
+        },
     ];
     let groups = [scene.layout(), primary, film];
     let pipeline = compute(device, "add_aov", &pieces, &groups);
-    Some(FilmPass::new(device, aov.name(), pipeline, film, options.size))
+    Some(FilmPass::new(device, aov.name(), pipeline, film, options.size, 0))
 }

@@ -6,6 +6,7 @@ const DEPTH: u32 = 2u;
 const POSITION: u32 = 3u;
 const UV: u32 = 4u;
 const ID: u32 = 5u;
+const ALBEDO: u32 = 6u;
 
 @compute @workgroup_size(8, 8)
 fn add_aov(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -30,6 +31,7 @@ fn add_aov(@builtin(global_invocation_id) id: vec3<u32>) {
         case DEPTH: { value = vec3<f32>(hit.t, 0.0, 0.0); }
         case POSITION: { value = s.position; }
         case UV: { value = vec3<f32>(s.uv, 0.0); }
+        case ALBEDO: { value = albedo_of(s, ray, hit.t); }
         default: {}
     }
     film_add(id.xy, vec4<f32>(value, 1.0));

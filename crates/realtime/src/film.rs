@@ -11,19 +11,29 @@ use crate::scene::{SceneBuffers, bind_layout, storage_type};
 use crate::timing::Timestamps;
 use wgpu::{BufferUsages, Device, Queue, ShaderStages};
 
-/// `film_add` and `film_set` in WGSL, on group 2.
+/// `film_sum`, `film_add` and `film_set` in WGSL, on group 2. Needs a constant `FILM_HALVES`.
 pub const FILM_WGSL: &str = include_str!("film.wgsl");
+
+/// Planes behind the sums of a picture whose frames are also known in halves: see `film.wgsl`.
+pub(crate) const HALVES: u32 = 2;
 
 /// The sums of one picture.
 pub struct Film {
     buffer: wgpu::Buffer,
     group: wgpu::BindGroup,
     size: [u32; 2],
+    /// Further planes of pixels, behind the sums and the count of samples that were no numbers.
+    more: u32,
 }
 
 /// Bytes of the sums of a picture and of the count of samples that were no numbers.
 pub fn film_bytes(size: [u32; 2]) -> u64 {
     16 * (u64::from(size[0]) * u64::from(size[1]) + 1)
+}
+
+/// The same with so many further planes of pixels.
+pub(crate) fn film_bytes_with(size: [u32; 2], more: u32) -> u64 {
+    film_bytes(size) + u64::from(more) * (film_bytes(size) - 16)
 }
 
 impl Film {
@@ -34,9 +44,14 @@ impl Film {
 
     /// For `size` pixels, of which there is at least one.
     pub fn new(device: &Device, layout: &wgpu::BindGroupLayout, size: [u32; 2]) -> Self {
+        Self::with(device, layout, size, 0)
+    }
+
+    /// With so many further planes of pixels, which a shader must begin by itself.
+    pub(crate) fn with(device: &Device, layout: &wgpu::BindGroupLayout, size: [u32; 2], more: u32) -> Self {
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("film"),
-            size: film_bytes(size),
+            size: film_bytes_with(size, more),
             usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -45,7 +60,7 @@ impl Film {
             layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() }],
         });
-        Self { buffer, group, size }
+        Self { buffer, group, size, more }
     }
 
     /// Group 2.
@@ -86,6 +101,19 @@ impl Film {
         Ok(sums)
     }
 
+    /// Waits for the device and fetches the sums and all further planes, each row after row.
+    pub(crate) fn read_planes(
+        &self,
+        device: &Device,
+        queue: &Queue,
+    ) -> Result<Vec<Vec<[f32; 4]>>, StageError> {
+        let bytes = read_buffer(device, queue, &self.buffer, film_bytes_with(self.size, self.more))?;
+        let pixels = self.size[0] as usize * self.size[1] as usize;
+        let (sums, more) = bytes.split_at(16 * pixels);
+        let planes = std::iter::once(sums).chain(more[16..].chunks_exact(16 * pixels));
+        Ok(planes.map(bytemuck::pod_collect_to_vec).collect())
+    }
+
     /// [`Film::read`], and at least how many samples were no numbers and are left out.
     pub fn read_and_count(&self, device: &Device, queue: &Queue) -> Result<(Vec<[f32; 4]>, u32), StageError> {
         let bytes = read_buffer(device, queue, &self.buffer, film_bytes(self.size))?;
@@ -103,20 +131,21 @@ pub struct FilmPass {
 }
 
 impl FilmPass {
-    /// `layout`: of the film; `size`: its pixels. The pipeline's groups are the scene, view and ids, and the film.
+    /// `layout`: of the film; `size`: its pixels; `more`: its further planes. The pipeline's groups are the scene, view and ids, and the film.
     pub fn new(
         device: &Device,
         label: &'static str,
         pipeline: wgpu::ComputePipeline,
         layout: &wgpu::BindGroupLayout,
         size: [u32; 2],
+        more: u32,
     ) -> Self {
-        Self { label, pipeline, film: Film::new(device, layout, size) }
+        Self { label, pipeline, film: Film::with(device, layout, size, more) }
     }
 
     /// Makes room for another number of pixels.
     pub fn resize(&mut self, device: &Device, layout: &wgpu::BindGroupLayout, size: [u32; 2]) {
-        self.film = Film::new(device, layout, size);
+        self.film = Film::with(device, layout, size, self.film.more);
     }
 
     /// Its sums.

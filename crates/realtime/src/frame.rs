@@ -4,8 +4,9 @@ use crate::StageError;
 use crate::aov::aov_pass;
 use crate::device::{checked, map};
 use crate::display::{DisplayPass, DisplaySettings};
-use crate::film::{Film, FilmPass, film_bytes};
+use crate::film::{Film, FilmPass, HALVES, film_bytes_with};
 use crate::flames::Flames;
+use crate::guide::{self, Frames, guide_pass};
 use crate::preview::{Preview, PreviewPass};
 use crate::reconstruction::Reconstruction;
 use crate::scene::SceneBuffers;
@@ -15,6 +16,7 @@ use crate::view::{View, ViewRow};
 use crate::visibility::{Visibility, primary_group, primary_layout};
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{Device, Queue};
+use yugen_optics::denoise::{Footprint, Halves, denoise, half};
 use yugen_optics::{Fingerprint, Image};
 use yugen_scene::prepared::{DrawRow, Rows, VertexRow, wgsl_where};
 use yugen_scene::{Aov, Camera, Filter};
@@ -39,6 +41,10 @@ pub struct Options {
     pub filter: Filter,
     /// Pictures beside the picture; those that this renderer has.
     pub aovs: Vec<Aov>,
+    /// Keep what a denoiser needs: [`Stage::denoised`].
+    pub denoise: bool,
+    /// Frames that a picture will have, where that is known: the halves that a denoiser compares are then of this many.
+    pub planned: Option<u32>,
     /// Trace what the camera sees even where it could be rastered: no vertex is then rounded to the raster, and from the
     /// second frame on every pixel looks at a place of its own, so that what is left of edges is noise and not steps.
     pub trace_camera: bool,
@@ -62,12 +68,28 @@ impl Options {
             size,
             filter: Filter::Box,
             aovs: Vec::new(),
+            denoise: false,
+            planned: None,
             trace_camera: false,
             threads: 1,
             bounces,
             hide_emitters: false,
             lighting: Lighting::default(),
             seed: 0,
+        }
+    }
+
+    /// Whether the film of the picture keeps squares and halves.
+    pub(crate) fn keeps_halves(&self) -> bool {
+        self.bounces.is_some() && (self.denoise || self.aovs.contains(&Aov::Variance))
+    }
+
+    /// Planes of the largest film behind its first.
+    fn more_planes(&self) -> u32 {
+        match (self.keeps_halves(), self.denoise) {
+            (true, true) => HALVES.max(guide::MORE),
+            (true, false) => HALVES,
+            _ => 0,
         }
     }
 }
@@ -109,6 +131,13 @@ pub struct Stage {
     film_layout: wgpu::BindGroupLayout,
     shade: Option<FilmPass>,
     aovs: Vec<(Aov, FilmPass)>,
+    /// What a denoiser is told.
+    guides: Option<FilmPass>,
+    /// Whether variances are among the pictures beside the picture.
+    variance: bool,
+    planned: Option<u32>,
+    /// Planes of the largest film behind its first.
+    more_planes: u32,
     preview: Option<PreviewPass>,
     picked: wgpu::Buffer,
     timestamps: Timestamps,
@@ -122,10 +151,9 @@ pub struct Stage {
     /// Pictures begun while something moved.
     pictures: u32,
     size: [u32; 2],
-    /// What the sums are of: the view, the frames and the sum of their weights.
+    /// What the sums are of: the view, and the frames.
     seen: Option<View>,
-    index: u32,
-    weight: f64,
+    frames: Frames,
     lost: Arc<Mutex<Option<String>>>,
 }
 
@@ -133,7 +161,7 @@ impl Stage {
     /// Compiles every shader and makes room for everything; [`Stage::frame`] then does neither. Takes the device's
     /// callback for being lost.
     pub fn new(device: &Device, queue: &Queue, rows: &Rows, options: &Options) -> Result<Self, StageError> {
-        check_size(device, options.size)?;
+        check_size(device, options.size, options.more_planes())?;
         let lost = Arc::new(Mutex::new(None));
         let note = lost.clone();
         device.set_device_lost_callback(move |reason, message| {
@@ -164,6 +192,9 @@ impl Stage {
                     bounces,
                 )
             });
+            let guides = options.bounces.filter(|_| options.denoise).map(|bounces| {
+                guide_pass(device, rows, &scene, &primary_layout, &film_layout, options, bounces)
+            });
             let aovs = options
                 .aovs
                 .iter()
@@ -185,6 +216,10 @@ impl Stage {
                 film_layout,
                 shade,
                 aovs,
+                guides,
+                variance: options.keeps_halves() && options.aovs.contains(&Aov::Variance),
+                planned: options.planned,
+                more_planes: options.more_planes(),
                 preview: None,
                 picked: device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("picked"),
@@ -202,8 +237,7 @@ impl Stage {
                 pictures: 0,
                 size: options.size,
                 seen: None,
-                index: 0,
-                weight: 0.0,
+                frames: Frames::default(),
                 lost,
             })
         })
@@ -229,24 +263,26 @@ impl Stage {
             return Err(StageError::OtherSize { found: [w, h], stage: self.size });
         }
         if self.seen.as_ref() != Some(&view) {
-            (self.index, self.weight) = (0, 0.0);
+            self.frames = Frames::default();
             for film in self.shade.iter().chain(self.aovs.iter().map(|(_, pass)| pass)).map(FilmPass::film) {
                 film.begin(&self.queue);
             }
             self.pictures = self.pictures.wrapping_add(u32::from(self.moving));
         }
-        let sample = self.reconstruction.sample(self.index, view.has_lens());
-        let weight = self.weight + f64::from(sample.weight);
+        let before = self.frames;
+        let sample = self.reconstruction.sample(before.count, view.has_lens());
+        let which = half(before.count, self.planned);
+        let mut frames = before;
+        frames.count = frames.count.saturating_add(1);
+        frames.halves[which] += f64::from(sample.weight);
+        frames.weight += f64::from(sample.weight);
         let traced = self.trace_camera || view.has_lens();
         // A raster has one place for all pixels; and where the filter is negative the sum of weights is that of all.
-        let own = traced && self.index > 0 && !self.signed_filter;
+        let own = traced && before.count > 0 && !self.signed_filter;
         let per_pixel = own.then_some(&self.reconstruction);
         let seed = self.seed.wrapping_add(self.picture_seed());
-        self.queue.write_buffer(
-            &self.view,
-            0,
-            bytemuck::bytes_of(&view.row(self.index, seed, &sample, per_pixel)),
-        );
+        let row = view.row(before.count, seed, &sample, per_pixel).after(before.weight, which);
+        self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&row));
 
         self.timestamps.begin();
         let mut encoder = self.device.create_command_encoder(&Default::default());
@@ -259,12 +295,11 @@ impl Stage {
             let flames = self.flames.as_ref().map(Flames::group);
             shade.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, flames);
         }
-        for (_, pass) in &self.aovs {
+        for pass in self.guides.iter().chain(self.aovs.iter().map(|(_, pass)| pass)) {
             pass.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, None);
         }
         if let Some(preview) = &mut self.preview {
             let (scene, primary) = (&self.scene, &self.primary);
-            let frames = self.index.saturating_add(1);
             preview.record(
                 &self.queue,
                 &mut encoder,
@@ -272,12 +307,12 @@ impl Stage {
                 scene,
                 primary,
                 &view,
-                frames,
-                weight,
+                frames.count,
+                frames.weight,
             );
         }
         if let Some(Target { pass, view, settings }) = target {
-            let weight = self.shown_weight(weight);
+            let weight = self.shown_weight(frames.weight);
             pass.record(&self.queue, &mut encoder, Some(&self.timestamps), view, settings, weight);
         }
         let timed = self.timestamps.end(&mut encoder);
@@ -287,9 +322,8 @@ impl Stage {
         }
 
         self.seen = Some(view);
-        self.index = self.index.saturating_add(1);
-        self.weight = weight;
-        Ok(self.index)
+        self.frames = frames;
+        Ok(frames.count)
     }
 
     /// Moves the draws, which must be of the same meshes as before. The picture then begins anew.
@@ -357,7 +391,7 @@ impl Stage {
 
     /// Makes room for another number of pixels.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<(), StageError> {
-        check_size(&self.device, size)?;
+        check_size(&self.device, size, self.more_planes)?;
         self.check_alive()?;
         if size == self.size {
             return Ok(());
@@ -369,7 +403,7 @@ impl Stage {
             if let Some(shade) = &mut self.shade {
                 shade.resize(&device, &self.film_layout, size);
             }
-            for (_, pass) in &mut self.aovs {
+            for pass in self.guides.iter_mut().chain(self.aovs.iter_mut().map(|(_, pass)| pass)) {
                 pass.resize(&device, &self.film_layout, size);
             }
             if let (Some(preview), Some(shade)) = (&mut self.preview, &self.shade) {
@@ -440,7 +474,7 @@ impl Stage {
         self.check_alive()?;
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &["R", "G", "B", "A"]);
         if let Some(film) = self.shown() {
-            let weight = self.shown_weight(self.weight);
+            let weight = self.shown_weight(self.frames.weight);
             let scale = if weight == 0.0 { 1.0 } else { 1.0 / weight };
             let sums = film.read(&self.device, &self.queue)?;
             for (pixel, sum) in image.data.chunks_exact_mut(4).zip(sums) {
@@ -455,7 +489,7 @@ impl Stage {
         self.check_alive()?;
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let Target { pass, view, settings } = target;
-        let weight = self.shown_weight(self.weight);
+        let weight = self.shown_weight(self.frames.weight);
         pass.record(&self.queue, &mut encoder, None, view, settings, weight);
         self.queue.submit([encoder.finish()]);
         Ok(())
@@ -504,27 +538,62 @@ impl Stage {
     }
 
     /// Waits for the device and fetches the picture (R, G, B, A) and those beside it, channels named as by the reference
-    /// renderer.
+    /// renderer and in its order.
     pub fn image(&self) -> Result<Image, StageError> {
         self.check_alive()?;
-        let picture = self.shade.iter().map(|s| (&["R", "G", "B", "A"][..], s.film(), false));
-        let beside = self.aovs.iter().map(|(aov, pass)| (aov.channels(), pass.film(), *aov == Aov::Id));
-        let films: Vec<_> = picture.chain(beside).collect();
-        let names: Vec<&str> = films.iter().flat_map(|(names, ..)| names.iter().copied()).collect();
+        let picture = self.shade.iter().map(|s| (&["R", "G", "B", "A"][..], s.film()));
+        let beside = |id: bool| self.aovs.iter().filter(move |(aov, _)| (*aov == Aov::Id) == id);
+        let means = beside(false).map(|(aov, pass)| (aov.channels(), pass.film()));
+        let means: Vec<_> = picture.chain(means).collect();
+        let variance: &[&str] =
+            if self.variance { &["variance.R", "variance.G", "variance.B", "samples.Y"] } else { &[] };
+        let names = means.iter().flat_map(|(names, _)| names.iter()).chain(variance);
+        let names: Vec<&str> = names.chain(beside(true).flat_map(|(id, _)| id.channels())).copied().collect();
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &names);
         let mut first = 0;
-        for (channels, film, numbers) in films {
-            // Numbers of shapes have no mean.
-            let scale = if numbers || self.weight == 0.0 { 1.0 } else { 1.0 / self.weight };
-            let sums = film.read(&self.device, &self.queue)?;
-            for (pixel, sum) in image.data.chunks_exact_mut(names.len()).zip(sums) {
-                for (to, from) in pixel[first..first + channels.len()].iter_mut().zip(sum) {
-                    *to = (f64::from(from) * scale) as f32;
+        let mut put = |rows: Vec<[f32; 4]>, channels: usize, of: &dyn Fn(f32) -> f32| {
+            for (pixel, row) in image.data.chunks_exact_mut(names.len()).zip(rows) {
+                for (to, from) in pixel[first..first + channels].iter_mut().zip(row) {
+                    *to = of(from);
                 }
             }
-            first += channels.len();
+            first += channels;
+        };
+        let scale = if self.frames.weight == 0.0 { 1.0 } else { 1.0 / self.frames.weight };
+        for (channels, film) in means {
+            put(film.read(&self.device, &self.queue)?, channels.len(), &|v| (f64::from(v) * scale) as f32);
+        }
+        if let (true, Some(shade)) = (self.variance, &self.shade) {
+            let mut planes = shade.film().read_planes(&self.device, &self.queue)?;
+            put(planes.swap_remove(1), 3, &|squares| self.frames.variance(squares));
+            put(vec![[self.frames.count as f32; 4]; planes[0].len()], 1, &|count| count);
+        }
+        // Numbers of shapes have no mean.
+        for (_, pass) in beside(true) {
+            put(pass.film().read(&self.device, &self.queue)?, 1, &|id| id);
         }
         Ok(image)
+    }
+
+    /// Waits for the device and fetches what a denoiser takes; `None` where the stage was made without
+    /// ([`Options::denoise`]).
+    pub fn halves(&self) -> Result<Option<Halves>, StageError> {
+        self.check_alive()?;
+        let (Some(shade), Some(guides)) = (&self.shade, &self.guides) else { return Ok(None) };
+        guide::halves(&self.device, &self.queue, shade.film(), guides.film(), self.frames).map(Some)
+    }
+
+    /// [`Stage::image`], denoised as the reference renderer does it: R, G and B are, and kept as they were in `noisy.R`,
+    /// `noisy.G` and `noisy.B`; `error.R`, `error.G` and `error.B` are estimates of the standard error that remains. The same
+    /// bits for any number of `threads`.
+    pub fn denoised(&self, threads: usize) -> Result<Image, StageError> {
+        let image = self.image()?;
+        let Some(halves) = self.halves()? else { return Ok(image) };
+        let n = image.channels.len();
+        let picture = std::array::from_fn(|c| image.data.iter().skip(c).step_by(n).copied().collect());
+        // A pixel is the mean of its own samples, which the filter has placed.
+        let clean = denoise(&halves, &picture, &Footprint::new(0.5, |_| 1.0), threads);
+        Ok(clean.in_place_of(&image))
     }
 
     fn check_alive(&self) -> Result<(), StageError> {
@@ -535,8 +604,8 @@ impl Stage {
     }
 }
 
-/// Neither nothing nor more than the device takes.
-fn check_size(device: &Device, size: [u32; 2]) -> Result<(), StageError> {
+/// Neither nothing nor more than the device takes, with so many planes of a film behind its first.
+fn check_size(device: &Device, size: [u32; 2], more: u32) -> Result<(), StageError> {
     let limits = device.limits();
     let [width, height] = size;
     let limit = limits.max_texture_dimension_2d;
@@ -544,7 +613,7 @@ fn check_size(device: &Device, size: [u32; 2]) -> Result<(), StageError> {
         return Err(StageError::Size { width, height, limit });
     }
     let (bytes, limit) =
-        (film_bytes(size), limits.max_storage_buffer_binding_size.min(limits.max_buffer_size));
+        (film_bytes_with(size, more), limits.max_storage_buffer_binding_size.min(limits.max_buffer_size));
     if bytes > limit {
         return Err(StageError::TooLarge { what: "pixels", bytes, limit });
     }

@@ -21,10 +21,12 @@
 //! | `see_through.wgsl` | | a `passes` for shaders with materials; `shading_point` |
 //! | `view.wgsl` | 1, binding 0 | the camera: `pixel_ray` |
 //! | `primary.wgsl` | 1, binding 1 | the visibility buffer: `primary_hit` |
-//! | `film.wgsl` | 2 | the sums that a pass adds to: `film_add` |
+//! | `film.wgsl` | 2 | the sums that a pass adds to: `film_add`, `film_sum` |
 //! | `flames.wgsl` | 3 | volumes along a ray: `flames_along` |
 //! | `samples.wgsl` | | `sample2`: numbers of a pixel |
 //! | `shade.wgsl`, `paper.wgsl` | | the picture, and how Wakita et al. light it |
+//! | `aov.wgsl`, `albedo.wgsl` | | what is known of the first surface |
+//! | `guide.wgsl` | | what a denoiser is told |
 //! | `gbuffer.wgsl`, `preview.wgsl` | | what is shown while the sum is young |
 //! | `display.wgsl` | | exposure, gamut and curve |
 //!
@@ -49,6 +51,7 @@ mod error;
 pub mod film;
 mod flames;
 mod frame;
+pub mod guide;
 pub mod hierarchy;
 mod paper;
 mod pipelines;

@@ -1,6 +1,6 @@
 //! The picture: what the visibility buffer saw, shaded, and surfaces behind it.
 
-use crate::film::{FILM_WGSL, FilmPass};
+use crate::film::{FILM_WGSL, FilmPass, HALVES};
 use crate::flames::{Flames, flames_wgsl};
 use crate::frame::{Lighting, Options};
 use crate::hierarchy::HIERARCHY_WGSL;
@@ -33,7 +33,7 @@ const _: () = assert!(5 + CANDIDATES + SHADOW_RAYS <= 32);
 const ROULETTE: u32 = 5;
 
 /// Most bounces: what a path carries so far has gone through a hundred roulettes.
-const BOUNCES: u32 = 100;
+pub(crate) const BOUNCES: u32 = 100;
 
 /// Whether nothing in the scene shines.
 pub fn needs_head_light(rows: &Rows) -> bool {
@@ -67,7 +67,7 @@ pub fn shade_pass(
          // not of smooth skies, nor of what is sampled by area.\n\
          const LIGHTS_SUFFICE: bool = {};\nconst HAS_BACKGROUND: bool = {};\n\
          // The scene has no light: it comes from the eye, and white surfaces seen head-on are white.\n\
-         const HEAD_LIGHT: bool = {};",
+         const HEAD_LIGHT: bool = {};\nconst FILM_HALVES: bool = {};",
         bounces.min(BOUNCES),
         if rows.has_slabs() { BESIDE_FIRES } else { CANDIDATES },
         options.hide_emitters,
@@ -75,7 +75,8 @@ pub fn shade_pass(
         surfaces_shine || rows.has_sky(),
         !rows.lights_by_area && !rows.has_environment(),
         rows.has_background(),
-        needs_head_light(rows)
+        needs_head_light(rows),
+        options.keeps_halves()
     );
     let picture = match options.lighting {
         Lighting::Full => include_str!("shade.wgsl").to_string(),
@@ -97,5 +98,6 @@ pub fn shade_pass(
     let groups: Vec<_> =
         [scene.layout(), primary, film].into_iter().chain(flames.map(Flames::layout)).collect();
     let pipeline = compute(device, "shade_pixels", &pieces, &groups);
-    FilmPass::new(device, "shade", pipeline, film, options.size)
+    let more = if options.keeps_halves() { HALVES } else { 0 };
+    FilmPass::new(device, "shade", pipeline, film, options.size, more)
 }

@@ -32,13 +32,8 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         hit = intersect_triangle(seen.x - 1u, seen.y, camera.origin, dir);
     }
     // The ray's footprint and how it grows.
-    let parallel = view.orthographic != 0u;
-    var width = select(0.0, length(vector_to_world(view.to_world, vec3<f32>(view.scale.x, 0.0, 0.0))), parallel);
-    var spread = select(abs(view.scale.x), 0.0, parallel);
-    // The frames of a picture share its footprint, as the samples of a pixel do in the reference.
-    let sharpen = 1.0 / clamp(sqrt(f32(view.index + 1u)), 1.0, 8.0);
-    width *= sharpen;
-    spread *= sharpen;
+    var width = pixel_footprint().x;
+    var spread = pixel_footprint().y;
 
     // Lights that are not seen do not stand in the way.
     if (HIDE_EMITTERS && HAS_SURFACE_LIGHTS) {

@@ -30,8 +30,19 @@ pub struct ViewRow {
     weight: f32,
     u: [f32; 2],
     per_pixel: u32,
-    unused: u32,
+    per_weight: f32,
+    half: u32,
+    unused: [u32; 3],
     filter_offsets: [f32; 260],
+}
+
+impl ViewRow {
+    /// Of a frame that comes after others whose samples weigh `before` together, and belongs to this half of all.
+    pub fn after(self, before: f64, half: usize) -> Self {
+        // Of a filter that is negative somewhere it may come near zero.
+        let per_weight = if before >= 0.5 { (1.0 / before) as f32 } else { 0.0 };
+        Self { per_weight, half: half as u32, ..self }
+    }
 }
 
 /// A camera that can be looked through.
@@ -94,7 +105,9 @@ impl View {
             weight: 1.0,
             u: [0.5; 2],
             per_pixel: 0,
-            unused: 0,
+            per_weight: 0.0,
+            half: 0,
+            unused: [0; 3],
             filter_offsets: [0.0; 260],
         };
         Ok(Self { row, to_camera })

@@ -31,7 +31,13 @@ struct View {
     u: vec2<f32>,
     // 1: every pixel looks at a place of its own and through its own point of the lens.
     per_pixel: u32,
-    unused: u32,
+    // One over what the samples before this frame weigh together; 0: there are none.
+    per_weight: f32,
+    // Of the two halves of all frames, that of this one: 0 or 1.
+    half_of_frames: u32,
+    unused_a: u32,
+    unused_b: u32,
+    unused_c: u32,
     // Offsets below which equal shares of the filter lie, FILTER_STEPS of them.
     filter_offsets: array<vec4<f32>, 65>,
 }
@@ -109,4 +115,12 @@ fn pixel_ray(pixel: vec2<u32>) -> CameraRay {
     let offset = select(view.offset, own_offset, own);
     let lens = select(view.lens, fract(view.lens + shift.zw), own);
     return camera_ray(vec2<f32>(view.window.xy + pixel) + 0.5 + offset, lens);
+}
+
+// Width of a camera ray's footprint at the camera and how it grows. The frames of a picture share its footprint, as the
+// samples of a pixel do in the reference.
+fn pixel_footprint() -> vec2<f32> {
+    let across = length(vector_to_world(view.to_world, vec3<f32>(view.scale.x, 0.0, 0.0)));
+    let sharpen = 1.0 / clamp(sqrt(f32(view.index + 1u)), 1.0, 8.0);
+    return sharpen * select(vec2<f32>(0.0, abs(view.scale.x)), vec2<f32>(across, 0.0), view.orthographic != 0u);
 }

@@ -98,12 +98,13 @@ pub struct Render {
 
     /// Layers to record besides the picture, for .exr: albedo, normal, shading_normal, depth, position, uv, id,
     /// variance; or all of these. Besides them lights: one layer for each name among lights and shapes that shine
-    /// (light.NAME.R, G, B), which add up to the picture and so can be dimmed and coloured afterwards. Pixels then share
-    /// no paths, and noise is higher.
+    /// (light.NAME.R, G, B), which add up to the picture and so can be dimmed and coloured afterwards (by the reference
+    /// only). Pixels then share no paths, and noise is higher.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = parse::aov)]
     aov: Vec<Vec<Aov>>,
 
-    /// Take the noise out of the picture afterwards, guided by what is seen; docs/render.md says how far to trust it.
+    /// Take the noise out of the picture afterwards, by either renderer, guided by what is seen; docs/render.md says how far to
+    /// trust it.
     /// The picture as rendered is kept beside it: in an .exr as layer noisy, with the estimated standard error as layer
     /// error; else as NAME.noisy.EXT.
     #[arg(long)]
@@ -197,8 +198,7 @@ impl Render {
         if self.by == "realtime" {
             return self.run_realtime(&scene, started.elapsed());
         }
-        let noisy = (self.denoise && !is_exr(&self.output)).then(|| beside(&self.output, "noisy"));
-        check_outputs([&self.output, &checkpoint.path].into_iter().chain(&noisy))?;
+        check_outputs([&self.output, &checkpoint.path].into_iter().chain(&self.noisy()))?;
         let loaded = started.elapsed();
         let options = self.options(&scene)?;
         let light = !scene.lights.is_empty() || scene.shapes.iter().any(|s| s.emission.is_some());
@@ -285,17 +285,25 @@ impl Render {
         };
         let started = Instant::now();
         let picture = job.denoised();
-        let denoising = self
-            .denoise
-            .then(|| Denoising { took: started.elapsed(), error: report::error_that_remains(&picture) });
-        if self.denoise && !is_exr(&self.output) {
+        let denoising = self.denoise.then(|| Denoising::of(&picture, started.elapsed()));
+        self.write_layers(picture, &write)?;
+        Ok(denoising)
+    }
+
+    /// Where a picture that was denoised goes as it was before, if its file has no room for it.
+    fn noisy(&self) -> Option<PathBuf> {
+        (self.denoise && !is_exr(&self.output)).then(|| beside(&self.output, "noisy"))
+    }
+
+    /// Writes a picture with all its layers, as far as its file keeps them.
+    fn write_layers(&self, picture: Image, write: &image::WriteOptions) -> Result<()> {
+        if let Some(path) = self.noisy() {
             let noisy = picture.select(&["noisy.R", "noisy.G", "noisy.B"]);
             let noisy = noisy.context("a denoised picture keeps the raw one")?;
             let noisy = Image { channels: ["R", "G", "B"].map(String::from).to_vec(), ..noisy };
-            image::write(&beside(&self.output, "noisy"), &noisy, &write)?;
+            image::write(&path, &noisy, write)?;
         }
-        image::write(&self.output, &for_format(picture, &self.output), &write)?;
-        Ok(denoising)
+        Ok(image::write(&self.output, &for_format(picture, &self.output), write)?)
     }
 
     /// Refuses what was asked for that a painting does not have.
@@ -428,6 +436,13 @@ struct Denoising {
     took: Duration,
     /// Estimate of the relative standard error that remains, root mean square over the picture.
     error: f32,
+}
+
+impl Denoising {
+    /// Of a denoised picture.
+    fn of(picture: &Image, took: Duration) -> Self {
+        Self { took, error: report::error_that_remains(picture) }
+    }
 }
 
 /// Whether a file keeps layers.

@@ -1,7 +1,7 @@
 //! `yugen render --by realtime`: the same picture by the real-time renderer, frame upon frame.
 
 use super::interrupt::{self, Interrupt};
-use super::{Render, for_format};
+use super::{Denoising, Render};
 use crate::{json, progress};
 use anyhow::{Result, bail};
 use serde_json::json;
@@ -12,6 +12,7 @@ use yugen_optics::{Image, parallel};
 use yugen_realtime::{Gpu, Lighting, Options, Stage};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Aov, Camera, IntegratorKind, Scene, Strategy};
+use yugen_transport::integrator::PrepareError;
 
 /// The real-time renderer with a scene.
 pub(super) struct Realtime<'a> {
@@ -32,6 +33,9 @@ impl<'a> Realtime<'a> {
         render.check_realtime(scene)?;
         let asked = render.options(scene)?;
         let camera = render.camera(scene)?;
+        if render.denoise && render.time.is_none() && render.frames_of(&camera) < 2 {
+            return Err(PrepareError::TooFewToDenoise.into());
+        }
         let integrator = asked.integrator.unwrap_or_else(|| scene.integrator.clone());
         if integrator.clamp.is_some() {
             tracing::warn!("the clamp that the scene asks for is left out: the real-time renderer has none");
@@ -42,6 +46,8 @@ impl<'a> Realtime<'a> {
             size: film.crop.map_or([film.width, film.height], |[_, _, w, h]| [w, h]),
             filter: film.filter,
             aovs: asked.aovs,
+            denoise: render.denoise,
+            planned: render.time.is_none().then(|| render.frames_of(&camera)),
             trace_camera: false,
             threads: asked.threads.unwrap_or_else(parallel::threads),
             bounces: Some(integrator.most_bounces()),
@@ -84,8 +90,7 @@ impl<'a> Realtime<'a> {
     /// Returns how many frames it has.
     pub(super) fn paint(&mut self, stop: &dyn Fn() -> bool, tell: &dyn Fn(f64)) -> Result<u32> {
         let time = self.render.time;
-        let asked = self.render.spp.unwrap_or(self.camera.samples_per_pixel).max(1);
-        let frames = if time.is_some() { u32::MAX } else { asked };
+        let frames = if time.is_some() { u32::MAX } else { self.render.frames_of(&self.camera) };
         let begun = Instant::now();
         let mut done = 0;
         while done < frames && !stop() {
@@ -103,9 +108,9 @@ impl<'a> Realtime<'a> {
         Ok(done)
     }
 
-    /// The picture as it stands.
+    /// The picture as it stands; denoised, where that was asked for.
     pub(super) fn image(&self) -> Result<Image> {
-        Ok(self.stage.image()?)
+        Ok(self.stage.denoised(self.options.threads)?)
     }
 
     /// Pixels across and down.
@@ -133,7 +138,6 @@ impl Render {
         let asked = [
             ("--error", self.error.is_some()),
             ("--clamp", self.clamp.is_some()),
-            ("--denoise", self.denoise),
             // Of a sequence it means the pictures that are there.
             ("--resume", self.resume && !self.is_sequence()),
             ("--restart", self.restart),
@@ -148,8 +152,8 @@ impl Render {
                 .filter(|i| *i == "depth" || *i == "aov")
                 .map(|i| format!("--integrator {i}")),
         );
-        let aovs = self.aov.iter().flatten().filter(|a| a.channels().is_empty() || **a == Aov::Albedo);
-        missing.extend(aovs.map(|a| format!("--aov {}", a.name())));
+        let lights = self.aov.iter().flatten().any(|a| *a == Aov::Lights);
+        missing.extend(lights.then(|| "--aov lights".to_string()));
         if scene.integrator.strategy != Strategy::Both {
             missing.push("way to look for light by one kind of samples only, as the scene asks".into());
         }
@@ -171,6 +175,11 @@ impl Render {
         Ok(())
     }
 
+    /// Frames of a picture that no time ends.
+    fn frames_of(&self, camera: &Camera) -> u32 {
+        self.spp.unwrap_or(camera.samples_per_pixel).max(1)
+    }
+
     /// What goes into the header of a picture of so many frames.
     pub(super) fn realtime_metadata(&self, adapter: &str, frames: u32) -> Vec<(String, String)> {
         vec![
@@ -183,7 +192,7 @@ impl Render {
 
     /// Does it for a scene that took so long to read.
     pub(super) fn run_realtime(&self, scene: &Scene, loaded: Duration) -> Result<()> {
-        check_outputs([&self.output])?;
+        check_outputs([self.output.clone()].into_iter().chain(self.noisy()))?;
         let started = Instant::now();
         let mut realtime = Realtime::new(self, scene)?;
         let prepared = started.elapsed();
@@ -198,7 +207,10 @@ impl Render {
             metadata: self.realtime_metadata(realtime.adapter(), done),
             ..self.display.of(&self.output, scene.working_space, scene.display)?
         };
-        image::write(&self.output, &for_format(realtime.image()?, &self.output), &write)?;
+        let begun = Instant::now();
+        let picture = realtime.image()?;
+        let denoising = self.denoise.then(|| Denoising::of(&picture, begun.elapsed()));
+        self.write_layers(picture, &write)?;
         let [w, h] = realtime.size();
         if self.json {
             let times = realtime.stage.timings();
@@ -214,6 +226,8 @@ impl Render {
                 "render_seconds": seconds,
                 "load_seconds": loaded.as_secs_f64(),
                 "prepare_seconds": prepared.as_secs_f64(),
+                "denoise_seconds": denoising.as_ref().map(|d| d.took.as_secs_f64()),
+                "denoised_relative_error": denoising.as_ref().map(|d| d.error),
                 "milliseconds": passes.collect::<serde_json::Map<_, _>>(),
             }));
         } else {
@@ -222,6 +236,9 @@ impl Render {
                 self.output.display(),
                 realtime.adapter()
             );
+            if let Some(Denoising { took, error }) = denoising {
+                println!("denoised in {:.1} s: a relative error of about {error:.3}", took.as_secs_f64());
+            }
         }
         if interrupt.came() {
             std::process::exit(interrupt::STATUS);

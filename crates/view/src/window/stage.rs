@@ -100,6 +100,8 @@ impl App {
         let options = StageOptions {
             size: [camera.film.width, camera.film.height],
             filter: self.state.scene.cameras.first().map_or(camera.film.filter, |c| c.film.filter),
+            denoise: false,
+            planned: None,
             aovs: Vec::new(),
             trace_camera: false,
             threads: yugen_optics::parallel::threads(),
