@@ -462,15 +462,11 @@ fn layers_see_what_is_behind_masks_and_hidden_lights() {
     let rows = Rows::new(&scene).expect("rows");
     for (hide_emitters, want, depth) in [(false, 3.0, 2.0), (true, 1.0, 3.0)] {
         let options = Options {
-            size: [5; 2],
             filter: Filter::Box,
             aovs: vec![yugen_scene::Aov::Id, yugen_scene::Aov::Depth],
-            trace_camera: false,
             threads: 2,
-            bounces: None,
             hide_emitters,
-            lighting: Default::default(),
-            seed: 0,
+            ..Options::new([5; 2], None)
         };
         let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
         stage.frame(&camera(5)).expect("a frame");
