@@ -3,7 +3,7 @@
 
 mod reference;
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec3};
 use reference::Difference;
 use yugen_motion::fire::{Fire, Flicker};
 use yugen_optics::Image;
@@ -12,8 +12,8 @@ use yugen_realtime::{Gpu, Lighting, Options, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
-    Camera, Film, Filter, FovAxis, Geometry, Integrator, IntegratorKind, Material, ModelBuilder, Projection,
-    Scene, Shape, Value, look_along,
+    Camera, Film, Filter, Geometry, Integrator, IntegratorKind, Material, ModelBuilder, Projection, Scene,
+    Shape, Value, look_along,
 };
 
 /// Pixels of a patch, of its rim on each side, and patches across.
@@ -99,13 +99,7 @@ fn scene(flicker: Flicker) -> Scene {
     scene.cameras = vec![Camera {
         name: "test".into(),
         to_world: look_along(eye, -Vec3::Z, Vec3::Y),
-        projection: Projection::Perspective {
-            fov_x: 2.0 * (0.25f32).atan(),
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(2.0 * (0.25f32).atan()),
         near_far: [0.01, 100.0],
         film: Film { width, height, crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

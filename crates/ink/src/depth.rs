@@ -265,8 +265,8 @@ mod tests {
     use glam::{Mat4, Vec3};
     use std::sync::Arc;
     use yugen_scene::{
-        Camera, Film, Filter, FovAxis, Geometry, Material, Mesh, Projection as Kind, Scene, Shape, Value,
-        look_along, primitives,
+        Camera, Film, Filter, Geometry, Material, Mesh, Projection as Kind, Scene, Shape, Value, look_along,
+        primitives,
     };
 
     fn camera(eye: Vec3, kind: Kind) -> Projection {
@@ -284,13 +284,7 @@ mod tests {
     }
 
     fn perspective() -> Kind {
-        Kind::Perspective {
-            fov_x: 0.9,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        }
+        Kind::pinhole(0.9)
     }
 
     fn rows(mesh: Mesh, to_world: Mat4) -> Rows {

@@ -9,7 +9,7 @@
 //! with and without previews, and the mean of 512 frames; prints how far the former are from the latter.
 //! `stage_rate picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]` shows a scene and writes its picture and AOVs.
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec3};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -28,8 +28,8 @@ use yugen_realtime::{Gpu, Options, Preview, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::{Rows, SLABS};
 use yugen_scene::{
-    Aov, Camera, Film, Filter, FovAxis, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape,
-    Value, look_along, primitives,
+    Aov, Camera, Film, Filter, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape, Value,
+    look_along, primitives,
 };
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -160,13 +160,7 @@ fn camera(size: [u32; 2]) -> Camera {
     Camera {
         name: "bench".into(),
         to_world: look_along(Vec3::new(0.0, 0.0, 3.0), -Vec3::Z, Vec3::Y),
-        projection: Projection::Perspective {
-            fov_x: 0.8,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(0.8),
         near_far: [0.1, 100.0],
         film: Film { width: size[0], height: size[1], crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

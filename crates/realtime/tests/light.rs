@@ -9,7 +9,7 @@ use yugen_realtime::{Gpu, Options, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
-    Camera, Film, Filter, FovAxis, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape, Value,
+    Camera, Film, Filter, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape, Value,
 };
 
 /// From (0, 0, 4) to the origin, all of a unit sphere there in view.
@@ -17,13 +17,7 @@ fn camera(size: u32) -> Camera {
     Camera {
         name: "test".into(),
         to_world: Mat4::from_translation(Vec3::Z * 4.0) * Mat4::from_rotation_y(std::f32::consts::PI),
-        projection: Projection::Perspective {
-            fov_x: 0.6,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(0.6),
         near_far: [0.01, 100.0],
         film: Film { width: size, height: size, crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

@@ -1,7 +1,7 @@
 //! What frames keep of memory: nothing. A program of its own, for tests of one program share its memory.
 #![cfg(target_os = "linux")]
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec3};
 use yugen_optics::ColourSpace;
 use yugen_optics::tonemap::Curve;
 use yugen_realtime::display::{DisplayPass, DisplaySettings};
@@ -9,8 +9,7 @@ use yugen_realtime::{Gpu, Options, Preview, Stage, Target};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
-    Camera, Film, Filter, FovAxis, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape,
-    look_along,
+    Camera, Film, Filter, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape, look_along,
 };
 
 const SIZE: [u32; 2] = [32, 24];
@@ -39,13 +38,7 @@ fn frames_keep_no_memory() {
     let camera = Camera {
         name: "test".into(),
         to_world: look_along(eye, Vec3::Z - eye, Vec3::Z),
-        projection: Projection::Perspective {
-            fov_x: 0.7,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(0.7),
         near_far: [0.1, 100.0],
         film: Film { width: SIZE[0], height: SIZE[1], crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

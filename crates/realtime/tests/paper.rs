@@ -1,13 +1,13 @@
 //! The lighting of Wakita et al. against its equations in double precision.
 
-use glam::{DVec3, Mat4, Vec2, Vec3};
+use glam::{DVec3, Mat4, Vec3};
 use std::f64::consts::PI;
 use yugen_optics::Image;
 use yugen_realtime::{Gpu, Lighting, Options, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
-    Camera, Film, Filter, FovAxis, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape, Value,
+    Camera, Film, Filter, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape, Value,
 };
 
 const SIZE: u32 = 32;
@@ -20,13 +20,7 @@ fn camera() -> Camera {
     Camera {
         name: "test".into(),
         to_world: Mat4::from_translation(Vec3::Z * EYE) * Mat4::from_rotation_y(std::f32::consts::PI),
-        projection: Projection::Perspective {
-            fov_x: 0.4,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(0.4),
         near_far: [0.01, 100.0],
         film: Film { width: SIZE, height: SIZE, crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

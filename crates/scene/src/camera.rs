@@ -23,6 +23,19 @@ pub enum Projection {
     Orthographic,
 }
 
+impl Projection {
+    /// A pinhole that sees `fov_x` radians across the width of the picture, whatever its height.
+    pub fn pinhole(fov_x: f32) -> Self {
+        Self::Perspective {
+            fov_x,
+            fov_axis: FovAxis::X,
+            aperture_radius: 0.0,
+            focus_distance: 1.0,
+            principal_point: Vec2::ZERO,
+        }
+    }
+}
+
 /// A camera looks along +z of its frame with +y up and +x to the **left** (Mitsuba's frame, right-handed).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {

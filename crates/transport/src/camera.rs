@@ -88,13 +88,7 @@ mod tests {
         let camera = Camera {
             name: String::new(),
             to_world: Mat4::IDENTITY,
-            projection: Projection::Perspective {
-                fov_x: std::f32::consts::FRAC_PI_2,
-                fov_axis: FovAxis::X,
-                aperture_radius: 0.0,
-                focus_distance: 1.0,
-                principal_point: Vec2::ZERO,
-            },
+            projection: Projection::pinhole(std::f32::consts::FRAC_PI_2),
             near_far: [0.1, 100.0],
             film: Film { width: 200, height: 100, ..Film::default() },
             samples_per_pixel: 1,

@@ -9,8 +9,7 @@ use yugen_reflectance::Kind;
 use yugen_reflectance::btf::Btf;
 use yugen_scene::Scene;
 use yugen_scene::{
-    Camera, Film, Filter, FovAxis, Geometry, Integrator, Light, Mesh, ModelBuilder, Projection, Shape,
-    Texture, Value,
+    Camera, Film, Filter, Geometry, Integrator, Light, Mesh, ModelBuilder, Projection, Shape, Texture, Value,
 };
 use yugen_transport::render::{Action, Budget, Job, Options};
 
@@ -86,15 +85,8 @@ impl Tracer {
                     self.top
                 );
             }
-            let projection = Projection::Perspective {
-                // The tangent of half of it is one.
-                fov_x: FRAC_PI_2,
-                fov_axis: FovAxis::X,
-                aperture_radius: 0.0,
-                focus_distance: 1.0,
-                principal_point: Vec2::ZERO,
-            };
-            (projection, -position, position)
+            // The tangent of half of it is one.
+            (Projection::pinhole(FRAC_PI_2), -position, position)
         } else {
             let back = eye.toward / eye.toward.z;
             (Projection::Orthographic, -back, back * (self.top + 1.0))

@@ -1,13 +1,13 @@
 //! A robe that moves: sewn, put on a player of Noh and danced in by the simulation of this program.
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec3};
 use std::ops::ControlFlow;
 use std::sync::{Arc, LazyLock};
 use yugen_motion::dance;
 use yugen_motion::garment::{Fitting, outfit};
 use yugen_noh::Costume;
 use yugen_scene::{
-    Camera, Film, Filter, FovAxis, Geometry, Light, Material, Projection, Scene, Shape, Value, look_along,
+    Camera, Film, Filter, Geometry, Light, Material, Projection, Scene, Shape, Value, look_along,
 };
 
 /// A sleeve is thrown over the arm while the player turns, within a second.
@@ -50,13 +50,7 @@ pub fn view([width, height]: [u32; 2]) -> Camera {
     Camera {
         name: "player".into(),
         to_world: look_along(eye, to - eye, Vec3::Y),
-        projection: Projection::Perspective {
-            fov_x: 44f32.to_radians(),
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(44f32.to_radians()),
         near_far: [0.02, 100.0],
         film: Film { width, height, crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

@@ -1,10 +1,10 @@
 //! Surfaces that are known exactly, seen by a camera.
 
-use glam::{DVec2, DVec3, Mat4, Vec2, Vec3};
+use glam::{DVec2, DVec3, Mat4, Vec3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use yugen_scene::{
-    Camera, Film, Filter, FovAxis, Geometry, Light, Material, Mesh, Projection as Kind, Scene, Shape, Value,
+    Camera, Film, Filter, Geometry, Light, Material, Mesh, Projection as Kind, Scene, Shape, Value,
     look_along,
 };
 
@@ -52,13 +52,7 @@ pub fn camera(distance: f64, size: [u32; 2]) -> Camera {
     Camera {
         name: "test".into(),
         to_world: look_along(eye, -eye, Vec3::Z),
-        projection: Kind::Perspective {
-            fov_x: 40f32.to_radians(),
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Kind::pinhole(40f32.to_radians()),
         near_far: [0.01, 100.0],
         film: Film { width: size[0], height: size[1], crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

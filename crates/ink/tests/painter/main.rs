@@ -10,21 +10,15 @@ use yugen_ink::steering::StrokeEdit;
 use yugen_motion::fire::Fire;
 use yugen_realtime::Gpu;
 use yugen_scene::{
-    Camera, Film, Filter, FovAxis, Geometry, Light, Material, Mesh, Projection, Scene, Shape, Value,
-    look_along, primitives,
+    Camera, Film, Filter, Geometry, Light, Material, Mesh, Projection, Scene, Shape, Value, look_along,
+    primitives,
 };
 
 fn camera(eye: Vec3) -> Camera {
     Camera {
         name: "test".into(),
         to_world: look_along(eye, -eye.normalize_or(Vec3::Z), Vec3::Y),
-        projection: Projection::Perspective {
-            fov_x: 0.8,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(0.8),
         near_far: [0.01, 100.0],
         film: Film { width: 160, height: 120, crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

@@ -1,15 +1,15 @@
 //! What a denoiser is told of the frames, and what it makes of them.
 
 use crate::device::{Gpu, gpu};
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec3};
 use yugen_optics::Image;
 use yugen_optics::denoise::{ALBEDO, DEPTH, Halves, NORMAL, SURFACE, half};
 use yugen_realtime::{Options, Stage, StageError};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
-    Aov, Camera, Film, Filter, FovAxis, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape,
-    Value, look_along,
+    Aov, Camera, Film, Filter, Geometry, Light, Material, ModelBuilder, Projection, Scene, Shape, Value,
+    look_along,
 };
 
 const SIZE: usize = 48;
@@ -68,13 +68,7 @@ fn camera() -> Camera {
     Camera {
         name: "camera".into(),
         to_world: look_along(Vec3::new(0.0, 1.0, 4.0), -Vec3::Z, Vec3::Y),
-        projection: Projection::Perspective {
-            fov_x: 0.8,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(0.8),
         near_far: [0.01, 100.0],
         film: Film { width: SIZE as u32, height: SIZE as u32, crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

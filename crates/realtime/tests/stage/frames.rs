@@ -7,18 +7,10 @@ use std::sync::Arc;
 use yugen_optics::Image;
 use yugen_realtime::{Gpu, Options, Stage, StageError};
 use yugen_scene::prepared::{Rows, VertexRow};
-use yugen_scene::{
-    Aov, Camera, Film, Filter, FovAxis, Geometry, Projection, Scene, Shape, look_along, primitives,
-};
+use yugen_scene::{Aov, Camera, Film, Filter, Geometry, Projection, Scene, Shape, look_along, primitives};
 
 fn perspective(fov_x: f32) -> Projection {
-    Projection::Perspective {
-        fov_x,
-        fov_axis: FovAxis::X,
-        aperture_radius: 0.0,
-        focus_distance: 1.0,
-        principal_point: Vec2::ZERO,
-    }
+    Projection::pinhole(fov_x)
 }
 
 fn camera(name: &str, projection: Projection) -> Camera {

@@ -1,14 +1,14 @@
 //! A stage that takes over a pose shows what one made for it shows.
 
 use crate::device::{Gpu, gpu};
-use glam::{Affine2, Mat4, Vec2, Vec3};
+use glam::{Affine2, Mat4, Vec3};
 use std::sync::Arc;
 use yugen_optics::Image;
 use yugen_realtime::{Options, Stage, StageError};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::{Rows, VertexRow};
 use yugen_scene::{
-    Camera, Film, FovAxis, Geometry, Light, Material, Mesh, ModelBuilder, Projection, Scene, Shape, Texture,
+    Camera, Film, Geometry, Light, Material, Mesh, ModelBuilder, Projection, Scene, Shape, Texture,
     TextureFilter, Value, Wrap, look_along,
 };
 
@@ -43,13 +43,7 @@ fn camera() -> Camera {
     Camera {
         name: "camera".into(),
         to_world: look_along(Vec3::Z * 5.0, -Vec3::Z, Vec3::Y),
-        projection: Projection::Perspective {
-            fov_x: 0.8,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(0.8),
         near_far: [0.01, 100.0],
         film: Film { width: 32, height: 24, ..Film::default() },
         samples_per_pixel: 1,

@@ -8,7 +8,7 @@ use yugen_realtime::{Options, Preview, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
 use yugen_scene::{
-    Camera, Film, Filter, FovAxis, Geometry, ModelBuilder, Projection, Scene, Shape, Value, look_along,
+    Camera, Film, Filter, Geometry, ModelBuilder, Projection, Scene, Shape, Value, look_along,
 };
 
 /// A ball on a floor under a lamp, noisy in the first frames.
@@ -32,13 +32,7 @@ fn camera(angle: f32) -> Camera {
     Camera {
         name: "test".into(),
         to_world: look_along(eye, Vec3::Z * 0.5 - eye, Vec3::Z),
-        projection: Projection::Perspective {
-            fov_x: 0.7,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: glam::Vec2::ZERO,
-        },
+        projection: Projection::pinhole(0.7),
         near_far: [0.1, 100.0],
         film: Film { width: 64, height: 48, crop: None, filter: Filter::Box },
         samples_per_pixel: 1,

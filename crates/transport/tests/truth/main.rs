@@ -9,8 +9,8 @@ use yugen_optics::{ColourSpace, Frame};
 use yugen_reflectance::btf::{Btf, Texel};
 use yugen_reflectance::{Choice, Kind, Model};
 use yugen_scene::{
-    Aov, Camera, Film, Filter, FovAxis, Geometry, Integrator, Light, Material, Mesh, Projection, Scene,
-    Shape, Texture, Value, Wrap,
+    Aov, Camera, Film, Filter, Geometry, Integrator, Light, Material, Mesh, Projection, Scene, Shape,
+    Texture, Value, Wrap,
 };
 use yugen_transport::checkpoint::ResumeError;
 use yugen_transport::render::{Action, Budget, Job, Options};
@@ -22,13 +22,7 @@ fn camera(width: u32, height: u32, from: Vec3, to: Vec3) -> Camera {
     Camera {
         name: "main".into(),
         to_world: Mat4::from_cols(x.extend(0.0), y.extend(0.0), z.extend(0.0), from.extend(1.0)),
-        projection: Projection::Perspective {
-            fov_x: 0.6,
-            fov_axis: FovAxis::X,
-            aperture_radius: 0.0,
-            focus_distance: 1.0,
-            principal_point: Vec2::ZERO,
-        },
+        projection: Projection::pinhole(0.6),
         near_far: [1e-3, 1e5],
         film: Film { width, height, crop: None, filter: Filter::Box },
         samples_per_pixel: 64,
