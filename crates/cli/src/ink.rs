@@ -411,7 +411,7 @@ impl Frames for Session<'_> {
     }
 
     fn pass_by(&mut self, scene: &Scene) -> Result<()> {
-        self.painter.pose(scene)?;
+        self.painter.pose_to_follow(scene)?;
         self.painter.follow(&self.job.look(scene)?)?;
         Ok(())
     }

@@ -36,16 +36,21 @@ pub struct Bristles {
     pub across: Vec<f32>,
 }
 
-/// How much ink is at each pixel, 0 to 1, by how dark it looks: from the lightest to the darkest hundredth.
-fn coverage(strip: &Image) -> Option<Vec<f32>> {
-    let rgb = strip.select(&["R", "G", "B"]).or_else(|| strip.select(&["Y"]))?;
-    let n = rgb.channels.len();
-    // What is no number is black.
+/// How light each pixel of a linear picture looks, 0 to 1, whatever its hue; what is no number is black. `None` where it has neither R,
+/// G and B nor Y.
+pub(crate) fn lightness(picture: &Image) -> Option<Vec<f32>> {
+    let colours = picture.select(&["R", "G", "B"]).or_else(|| picture.select(&["Y"]))?;
+    let n = colours.channels.len();
     let look = |p: &[f32]| {
         let light = p.iter().sum::<f32>() / n as f32;
         linear_to_srgb(if light.is_finite() { light.clamp(0.0, 1.0) } else { 0.0 })
     };
-    let light: Vec<f32> = rgb.data.chunks_exact(n).map(look).collect();
+    Some(colours.data.chunks_exact(n).map(look).collect())
+}
+
+/// How much ink is at each pixel, 0 to 1, by how dark it looks: from the lightest to the darkest hundredth.
+fn coverage(strip: &Image) -> Option<Vec<f32>> {
+    let light = lightness(strip)?;
     let mut ranked = light.clone();
     let mut rank = |part: f32| {
         let at = ((ranked.len().checked_sub(1)?) as f32 * part) as usize;

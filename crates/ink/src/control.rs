@@ -73,7 +73,7 @@ controls! {
     rub = 0.0, 0.0 to 2.0: "Ink of rubbing (ca), a dry brush wiped over what is dark; 0 leaves it out.";
     suggestive = 0.0, 0.0 to 1.0: "Ink of suggestive contours, which would be contours from a little aside; 0 leaves them out.";
     light = 1.0, 0.1 to 10.0: "Brightness of the scene as the wash sees it.";
-    flicker = 0.5, 0.0 to 1.0: "How much the wash follows fires: 1 as they flicker, less as in the mean over a while, 0 over two seconds.";
+    flicker = 0.5, 0.0 to 1.0: "Flicker of fires in the wash: 1 as they burn at each moment, less as in the mean over a while, 0 over two seconds.";
     dot = 1.0, 0.0 to 2.0: "Ink of dots (dian), which small things become; 0 leaves them out.";
     contour = 1.0, 0.0 to 2.0: "Ink of contours (gou); 0 leaves them out.";
 }

@@ -26,12 +26,12 @@
 //! | [`paper`], [`pigment`] | what is painted on and with |
 //! | [`signature`] | an inscription and the artist's seal |
 //! | [`mount`] | what a painting hangs, rolls or folds in |
-//! | [`svg`], `path`, `trace` | strokes as vectors, closed curves, outlines of a picture |
+//! | [`svg`], `path`, `isoline` | strokes as vectors, closed curves, outlines of a picture |
 //! | [`literal`] | the slides of Xu, Yang and Wu 2012 as they stand, for comparison |
 //! | [`control`], [`preset`] | what is steered, and ways of painting |
 //! | [`steering`] | what of single objects and strokes is otherwise |
 //! | [`mask`] | pictures that say where something is otherwise |
-//! | [`local`], [`coordinates`] | the controls place by place; texture coordinates of places on lines |
+//! | [`place_controls`], [`texture_coordinates`] | the controls place by place; texture coordinates of places on lines |
 //! | [`painter`] | all of it in order |
 //!
 //! Lengths are in pixels of a picture of 1080 lines where nothing else is said, so that a painting looks the same in any size.
@@ -40,7 +40,6 @@ pub mod brush;
 pub mod canvas;
 pub mod contour;
 pub mod control;
-pub mod coordinates;
 pub mod curvature;
 pub mod depth;
 pub mod dispersion;
@@ -51,7 +50,6 @@ pub mod flow;
 pub mod footprint;
 mod isoline;
 pub mod literal;
-pub mod local;
 pub mod mask;
 pub mod mist;
 pub mod mount;
@@ -61,6 +59,7 @@ mod passes;
 mod path;
 pub mod piece;
 pub mod pigment;
+pub mod place_controls;
 pub mod preset;
 pub mod projection;
 pub mod resolve;
@@ -73,6 +72,7 @@ pub mod steering;
 pub mod stroke;
 pub mod suggestive;
 pub mod svg;
+pub mod texture_coordinates;
 pub mod tone;
 pub mod topology;
 pub mod tracking;

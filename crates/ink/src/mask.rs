@@ -4,12 +4,12 @@
 //! moves with that. Between black and white a control goes evenly from its value without the mask to that of the mask.
 
 use crate::InkError;
+use crate::brush::lightness;
 use crate::control::Controls;
 use crate::steering::Changes;
 use glam::Vec2;
 use std::sync::Arc;
 use yugen_optics::Image;
-use yugen_optics::colour::linear_to_srgb;
 
 /// Most pixels of a side of its picture: as a texture of 4k, 64 MiB of numbers.
 pub const MOST: usize = 4096;
@@ -25,7 +25,7 @@ pub struct Grey {
 }
 
 impl Grey {
-    /// How light a picture looks, times its alpha where it has one. Linear, with channels R, G and B, or Y.
+    /// How light a picture looks, times its alpha where it has one (straight, as PNG has it). Linear, with channels R, G and B, or Y.
     pub fn new(name: &str, picture: &Image) -> Result<Self, InkError> {
         let wrong = |what: String| InkError::Preset(format!("{name}: {what}"));
         let (w, h) = (picture.width, picture.height);
@@ -34,26 +34,17 @@ impl Grey {
                 "{w} x {h} pixels are no mask: expected 1 to {MOST} a side; make it smaller, it is read smoothly"
             )));
         }
-        let colours = ["R", "G", "B"].iter().filter_map(|c| picture.channel(c)).collect::<Vec<_>>();
-        let colours = match (colours.len(), picture.channel("Y")) {
-            (3, _) => colours,
-            (_, Some(y)) => vec![y],
-            _ => {
-                return Err(wrong(
-                    "a mask has no colours: expected a grey picture or one in R, G and B".into(),
-                ));
-            }
-        };
+        let light = lightness(picture).ok_or_else(|| {
+            wrong("a mask has no colours: expected a grey picture or one in R, G and B".into())
+        })?;
         let alpha = picture.channel("A");
-        // What is no number is black.
         let part = |v: f32| if v.is_finite() { v.clamp(0.0, 1.0) } else { 0.0 };
-        let value = |p: &[f32]| {
-            let light = colours.iter().map(|c| part(p[*c])).sum::<f32>() / colours.len() as f32;
-            let value = linear_to_srgb(light).clamp(0.0, 1.0) * alpha.map_or(1.0, |a| part(p[a]));
+        let value = |(light, p): (f32, &[f32])| {
             // As sixteen bits have it, so that white is white to the bit.
-            (value * 65535.0).round() / 65535.0
+            (light * alpha.map_or(1.0, |a| part(p[a])) * 65535.0).round() / 65535.0
         };
-        let values = picture.data.chunks_exact(picture.channels.len()).map(value).collect();
+        let pixels = picture.data.chunks_exact(picture.channels.len());
+        let values = light.into_iter().zip(pixels).map(value).collect();
         Ok(Self { name: name.into(), size: [w, h], values })
     }
 

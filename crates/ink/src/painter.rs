@@ -5,14 +5,13 @@ use crate::brush::Bristles;
 use crate::canvas::{BRUSHED, Canvas, LAYERS, Layer, Materials};
 use crate::contour::{LineKind, MeshPoint, Surface, to_world};
 use crate::control::Controls;
-use crate::coordinates::Coordinates;
 use crate::depth::DepthMap;
 use crate::dot;
-use crate::local::Local;
 use crate::mist::Mist;
 use crate::mount::Mounting;
 use crate::paper::{PAPERS, Paper};
 use crate::pigment::{PIGMENTS, Pigment};
+use crate::place_controls::PlaceControls;
 use crate::projection::Projection;
 use crate::resolve::Resolve;
 use crate::rub;
@@ -23,6 +22,7 @@ use crate::stamp::{self, Stamp};
 use crate::steering::{Names, Steering, StrokeEdit};
 use crate::stroke::{Hand, Stroke};
 use crate::svg::{Drawing, svg};
+use crate::texture_coordinates::TextureCoordinates;
 use crate::tone::Tones;
 use crate::topology::{Creases, Topology};
 use crate::tracking::{Change, Tracker};
@@ -110,7 +110,7 @@ pub struct Painter {
     style: Style,
     names: Names,
     /// The controls of each place of each draw, and what of single strokes is otherwise.
-    local: Arc<Local>,
+    place_controls: Arc<PlaceControls>,
     edits: Arc<BTreeMap<u32, StrokeEdit>>,
     /// Of those strokes, the ones that no frame has had yet.
     unmet: BTreeSet<u32>,
@@ -126,7 +126,7 @@ struct Known {
     triangles: u64,
     topology: Topology,
     /// Where masks lie on it, once that is asked.
-    coordinates: OnceLock<Coordinates>,
+    coordinates: OnceLock<TextureCoordinates>,
 }
 
 /// Pixels of the picture across one in which light is looked at: a fifth of a small print of the wash.
@@ -181,11 +181,11 @@ impl Painter {
         let size = Projection::new(camera)?.size();
         let rows = Rows::new(lit_scene(scene, &style)?.as_ref())?;
         let names = Names::of(scene);
-        let local = local(&style, &rows, &names);
+        let place_controls = place_controls(&style, &rows, &names);
         let options = Options {
             // One sample in the middle of each pixel: lines are compared with what is there.
             filter: Filter::Box,
-            aovs: masked::aovs(&local),
+            aovs: masked::aovs(&place_controls),
             seed: style.seed,
             threads,
             ..Options::new(size, None)
@@ -213,7 +213,7 @@ impl Painter {
             stamps: Default::default(),
             style,
             names,
-            local,
+            place_controls,
             unmet: edits.keys().copied().collect(),
             edits,
             size,
@@ -233,8 +233,18 @@ impl Painter {
 
     /// Takes over another pose of the scene. Creases, borders and what is welded stay those of the first.
     pub fn pose(&mut self, scene: &Scene) -> Result<(), InkError> {
+        let scene = lit_scene(scene, &self.style)?;
+        self.take_over(&scene)
+    }
+
+    /// The same to [`Painter::follow`] strokes alone: of its light nothing is seen, and so no mean of its fires is made.
+    pub fn pose_to_follow(&mut self, scene: &Scene) -> Result<(), InkError> {
+        self.take_over(scene)
+    }
+
+    fn take_over(&mut self, scene: &Scene) -> Result<(), InkError> {
         self.sights.clear();
-        self.rows.pose(lit_scene(scene, &self.style)?.as_ref())?;
+        self.rows.pose(scene)?;
         for (stage, options) in [&mut self.stage, &mut self.light].into_iter().zip(&self.options) {
             if !stage.pose(&self.rows)? {
                 *stage = Stage::new(&self.device, &self.queue, &self.rows, options)?;
@@ -303,7 +313,7 @@ impl Painter {
     /// What is where, as the real-time renderer sees it; what is in front of it.
     fn see(&mut self, camera: &Camera, projection: &Projection) -> Result<(Image, DepthMap), InkError> {
         let _span = tracing::info_span!("see").entered();
-        let aovs = masked::aovs(&self.local);
+        let aovs = masked::aovs(&self.place_controls);
         if aovs != self.options[0].aovs {
             self.options[0].aovs = aovs;
             self.stage = Stage::new(&self.device, &self.queue, &self.rows, &self.options[0])?;
@@ -375,7 +385,7 @@ impl Painter {
             projection,
             map,
             tones: &tones,
-            local: &self.local,
+            place_controls: &self.place_controls,
             unit,
             near: &near,
             mist: &mist,
@@ -402,8 +412,8 @@ impl Painter {
     }
 
     fn hand(&self, depths: [f32; 2]) -> Hand {
-        let (local, edits) = (self.local.clone(), self.edits.clone());
-        Hand { local, edits, depths, ..plain_hand(&self.style, self.size) }
+        let (place_controls, edits) = (self.place_controls.clone(), self.edits.clone());
+        Hand { place_controls, edits, depths, ..plain_hand(&self.style, self.size) }
     }
 
     /// Paints the last painting anew up to a part of its prints, 0 to 1, in the order in which they are put down; wet ink dries as it
@@ -461,15 +471,16 @@ impl Painter {
             let hand = hand.of(i);
             if let Some(dot) = dot::dot(&surface.positions, projection, map, &hand, &controls, i, draw.shape)
             {
-                let left = |d: &Stamp| {
-                    let thick = controls(d.pixel.into()).mist;
-                    surface.positions.first().map_or(1.0, |p| mist.left(eye, *p, thick))
+                let misty = self.place_controls.most(i).mist > 0.0;
+                let left = |d: &Stamp| match surface.positions.first() {
+                    Some(p) if misty => mist.left(eye, *p, controls(d.pixel.into()).mist),
+                    _ => 1.0,
                 };
                 dots.push((i, dot.map(|d| Stamp { ink: d.ink * left(&d), ..d })));
                 return;
             }
             let to_eye = |p| projection.to_eye(p);
-            let suggestive = match self.local.most(i).suggestive > 0.0 {
+            let suggestive = match self.place_controls.most(i).suggestive > 0.0 {
                 true => surface.suggestive_contours(&to_eye, i),
                 false => Vec::new(),
             };
@@ -477,20 +488,20 @@ impl Painter {
                 lines.extend(sample(&line, draw.shape, projection, map));
             }
         });
-        for line in lines.iter_mut().filter(|l| self.local.is_masked(l.draw)) {
-            let on_surface = self.local.is_on_surface(line.draw);
+        for line in &mut lines {
+            let on_surface = self.place_controls.is_on_surface(line.draw);
             for sample in &mut line.samples {
                 if on_surface {
                     sample.uv = self.uv(line.draw, &sample.mesh_point);
                 }
                 let c = hand.at(line.draw, sample);
-                // A stroke ends where a mask leaves no ink of it.
+                // Where there is to be no ink of it there is no stroke.
                 let of_kind = if line.kind == LineKind::Suggestive { c.suggestive } else { 1.0 };
                 sample.visible &= c.ink * c.contour * of_kind > 0.0;
             }
         }
         for line in &mut lines {
-            if self.local.most(line.draw).mist > 0.0 {
+            if self.place_controls.most(line.draw).mist > 0.0 {
                 for sample in &mut line.samples {
                     let thick = hand.at(line.draw, sample).mist;
                     let point = sample.mesh_point.position(|v| self.place(line.draw, v));
@@ -574,7 +585,6 @@ fn joined(triangles: &[[u32; 3]], first: u32) -> u64 {
     hasher.finish()
 }
 
-/// The camera with a picture for light.
 /// The scene by whose light washes are painted: films are to be free of what fires do faster than `flicker` lets through.
 fn lit_scene<'a>(scene: &'a Scene, style: &Style) -> Result<Cow<'a, Scene>, InkError> {
     let window = CALM * f64::from(1.0 - style.controls.flicker);
@@ -582,6 +592,7 @@ fn lit_scene<'a>(scene: &'a Scene, style: &Style) -> Result<Cow<'a, Scene>, InkE
     Ok(if still { Cow::Borrowed(scene) } else { Cow::Owned(scene.with_mean_flames(window)?) })
 }
 
+/// The camera with a picture for light.
 fn small_camera(camera: &Camera) -> Camera {
     let mut small = camera.clone();
     let Film { width, height, crop, .. } = small.film;
@@ -637,8 +648,8 @@ fn pin(lines: &mut [SampledLine], hand: &Hand, detail: Detail) {
 }
 
 /// The controls of each draw, place by place.
-fn local(style: &Style, rows: &Rows, names: &Names) -> Arc<Local> {
-    Arc::new(Local::new(&style.controls, &style.steering, &rows.draws, names))
+fn place_controls(style: &Style, rows: &Rows, names: &Names) -> Arc<PlaceControls> {
+    Arc::new(PlaceControls::new(&style.controls, &style.steering, &rows.draws, names))
 }
 
 /// What a style has the canvas made of.
@@ -665,7 +676,7 @@ fn mist(scene: &Scene) -> Mist {
 fn plain_hand(style: &Style, size: [u32; 2]) -> Hand {
     Hand {
         controls: style.controls,
-        local: Arc::default(),
+        place_controls: Arc::new(PlaceControls::plain(style.controls)),
         size: Vec2::from(size.map(|n| n as f32)),
         edits: Arc::default(),
         unit: unit(size),

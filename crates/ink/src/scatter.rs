@@ -8,8 +8,8 @@
 use crate::contour::to_world;
 use crate::control::Controls;
 use crate::depth::DepthMap;
-use crate::local::Local;
 use crate::mask;
+use crate::place_controls::PlaceControls;
 use crate::projection::Projection;
 use crate::tone::Tones;
 use glam::{DVec3, Vec2};
@@ -59,7 +59,7 @@ pub struct Surfaces<'a> {
     /// In which light.
     pub tones: &'a Tones,
     /// How each place of each draw is painted.
-    pub local: &'a Local,
+    pub place_controls: &'a PlaceControls,
     /// Pixels that stand for one in a picture of 1080 lines.
     pub unit: f32,
     /// How near something at a depth is, 0 to 1.
@@ -78,10 +78,11 @@ impl Surfaces<'_> {
 
     fn controls_at(&self, draw: u32, pixel: Vec2, uv: Vec2) -> Controls {
         let part = pixel / Vec2::from(self.map.size.map(|n| n as f32));
-        self.local.at(draw, &mask::Place { part, uv })
+        self.place_controls.at(draw, &mask::Place { part, uv })
     }
 
-    /// How a place is painted that is seen at another pixel of the draw of a first one; as that one where none of it is seen there.
+    /// How a draw is painted at another pixel than where a place of it is, by the texture coordinates that are seen there; by those of
+    /// the place where the picture has none.
     pub fn controls_beside(&self, first: &Place, pixel: Vec2) -> Controls {
         let uv = self.tones.index(pixel).and_then(|i| self.tones.uv.get(i)).copied();
         self.controls_at(first.draw, pixel, uv.unwrap_or(first.uv))
@@ -100,11 +101,11 @@ impl Surfaces<'_> {
         let [w, h] = self.map.size.map(|n| n as f32);
         let mut places = Vec::new();
         for (index, draw) in (0u32..).zip(&rows.draws).filter(|(i, _)| !self.without.contains(i)) {
-            let most = density(&self.local.most(index));
+            let most = density(&self.place_controls.most(index));
             if most <= 0.0 {
                 continue;
             }
-            let is_masked = self.local.is_masked(index);
+            let is_masked = self.place_controls.is_masked(index);
             let MeshRow { first_vertex, vertices, .. } = rows.meshes[draw.mesh as usize];
             let world = to_world(draw);
             let vertices = &rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];

@@ -125,31 +125,16 @@ impl Steering {
 
     /// A sentence for each table or mask of an object or a material that the scene does not have.
     pub fn unmet(&self, names: &Names) -> Vec<String> {
-        let tables = |kind: &str, tables: &Tables, known: &BTreeSet<&str>| -> Vec<String> {
-            let unknown = tables.iter().filter(|(pattern, _)| !known.iter().any(|name| fits(pattern, name)));
-            let sentence = |(pattern, _): &(String, Changes)| {
-                let hint = suggest(pattern, known.iter().copied());
-                format!("[{kind}.{pattern}] changes nothing: the scene has no {kind} of that name{hint}")
-            };
-            unknown.map(sentence).collect()
+        let of = |tables: &Tables, ground: fn(String) -> Ground| -> Vec<(String, Ground)> {
+            tables.iter().map(|(pattern, _)| ground(pattern.clone())).map(|on| (on.to_string(), on)).collect()
         };
-        let objects = names.objects.iter().map(String::as_str).collect();
-        let materials = names.materials.iter().flatten().map(String::as_str).collect();
-        let unmet =
-            [tables("material", &self.materials, &materials), tables("object", &self.objects, &objects)];
-        let masks = self.masks.iter().filter_map(|mask| {
-            let (kind, pattern, known): (_, _, &BTreeSet<&str>) = match &mask.on {
-                Ground::Picture => return None,
-                Ground::Object(name) => ("object", name, &objects),
-                Ground::Material(name) => ("material", name, &materials),
-            };
-            let hint = suggest(pattern, known.iter().copied());
-            let unknown = !known.iter().any(|name| fits(pattern, name));
-            unknown.then(|| {
-                format!("[mask.{}] changes nothing: the scene has no {kind} '{pattern}'{hint}", mask.name)
-            })
-        });
-        unmet.into_iter().flatten().chain(masks).collect()
+        let tables = [of(&self.materials, Ground::Material), of(&self.objects, Ground::Object)].concat();
+        let masks = self.masks.iter().map(|mask| (format!("mask.{}", mask.name), mask.on.clone()));
+        let sentence = |(table, on): (String, Ground)| {
+            let unknown = names.unknown(&on)?;
+            Some(format!("[{table}] changes nothing: the scene has no {unknown}"))
+        };
+        tables.into_iter().chain(masks).filter_map(sentence).collect()
     }
 }
 
@@ -163,6 +148,20 @@ pub struct Names {
 }
 
 impl Names {
+    /// What a scene lacks for something to lie on this, with what was probably meant: "object 'bal'; did you mean 'ball'?"; `None`
+    /// where it lacks nothing.
+    pub fn unknown(&self, on: &Ground) -> Option<String> {
+        let (kind, pattern, known): (_, _, BTreeSet<&str>) = match on {
+            Ground::Picture => return None,
+            Ground::Object(name) => ("object", name, self.objects.iter().map(String::as_str).collect()),
+            Ground::Material(name) => {
+                ("material", name, self.materials.iter().flatten().map(String::as_str).collect())
+            }
+        };
+        let hint = suggest(pattern, known.iter().copied());
+        (!known.iter().any(|name| fits(pattern, name))).then(|| format!("{kind} '{pattern}'{hint}"))
+    }
+
     /// Those of a scene.
     pub fn of(scene: &Scene) -> Self {
         let of_material = |id| scene.names_of_material(id).into_iter().map(String::from).collect();

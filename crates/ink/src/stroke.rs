@@ -6,9 +6,9 @@
 
 use crate::contour::LineKind;
 use crate::control::Controls;
-use crate::local::Local;
 use crate::mask::Place;
 use crate::piece::Piece;
+use crate::place_controls::PlaceControls;
 use crate::steering::StrokeEdit;
 use crate::visibility::Sample;
 use glam::{Vec2, Vec3};
@@ -131,8 +131,8 @@ impl Brush {
 pub struct Hand {
     /// The controls.
     pub controls: Controls,
-    /// Those of each draw, place by place; a draw that it does not know has `controls`.
-    pub local: Arc<Local>,
+    /// Those of each draw, place by place.
+    pub place_controls: Arc<PlaceControls>,
     /// Pixels across and down.
     pub size: Vec2,
     /// What of single strokes is otherwise, by their identity.
@@ -160,14 +160,14 @@ const RADIUS_POWER: f32 = 1.2;
 impl Hand {
     /// The hand that draws an object.
     pub fn of(&self, draw: u32) -> Self {
-        Self { controls: self.local.of_draw(draw).unwrap_or(self.controls), ..self.clone() }
+        Self { controls: self.place_controls.of_draw(draw), ..self.clone() }
     }
 
     /// The controls at a sample of a line of it.
     pub fn at(&self, draw: u32, sample: &Sample) -> Controls {
-        match self.local.is_masked(draw) {
-            true => self.local.at(draw, &Place { part: sample.line / self.size, uv: sample.uv }),
-            false => self.local.of_draw(draw).unwrap_or(self.controls),
+        match self.place_controls.is_masked(draw) {
+            true => self.place_controls.at(draw, &Place { part: sample.line / self.size, uv: sample.uv }),
+            false => self.place_controls.of_draw(draw),
         }
     }
 

@@ -60,6 +60,8 @@ pub struct FoldChain {
 /// A mesh as lines need it.
 #[derive(Clone, Debug, Default)]
 pub struct Topology {
+    /// Of each vertex of the mesh, counted from its first, the first vertex in the same place.
+    pub points: Vec<u32>,
     /// A vertex of each node, counted from the first of the mesh: its position and, where the mesh has normals, its normal.
     pub vertices: Vec<u32>,
     /// Nodes of each triangle; those without area are left out.
@@ -193,6 +195,7 @@ impl Topology {
         }
         let sign = |v: f64| if v < 0.0 { -1.0 } else { 1.0 };
         Self {
+            points,
             vertices: node_vertices,
             triangles: corners,
             numbers: kept.iter().map(|(i, _)| *i).collect(),
@@ -285,7 +288,7 @@ fn ordered(a: u32, b: u32) -> [u32; 2] {
 const SAME_PLACE: f32 = 2e-6;
 
 /// The point of each vertex: the first vertex in the same place.
-pub(crate) fn weld(vertices: &[VertexRow]) -> Vec<u32> {
+fn weld(vertices: &[VertexRow]) -> Vec<u32> {
     let place = |v: &VertexRow| Vec3::from(v.position);
     let finite = || vertices.iter().map(place).filter(|p| p.is_finite());
     let (low, high) =

@@ -27,9 +27,10 @@ const BLACK: f32 = 0.35;
 /// The small brush beside the broad one, and how many of its prints overlap.
 const SMALL: f32 = 1.0 / 3.0;
 const SMALL_OVERLAP: f32 = 6.0;
-/// How much more a small print weighs: it lies over broad ones, of whose ink and its own the paper shows the mean.
+/// How much more a small print weighs, by eye: it lies over broad ones, of whose ink and its own the paper shows the mean.
 const PRESSED: f32 = 2.0;
-/// Between which differences of grey within a broad print and a small one the small one takes over: above the noise of the light.
+/// Between which differences of grey within a broad print and a small one the small one takes over, by eye: noise of the light made
+/// specks below.
 const FINE: [f32; 2] = [0.1, 0.2];
 /// Load of ink at intensity one.
 const LOAD: f32 = 1.5;
@@ -49,30 +50,31 @@ pub fn stamps(surfaces: &Surfaces) -> Vec<Stamp> {
 /// Those of a brush that is `scale` of the broad one.
 fn by(surfaces: &Surfaces, scale: f32, overlap: f32, salt: u32) -> Vec<Stamp> {
     let Surfaces { map, tones, unit, .. } = *surfaces;
-    let broad = |size: f32| RADIUS * unit * size.sqrt();
+    let broad_of = |size: f32| RADIUS * unit * size.sqrt();
     let density = |c: &Controls| {
-        if c.wash > 0.0 { overlap / (std::f32::consts::PI * (scale * broad(c.size)).powi(2)) } else { 0.0 }
+        if c.wash > 0.0 { overlap / (std::f32::consts::PI * (scale * broad_of(c.size)).powi(2)) } else { 0.0 }
     };
     let mut stamps = Vec::new();
     for place in surfaces.scatter(density, salt) {
         let controls = surfaces.controls(&place);
-        let broad = broad(controls.size);
+        let broad = broad_of(controls.size);
         let full = scale * broad;
         let random = |k: u32| unit_f32(hash_combine(place.hash, k));
         let Some(i) = tones.index(place.pixel) else { continue };
-        let grey = |radius: f32| tones.grey(place.pixel, 0.9 * radius, place.shape);
-        let [Some(mean), Some(here)] = [broad, SMALL * broad].map(grey) else { continue };
-        let fine = smoothstep(FINE[0], FINE[1], (here - mean).abs());
-        let small = scale < 1.0;
-        let (grey, share_of_brush) = if small { (here, PRESSED * fine) } else { (mean, 1.0 - fine) };
-        if share_of_brush <= 0.0 {
-            continue;
-        }
-        let own = share(map, place.pixel, full, place.shape);
+        let mean_grey = |radius: f32| tones.grey(place.pixel, 0.9 * radius, place.shape);
+        let Some(grey) = mean_grey(full) else { continue };
         let dark = in_shades(darkness(grey, tones.facing[i]));
         if dark < 0.02 {
             continue;
         }
+        let is_small = scale < 1.0;
+        let Some(of_other) = mean_grey(if is_small { broad } else { SMALL * broad }) else { continue };
+        let fine = smoothstep(FINE[0], FINE[1], (grey - of_other).abs());
+        let share_of_brush = if is_small { PRESSED * fine } else { 1.0 - fine };
+        if share_of_brush <= 0.0 {
+            continue;
+        }
+        let own = share(map, place.pixel, full, place.shape);
         let far = surfaces.paleness(&place, &controls);
         let ink =
             LOAD * controls.wash * controls.ink * (M * dark).powf(BETA) * (0.85 + 0.3 * random(10)) * far;

@@ -147,7 +147,7 @@ pub fn strokes(manner: &Manner, surfaces: &Surfaces) -> Vec<Stroke> {
         }
         let far = surfaces.paleness(&place, &controls);
         let ink = LOAD * (M * dark).powf(BETA) * (0.7 + 0.6 * random(22)) * far;
-        let is_masked = surfaces.local.is_masked(place.draw);
+        let is_masked = surfaces.place_controls.is_masked(place.draw);
         let whole = (way.len() - 1) as f32 * STEP;
         // A stroke that the form cuts short is thinner.
         let scale = (whole / length).clamp(0.35, 1.0).sqrt() * unit;

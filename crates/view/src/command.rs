@@ -1,4 +1,4 @@
-//! What the window can be asked for: by keys, menus, panels and scripts alike.
+//! What the window can be asked for; action.rs has the table of keys and words that ask for it.
 
 use crate::ink::{StrokeChange, Subject, TableChange};
 use crate::language::Language;

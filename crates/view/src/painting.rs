@@ -185,7 +185,8 @@ fn paint(
         let known = bench.take().filter(|b| b.of[0] == order.of[0]);
         let ready = match known {
             Some(mut known) => {
-                let burns_otherwise = known.painter.restyle(order.style.clone());
+                let burns_otherwise =
+                    known.painter.restyle(order.style.clone()) && !order.scene.fires.is_empty();
                 if known.of != order.of {
                     known.painter.refill(&order.scene)?;
                 } else if burns_otherwise || !Arc::ptr_eq(&known.scene, &order.scene) {

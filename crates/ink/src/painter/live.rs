@@ -1,6 +1,6 @@
 //! A painter at work while somebody changes style, size, or the scene's values.
 
-use super::{FRAMES, Painter, Stage, Style, go_on, lit_scene, local, materials, small_camera, unit};
+use super::{FRAMES, Painter, Stage, Style, go_on, lit_scene, materials, place_controls, small_camera, unit};
 use crate::InkError;
 use crate::canvas::{BRUSHED, Canvas, Layer};
 use crate::depth::DepthMap;
@@ -34,10 +34,10 @@ impl Painter {
         let flicker = self.style.controls.flicker;
         let signature = self.style.signature.clone();
         let style = Style { creases: self.style.creases, seed: self.style.seed, signature, ..style };
-        self.local = local(&style, &self.rows, &self.names);
+        self.place_controls = place_controls(&style, &self.rows, &self.names);
         // What was seen without texture coordinates does not say where masks lie.
         let lacks = |s: &Sight| s.seen.channel(Aov::Uv.channels()[0]).is_none();
-        if self.local.has_surfaces() {
+        if self.place_controls.has_surfaces() {
             self.sights.retain(|s| !lacks(s));
         }
         self.edits = Arc::new(style.steering.strokes.clone());
@@ -50,14 +50,14 @@ impl Painter {
     pub fn refill(&mut self, scene: &Scene) -> Result<(), InkError> {
         let rows = Rows::new(lit_scene(scene, &self.style)?.as_ref())?;
         let names = Names::of(scene);
-        let local = local(&self.style, &rows, &names);
+        let place_controls = place_controls(&self.style, &rows, &names);
         self.sights.clear();
         for (stage, options) in [&mut self.stage, &mut self.light].into_iter().zip(&self.options) {
             if !stage.refill(&rows)? {
                 *stage = Stage::new(&self.device, &self.queue, &rows, options)?;
             }
         }
-        (self.rows, self.names, self.local) = (rows, names, local);
+        (self.rows, self.names, self.place_controls) = (rows, names, place_controls);
         self.find_topologies();
         Ok(())
     }

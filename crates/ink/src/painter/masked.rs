@@ -3,16 +3,16 @@
 use super::Painter;
 use crate::contour::MeshPoint;
 use crate::control::Controls;
-use crate::coordinates::Coordinates;
-use crate::local::Local;
 use crate::mask;
+use crate::place_controls::PlaceControls;
+use crate::texture_coordinates::TextureCoordinates;
 use glam::Vec2;
 use yugen_scene::Aov;
 use yugen_scene::prepared::{DrawRow, MeshRow, VertexRow};
 
 /// What has to be seen of surfaces. Texture coordinates where masks lie on some: wrinkles are longer than the place where they begin.
-pub(super) fn aovs(local: &Local) -> Vec<Aov> {
-    let coordinates = local.has_surfaces().then_some(Aov::Uv);
+pub(super) fn aovs(place_controls: &PlaceControls) -> Vec<Aov> {
+    let coordinates = place_controls.has_surfaces().then_some(Aov::Uv);
     [Aov::Depth, Aov::Id, Aov::ShadingNormal].into_iter().chain(coordinates).collect()
 }
 
@@ -20,15 +20,14 @@ impl Painter {
     /// A sentence for each table or mask of an object or a material that the scene does not have, or on which no mask can lie.
     pub fn unmet_names(&self) -> Vec<String> {
         let mut unmet = self.style.steering.unmet(&self.names);
-        for mask in self.local.unmet() {
-            let table = format!("[mask.{}] ", mask.name);
-            if !unmet.iter().any(|said| said.starts_with(&table)) {
-                unmet.push(format!(
-                    "{table}changes nothing: the mesh of {} has no texture coordinates, by which a mask lies on a surface",
-                    mask.on
-                ));
-            }
-        }
+        let without_coordinates =
+            self.place_controls.unmet().filter(|mask| self.names.unknown(&mask.on).is_none());
+        unmet.extend(without_coordinates.map(|mask| {
+            format!(
+                "[mask.{}] changes nothing: the mesh of {} has no texture coordinates, by which a mask lies on a surface",
+                mask.name, mask.on
+            )
+        }));
         unmet
     }
 
@@ -42,17 +41,17 @@ impl Painter {
         let range = |first: u32, count: u32| first as usize..(first + count) as usize;
         let of_vertices = &self.rows.vertices[range(first_vertex, vertices)];
         let of_mesh = &self.rows.triangles[range(first_triangle, triangles)];
-        let make = || Coordinates::new(of_vertices, of_mesh, first_vertex);
+        let make = || TextureCoordinates::new(&known.topology.points, of_mesh, first_vertex);
         known.coordinates.get_or_init(make).at(mesh_point, of_vertices, of_mesh, first_vertex)
     }
 
     /// The controls of a draw that is so small that it is one place in the picture: by the mean of a mask over its vertices.
     pub(super) fn controls_of_small(&self, draw: u32, part: Vec2) -> Controls {
-        let mut controls = self.local.of_draw(draw).unwrap_or(self.style.controls);
+        let mut controls = self.place_controls.of_draw(draw);
         let MeshRow { first_vertex, vertices, .. } =
             self.rows.meshes[self.rows.draws[draw as usize].mesh as usize];
         let vertices = &self.rows.vertices[first_vertex as usize..(first_vertex + vertices) as usize];
-        self.local.mask(draw, &mut controls, |mask| {
+        self.place_controls.mask(draw, &mut controls, |mask| {
             let at = |v: &VertexRow| mask.at(&mask::Place { part, uv: Vec2::new(v.u, v.v) });
             vertices.iter().map(at).sum::<f32>() / vertices.len().max(1) as f32
         });

@@ -352,6 +352,25 @@ fn a_wash_does_not_flicker_as_fires_do() {
         frames.windows(2).map(off).sum::<f32>() / (5 * frames[0].len()) as f32
     };
     let [steady, half, all] = [0.0, 0.5, 1.0].map(change);
+    // What changes while somebody looks is seen once a pose is taken over.
+    let style = |flicker: f32| {
+        let mut style = Style::default();
+        style.controls.set("flicker", flicker).expect("within its range");
+        style
+    };
+    let new =
+        |flicker| Painter::new(&gpu.device, &gpu.queue, &scene, &view, style(flicker), 2).expect("it can be");
+    let picture = |painter: &mut Painter| {
+        painter.paint(&view).expect("it can be painted");
+        painter.image(false).expect("it can be read").data
+    };
+    let mut live = new(1.0);
+    let burning = picture(&mut live);
+    assert!(live.restyle(style(0.0)) && !live.restyle(style(0.0)));
+    live.pose(&scene).expect("the same scene");
+    live.forget();
+    let calm = picture(&mut live);
+    assert!(calm == picture(&mut new(0.0)) && calm != burning);
     println!("{steady} {half} {all}");
     // Measured .0023, .0023 and .0060: what is left is the noise of the light.
     assert!(steady < 0.6 * all && half < 0.6 * all, "{steady} {half} {all}");

@@ -1,11 +1,10 @@
 //! The stage that draws: which it is to be, in how many pixels, and when its picture is good enough.
 
+use super::App;
 use super::graphics::Graphics;
-use super::{App, Wake};
 use crate::command::Resolution;
 use crate::error::ViewError;
 use crate::maker::{Made, Order, Ready};
-use crate::reference::Reference;
 use std::time::Duration;
 use winit::event_loop::ActiveEventLoop;
 use yugen_realtime::Options as StageOptions;
@@ -165,53 +164,6 @@ impl App {
                     }
                 }
             }
-        }
-    }
-
-    /// Starts, restarts and ends the reference, and shows what it has found.
-    pub(super) fn refine(&mut self) {
-        if !self.state.reference {
-            (self.reference, self.reference_of, self.finding) = (None, None, None);
-            (self.seen.reference, self.seen.difference, self.seen.samples) = (None, None, 0.0);
-            self.comparing = None;
-            return;
-        }
-        let Some(view) = self.view(true) else { return };
-        let same =
-            |(changes, camera): &(u64, Camera)| *changes == self.shown_changes && same_view(camera, &view);
-        if !self.reference_of.as_ref().is_some_and(same) {
-            // What it has found is of another picture, and what is being compared as well.
-            (self.reference, self.reference_of, self.finding) = (None, None, None);
-            self.comparing = None;
-            (self.seen.reference, self.seen.difference, self.seen.samples) = (None, None, 0.0);
-            if self.at_rest() && self.shown_changes == self.state.changes && self.frames > 0 {
-                let wake = self.proxy.clone();
-                let bounces = self.state.most_bounces();
-                self.reference = Some(Reference::start(&self.changed_scene, &view, bounces, move || {
-                    // The loop may have ended.
-                    drop(wake.send_event(Wake::Thread));
-                }));
-                self.reference_of = Some((self.shown_changes, view));
-                self.compared_number = 0;
-            }
-        }
-        let Some(graphics) = &mut self.graphics else { return };
-        let settings = graphics.settings(&self.state);
-        match self.reference.as_ref().and_then(Reference::take) {
-            Some(Err(problem)) => {
-                self.state.reference = false;
-                self.state.complain(problem);
-            }
-            Some(Ok(finding)) => {
-                graphics.set_reference(&finding.image);
-                self.seen.samples = finding.samples;
-                self.seen.reference = graphics.reference();
-                self.finding = Some(finding);
-            }
-            None => {}
-        }
-        if self.finding.is_some() {
-            graphics.show_reference(settings);
         }
     }
 }

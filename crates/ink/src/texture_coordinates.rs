@@ -4,13 +4,12 @@
 //! with coordinates from both sides. So they are those of a triangle beside the line.
 
 use crate::contour::MeshPoint;
-use crate::topology::weld;
 use glam::Vec2;
 use yugen_scene::prepared::VertexRow;
 
 /// Of a mesh.
 #[derive(Clone, Debug)]
-pub struct Coordinates {
+pub struct TextureCoordinates {
     /// The first vertex in the same place.
     point: Vec<u32>,
     /// Triangles around each point, from `first[point]` to `first[point + 1]`.
@@ -18,13 +17,13 @@ pub struct Coordinates {
     around: Vec<u32>,
 }
 
-impl Coordinates {
-    /// Its vertices, and triangles that count from `first_vertex`.
-    pub fn new(vertices: &[VertexRow], triangles: &[[u32; 3]], first_vertex: u32) -> Self {
-        let point = weld(vertices);
+impl TextureCoordinates {
+    /// The first vertex in the same place of each ([`crate::topology::Topology::points`]), and triangles that count from
+    /// `first_vertex`.
+    pub fn new(point: &[u32], triangles: &[[u32; 3]], first_vertex: u32) -> Self {
         let corners =
             || (0u32..).zip(triangles).flat_map(|(i, t)| t.map(|v| (i, point[(v - first_vertex) as usize])));
-        let mut first = vec![0u32; vertices.len() + 1];
+        let mut first = vec![0u32; point.len() + 1];
         corners().for_each(|(_, p)| first[p as usize + 1] += 1);
         for i in 1..first.len() {
             first[i] += first[i - 1];
@@ -35,7 +34,7 @@ impl Coordinates {
             around[next[p as usize] as usize] = triangle;
             next[p as usize] += 1;
         }
-        Self { point, first, around }
+        Self { point: point.to_vec(), first, around }
     }
 
     /// At a place on a line; `vertices` and `triangles` as before.
@@ -77,6 +76,7 @@ impl Coordinates {
 mod tests {
     use super::*;
     use crate::contour::Anchor;
+    use crate::topology::{Creases, Topology};
     use yugen_scene::primitives;
 
     /// Of a ball, whose seam has coordinates of both sides: as the place on the triangle has them, however the ends are named.
@@ -92,7 +92,8 @@ mod tests {
                 tangent: [0.0; 4],
             })
             .collect();
-        let coordinates = Coordinates::new(&rows, &ball.triangles, 0);
+        let topology = Topology::new(&rows, &ball.triangles, 0, &Creases::default(), true);
+        let coordinates = TextureCoordinates::new(&topology.points, &ball.triangles, 0);
         let mut seams = 0;
         for t in &ball.triangles {
             let uv = t.map(|v| ball.uvs[v as usize]);

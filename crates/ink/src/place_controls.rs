@@ -7,7 +7,9 @@ use yugen_scene::prepared::DrawRow;
 
 /// The controls of each draw and the masks that lie on it.
 #[derive(Clone, Debug, Default)]
-pub struct Local {
+pub struct PlaceControls {
+    /// Of what is no draw of the scene.
+    sheet: Controls,
     of_draws: Vec<Controls>,
     /// In their order, which is that of the preset: a later one changes what an earlier one has made.
     masks: Vec<Mask>,
@@ -15,7 +17,7 @@ pub struct Local {
     of: Vec<Vec<u32>>,
 }
 
-impl Local {
+impl PlaceControls {
     /// Of draws by a style's controls and tables.
     pub fn new(sheet: &Controls, steering: &Steering, draws: &[DrawRow], names: &Names) -> Self {
         let object = |d: &DrawRow| names.objects.get(d.shape as usize - 1).map_or("", String::as_str);
@@ -30,15 +32,21 @@ impl Local {
             (0u32..).zip(&steering.masks).filter(|(_, m)| lies_on(m, draw)).map(|(i, _)| i).collect()
         };
         Self {
+            sheet: *sheet,
             of_draws: draws.iter().map(|d| steering.controls(sheet, object(d), materials(d))).collect(),
             masks: steering.masks.clone(),
             of: draws.iter().map(masks_of).collect(),
         }
     }
 
-    /// Those of a draw where no mask holds; `None` of one that is not known.
-    pub fn of_draw(&self, draw: u32) -> Option<Controls> {
-        self.of_draws.get(draw as usize).copied()
+    /// The same controls everywhere.
+    pub fn plain(sheet: Controls) -> Self {
+        Self { sheet, ..Self::default() }
+    }
+
+    /// Those of a draw where no mask holds.
+    pub fn of_draw(&self, draw: u32) -> Controls {
+        self.of_draws.get(draw as usize).copied().unwrap_or(self.sheet)
     }
 
     fn masks_of(&self, draw: u32) -> impl Iterator<Item = &Mask> {
@@ -74,14 +82,14 @@ impl Local {
 
     /// At a place of a draw.
     pub fn at(&self, draw: u32, place: &Place) -> Controls {
-        let mut controls = self.of_draw(draw).unwrap_or_default();
+        let mut controls = self.of_draw(draw);
         self.mask(draw, &mut controls, |mask| mask.at(place));
         controls
     }
 
     /// What no place of a draw has more of: the least `size`, of which marks are most, and the greatest of every other control.
     pub fn most(&self, draw: u32) -> Controls {
-        let mut most = self.of_draw(draw).unwrap_or_default();
+        let mut most = self.of_draw(draw);
         for (name, value) in self.masks_of(draw).flat_map(|m| m.changes.iter()) {
             let now = most.get(name).unwrap_or(value);
             let _ = most.set(name, if name == "size" { now.min(value) } else { now.max(value) });
