@@ -16,7 +16,7 @@ use crate::view::{View, ViewRow};
 use crate::visibility::{Visibility, primary_group, primary_layout};
 use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::{Device, Queue};
-use yugen_optics::denoise::{Footprint, Halves, denoise, half};
+use yugen_optics::denoise::{Halves, PixelFilter, denoise, half};
 use yugen_optics::{Fingerprint, Image};
 use yugen_scene::prepared::{DrawRow, Rows, VertexRow, wgsl_where};
 use yugen_scene::{Aov, Camera, Filter};
@@ -592,7 +592,7 @@ impl Stage {
         let n = image.channels.len();
         let picture = std::array::from_fn(|c| image.data.iter().skip(c).step_by(n).copied().collect());
         // A pixel is the mean of its own samples, which the filter has placed.
-        let clean = denoise(&halves, &picture, &Footprint::new(0.5, |_| 1.0), threads);
+        let clean = denoise(&halves, &picture, &PixelFilter::new(0.5, |_| 1.0), threads);
         Ok(clean.in_place_of(&image))
     }
 

@@ -7,7 +7,7 @@
 use crate::guide::Guide;
 use glam::Vec3;
 use yugen_optics::Image;
-use yugen_optics::denoise::{Footprint, Halves, VALUES};
+use yugen_optics::denoise::{Halves, PixelFilter, VALUES};
 use yugen_scene::{Film, Filter};
 
 /// A filter as a table over [0, radius], fine enough that the step is below 1/1000 of the peak.
@@ -199,9 +199,9 @@ impl FilmLayout {
     }
 
     /// What its filter does to pixels that are means of their own samples.
-    pub fn footprint(&self) -> Footprint {
+    pub fn pixel_filter(&self) -> PixelFilter {
         let filter = self.film.filter;
-        Footprint::new(filter.radius(), |x| filter.value(x))
+        PixelFilter::new(filter.radius(), |x| filter.value(x))
     }
 
     /// Tiles in rows, all empty.

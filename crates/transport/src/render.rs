@@ -485,7 +485,7 @@ impl Job {
         drop(tiles);
         let n = image.channels.len();
         let picture = std::array::from_fn(|c| image.data.iter().skip(c).step_by(n).copied().collect());
-        let clean = denoise(&halves, &picture, &self.layout.footprint(), self.threads);
+        let clean = denoise(&halves, &picture, &self.layout.pixel_filter(), self.threads);
         clean.in_place_of(&image)
     }
 

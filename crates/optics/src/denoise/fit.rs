@@ -27,7 +27,8 @@ const RIDGE: f32 = 1e-3;
 /// samples that missed a rare bright path think too well of themselves.
 const KIN: f32 = 1.0;
 
-type Lanes = [f32; LANES];
+/// Values of pixels that are worked at together.
+type Eight = [f32; LANES];
 
 /// A plane with a border around it.
 pub(super) struct Plane {
@@ -53,7 +54,7 @@ impl Plane {
 
     /// The pixels from (x, y) on, with the border counted.
     #[inline(always)]
-    fn at(&self, x: usize, y: usize) -> &Lanes {
+    fn at(&self, x: usize, y: usize) -> &Eight {
         let from = y * self.pitch + x;
         self.data[from..].first_chunk().unwrap_or(&[0.0; LANES])
     }
@@ -76,10 +77,10 @@ pub(super) struct Feature {
 }
 
 /// Everything that a block looks at.
-pub(super) struct View {
+pub(super) struct Inputs {
     pub(super) width: usize,
     pub(super) height: usize,
-    pub(super) sides: [Side; 2],
+    pub(super) sides: Vec<Side>,
     /// 0 at pixels with samples, infinity at those without and outside the picture.
     pub(super) far: Plane,
     pub(super) features: Vec<Feature>,
@@ -90,7 +91,7 @@ type Fits = [[[[f32; BLOCK * BLOCK]; 3]; 2]; WIDTHS.len()];
 
 /// Distances of a block's pixels to those around them: for each group of lanes all offsets.
 #[inline(always)]
-fn distances<L: lanes::Lanes>(side: &Side, far: &Plane, x0: usize, y0: usize, out: &mut [Lanes]) {
+fn distances<L: lanes::Lanes>(side: &Side, far: &Plane, x0: usize, y0: usize, out: &mut [Eight]) {
     const WIDE: usize = BLOCK + 2 * LANES;
     const HIGH: usize = BLOCK + 2 * PATCH;
     // Loops throughout, as in `fit`.
@@ -211,12 +212,12 @@ impl<L: lanes::Lanes, const K: usize> Sums<L, K> {
 fn fit<L: lanes::Lanes, const K: usize>(
     features: &[(&Feature, f32)],
     target: &[Plane; 3],
-    distance: &[Lanes],
+    distance: &[Eight],
     nearest: L,
     width: f32,
     x: usize,
     y: usize,
-) -> [Lanes; 3] {
+) -> [Eight; 3] {
     // Loops throughout: a closure over lanes would not be compiled for the lanes' instructions.
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
     let (mut own, mut noise, mut scale) = ([zero; K], [zero; K], [zero; K]);
@@ -290,19 +291,19 @@ fn fit<L: lanes::Lanes, const K: usize>(
 
 /// All fits of a block.
 #[inline(always)]
-fn block<L: lanes::Lanes>(view: &View, x0: usize, y0: usize) -> Box<Fits> {
+fn block<L: lanes::Lanes>(inputs: &Inputs, x0: usize, y0: usize) -> Box<Fits> {
     let groups = BLOCK * BLOCK / LANES;
     let mut apart = [vec![[0.0; LANES]; groups * OFFSETS], vec![[0.0; LANES]; groups * OFFSETS]];
-    for (side, out) in view.sides.iter().zip(&mut apart) {
-        distances::<L>(side, &view.far, x0, y0, out);
+    for (side, out) in inputs.sides.iter().zip(&mut apart) {
+        distances::<L>(side, &inputs.far, x0, y0, out);
     }
     // Features that tell anything here.
     let mut told = Vec::new();
-    for feature in &view.features {
+    for feature in &inputs.features {
         let plane = &feature.plane;
         let (mut sum, mut squares, mut n) = (0.0f64, 0.0f64, 0.0f64);
-        for y in y0 + BORDER - REACH..(y0 + BLOCK + BORDER + REACH).min(view.height + BORDER) {
-            for x in x0 + BORDER - REACH..(x0 + BLOCK + BORDER + REACH).min(view.width + BORDER) {
+        for y in y0 + BORDER - REACH..(y0 + BLOCK + BORDER + REACH).min(inputs.height + BORDER) {
+            for x in x0 + BORDER - REACH..(x0 + BLOCK + BORDER + REACH).min(inputs.width + BORDER) {
                 let v = f64::from(plane.data[y * plane.pitch + x]);
                 (sum, squares, n) = (sum + v, squares + v * v, n + 1.0);
             }
@@ -319,7 +320,7 @@ fn block<L: lanes::Lanes>(view: &View, x0: usize, y0: usize) -> Box<Fits> {
         for half in 0..2 {
             // What the noise of one half makes look alike does not look alike in the other.
             let distance = &apart[1 - half][group * OFFSETS..(group + 1) * OFFSETS];
-            let target = &view.sides[half].rgb;
+            let target = &inputs.sides[half].rgb;
             let mut nearest = L::splat(KIN);
             for (o, d) in distance.iter().enumerate() {
                 if o != OFFSETS / 2 {
@@ -350,28 +351,28 @@ fn block<L: lanes::Lanes>(view: &View, x0: usize, y0: usize) -> Box<Fits> {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn block_avx2(view: &View, x0: usize, y0: usize) -> Box<Fits> {
-    block::<lanes::Avx2>(view, x0, y0)
+fn block_avx2(inputs: &Inputs, x0: usize, y0: usize) -> Box<Fits> {
+    block::<lanes::Avx2>(inputs, x0, y0)
 }
 
 /// Wider registers where there are any; the same operations in the same order, so the same bits.
-fn block_by_cpu(view: &View, x0: usize, y0: usize) -> Box<Fits> {
+fn block_by_cpu(inputs: &Inputs, x0: usize, y0: usize) -> Box<Fits> {
     #[cfg(target_arch = "x86_64")]
     if lanes::has_avx2() {
         // SAFETY: the processor has what the function was compiled for.
         #[allow(unsafe_code)]
-        return unsafe { block_avx2(view, x0, y0) };
+        return unsafe { block_avx2(inputs, x0, y0) };
     }
-    block::<lanes::Portable>(view, x0, y0)
+    block::<lanes::Portable>(inputs, x0, y0)
 }
 
 /// All fits of a picture: for every width, half and colour a plane.
-pub(super) fn fits(view: &View, threads: usize) -> Vec<[[Vec<f32>; 3]; 2]> {
-    let (w, h) = (view.width, view.height);
+pub(super) fn fits(inputs: &Inputs, threads: usize) -> Vec<[[Vec<f32>; 3]; 2]> {
+    let (w, h) = (inputs.width, inputs.height);
     let corners: Vec<(usize, usize)> =
         (0..h).step_by(BLOCK).flat_map(|y| (0..w).step_by(BLOCK).map(move |x| (x, y))).collect();
-    let one = |i: usize| block_by_cpu(view, corners[i].0, corners[i].1);
-    let done = parallel(threads.max(1), corners.len(), one, &|_| {});
+    let one = |i: usize| block_by_cpu(inputs, corners[i].0, corners[i].1);
+    let done = parallel(threads, corners.len(), one, &|_| {});
     let plane = || vec![0.0f32; w * h];
     let mut out: Vec<[[Vec<f32>; 3]; 2]> =
         WIDTHS.iter().map(|_| std::array::from_fn(|_| std::array::from_fn(|_| plane()))).collect();
@@ -396,13 +397,13 @@ mod tests {
         let mut random = Pcg32::new(3, 4);
         let mut plane = || Plane::new(&(0..20 * 20).map(|_| random.next_f32()).collect::<Vec<_>>(), 20, 20);
         let mut side = || Side { rgb: std::array::from_fn(|_| plane()), variance: plane() };
-        let sides = [side(), side()];
+        let sides = vec![side(), side()];
         let features = (0..4).map(|_| Feature { plane: plane(), noise: plane(), floor: 0.01 }).collect();
         let mut far = Plane::new(&[0.0; 400], 20, 20);
         far.data.iter_mut().step_by(7).for_each(|far| *far = f32::INFINITY);
-        let view = View { width: 20, height: 20, sides, far, features };
+        let inputs = Inputs { width: 20, height: 20, sides, far, features };
         for at in [0, BLOCK] {
-            assert!(block_by_cpu(&view, at, at) == block::<lanes::Portable>(&view, at, at));
+            assert!(block_by_cpu(&inputs, at, at) == block::<lanes::Portable>(&inputs, at, at));
         }
     }
 }

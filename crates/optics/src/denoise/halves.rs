@@ -53,9 +53,34 @@ impl Halves {
     }
 }
 
-/// To which half sample `index` goes, where a pixel gets `samples` or, if that is not known yet, at least 16.
+/// Samples of a block where a pixel gets so many: a power of two, which is what the sequence is stratified at.
+fn block(samples: Option<u32>) -> u32 {
+    samples.map_or(BLOCK, |n| (1 << (n / 2).max(1).ilog2()).min(BLOCK))
+}
+
+/// To which half sample `index` goes, where a pixel gets `samples` or, if that is not known yet, at least [`both_halves`].
 pub fn half(index: u32, samples: Option<u32>) -> usize {
-    // A block is a power of two, which is what the sequence is stratified at.
-    let block = samples.map_or(BLOCK, |n| (1 << (n / 2).max(1).ilog2()).min(BLOCK));
-    (index / block % 2) as usize
+    (index / block(samples) % 2) as usize
+}
+
+/// Samples of a pixel, of the `samples` that it gets, with which each half has a block: with fewer there is nothing to
+/// compare, or little.
+pub fn both_halves(samples: Option<u32>) -> u32 {
+    2 * block(samples)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_half_has_a_block_as_early_as_may_be() {
+        for samples in (2..100).map(Some).chain([None]) {
+            let enough = both_halves(samples);
+            assert!(samples.is_none_or(|n| enough <= n), "{samples:?}: {enough}");
+            let [first, second] = [0, 1].map(|h| (0..enough).filter(|i| half(*i, samples) == h).count());
+            assert_eq!(first, second, "{samples:?}");
+        }
+        assert_eq!([None, Some(100), Some(9), Some(2)].map(both_halves), [16, 16, 8, 2]);
+    }
 }

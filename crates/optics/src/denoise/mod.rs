@@ -9,14 +9,14 @@
 //! it is where that is better.
 
 mod fit;
-mod footprint;
 mod halves;
+mod pixel_filter;
 
 use crate::Image;
 use crate::parallel::parallel;
-use fit::{BORDER, Feature, Plane, Side, View, WIDTHS, fits};
-pub use footprint::Footprint;
-pub use halves::{ALBEDO, DEPTH, Halves, NORMAL, SURFACE, VALUES, half};
+use fit::{BORDER, Feature, Inputs, Plane, Side, WIDTHS, fits};
+pub use halves::{ALBEDO, DEPTH, Halves, NORMAL, SURFACE, VALUES, both_halves, half};
+pub use pixel_filter::PixelFilter;
 
 /// Darkest albedo that radiance is divided by.
 const DARK: f32 = 0.05;
@@ -65,8 +65,10 @@ fn blur(plane: &[f32], width: usize, height: usize, reach: usize) -> Vec<f32> {
     for (to, from) in across.chunks_exact_mut(width).zip(plane.chunks_exact(width)) {
         // Where all of the window lies within the row one pixel of it after the other, for all pixels at once.
         let inside = reach..width.saturating_sub(reach).max(reach);
-        for k in 0..if inside.is_empty() { 0 } else { whole } {
-            to[inside.clone()].iter_mut().zip(&from[k..]).for_each(|(to, v)| *to += v);
+        if !inside.is_empty() {
+            for k in 0..whole {
+                to[inside.clone()].iter_mut().zip(&from[k..]).for_each(|(to, v)| *to += v);
+            }
         }
         for (x, to) in to.iter_mut().enumerate() {
             if inside.contains(&x) {
@@ -96,27 +98,15 @@ fn zip(a: &[f32], b: &[f32], f: impl Fn(f32, f32) -> f32) -> Vec<f32> {
     a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()
 }
 
-/// `f` of 0 and 1, on two threads where there are so many.
-fn on_both<T: Send>(threads: usize, f: impl Fn(usize) -> T + Sync) -> [T; 2] {
-    if threads < 2 {
-        return [f(0), f(1)];
-    }
-    std::thread::scope(|scope| {
-        let second = scope.spawn(|| f(1));
-        let first = f(0);
-        [first, second.join().unwrap_or_else(|e| std::panic::resume_unwind(e))]
-    })
-}
-
-/// Denoises what `halves` say. `picture` is what the reconstruction filter, of this `footprint`, makes of the same
-/// samples: R, G, B, plane after plane. The same bits for any number of `threads`.
-pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, threads: usize) -> Denoised {
+/// Denoises what `halves` say. `picture` is what the reconstruction filter makes of the same samples, and `filter` how it goes
+/// about it: R, G, B, plane after plane. The same bits for any number of `threads`.
+pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], filter: &PixelFilter, threads: usize) -> Denoised {
     let (w, h) = (halves.width, halves.height);
     let pixels = w * h;
     let both = |i: usize| halves.count[0][i] > 0.0 && halves.count[1][i] > 0.0;
     if !(0..pixels).any(both) {
         // There is nothing to compare.
-        let error = |plane: &Vec<f32>| plane.iter().map(|v| (footprint.kept * v).sqrt()).collect();
+        let error = |plane: &Vec<f32>| plane.iter().map(|v| (filter.kept * v).sqrt()).collect();
         return Denoised { rgb: picture.clone(), error: halves.variance.each_ref().map(error) };
     }
     let [a, b] = &halves.mean;
@@ -128,7 +118,7 @@ pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, 
     let albedo: [Vec<f32>; 3] =
         std::array::from_fn(|c| mean(ALBEDO.start + c).into_iter().map(|albedo| albedo.max(DARK)).collect());
     // Where one half has no samples, it is given what the other has.
-    let light = on_both(threads, |half| -> [Vec<f32>; 3] {
+    let of_half = |half: usize| -> [Vec<f32>; 3] {
         std::array::from_fn(|c| {
             let of = |i: usize| {
                 let from = if halves.count[half][i] > 0.0 { half } else { 1 - half };
@@ -136,7 +126,8 @@ pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, 
             };
             (0..pixels).map(of).collect()
         })
-    });
+    };
+    let light = parallel(threads, 2, of_half, &|_| {});
     // Samples are better spread than by chance: the difference of the halves knows by how much, the variance of
     // samples where.
     let told: [Vec<f32>; 3] =
@@ -185,9 +176,9 @@ pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, 
         }
     }
     let floors: Vec<_> = floors.collect();
-    let features = parallel(threads.max(1), floors.len(), |i| feature(floors[i]), &|_| {});
-    let view = View { width: w, height: h, sides: on_both(threads, side), far, features };
-    let fits = fits(&view, threads);
+    let features = parallel(threads, floors.len(), |i| feature(floors[i]), &|_| {});
+    let sides = parallel(threads, 2, side, &|_| {});
+    let fits = fits(&Inputs { width: w, height: h, sides, far, features }, threads);
 
     // All errors relative to how bright it is around.
     let bright: Vec<f32> = (0..pixels).map(|i| (0..3).map(|c| own(c, i)).sum()).collect();
@@ -212,7 +203,7 @@ pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, 
         }
         [blur(&error, w, h, 3), blur(&noise, w, h, 3)]
     };
-    let judged = parallel(threads.max(1), fits.len(), |i| judge(&fits[i]), &|_| {});
+    let judged = parallel(threads, fits.len(), |i| judge(&fits[i]), &|_| {});
     // Of each width the part that it has in a pixel: where it is best around.
     let mut parts: Vec<Vec<f32>> = vec![vec![0.0; pixels]; WIDTHS.len()];
     for i in 0..pixels {
@@ -241,16 +232,15 @@ pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, 
             rgb[c][i] = albedo[c][i] * (fit[c] + keep * (own - fit[c]));
             raw[c][i] = albedo[c][i] * own;
             let of_fit = (noise + bias) * here * (fit[c] * fit[c] / all);
-            let squared =
-                (1.0 - keep) * (1.0 - keep) * of_fit + keep * keep * footprint.kept * variance[c][i];
+            let squared = (1.0 - keep) * (1.0 - keep) * of_fit + keep * keep * filter.kept * variance[c][i];
             error[c][i] = albedo[c][i] * squared.max(0.0).sqrt();
         }
     }
     // What the filter shows and pixels cannot, where it is more than noise: where in a pixel an edge is.
     let mut out: [Vec<f32>; 3] = std::array::from_fn(|_| Vec::new());
     let mut fine: [Vec<f32>; 3] =
-        std::array::from_fn(|c| zip(&picture[c], &footprint.apply(&raw[c], w, h), |p, f| p - f));
-    if footprint.leftover > 0.0 {
+        std::array::from_fn(|c| zip(&picture[c], &filter.apply(&raw[c], w, h), |p, f| p - f));
+    if filter.leftover > 0.0 {
         // It is to be expected where the picture bends.
         let mut bent = vec![0.0f32; pixels];
         for plane in &rgb {
@@ -264,17 +254,17 @@ pub fn denoise(halves: &Halves, picture: &[Vec<f32>; 3], footprint: &Footprint, 
                 }
             }
         }
-        let expected: Vec<f32> = blur(&bent, w, h, 1).iter().map(|v| FINE * footprint.fine * v).collect();
+        let expected: Vec<f32> = blur(&bent, w, h, 1).iter().map(|v| FINE * filter.fine * v).collect();
         let noise: Vec<f32> =
             (0..pixels).map(|i| (0..3).map(|c| variance[c][i] * albedo[c][i].powi(2)).sum()).collect();
         let noise = blur(&noise, w, h, 1);
         for i in 0..pixels {
-            let share = expected[i] / (expected[i] + footprint.leftover * noise[i]).max(1e-30);
+            let share = expected[i] / (expected[i] + filter.leftover * noise[i]).max(1e-30);
             fine.iter_mut().for_each(|plane| plane[i] *= share);
         }
     }
     for c in 0..3 {
-        out[c] = zip(&footprint.apply(&rgb[c], w, h), &fine[c], |v, fine| v + fine);
+        out[c] = zip(&filter.apply(&rgb[c], w, h), &fine[c], |v, fine| v + fine);
         for i in (0..pixels).filter(|i| !met[*i]) {
             out[c][i] = picture[c][i];
         }
@@ -329,7 +319,7 @@ mod tests {
     }
 
     fn clean(halves: &Halves, threads: usize) -> Denoised {
-        denoise(halves, &raw(halves), &Footprint::new(0.5, |_| 1.0), threads)
+        denoise(halves, &raw(halves), &PixelFilter::new(0.5, |_| 1.0), threads)
     }
 
     fn squared_error(rgb: &[Vec<f32>; 3], truth: impl Fn(usize, usize) -> f32) -> f32 {
@@ -422,17 +412,17 @@ mod tests {
     fn taps_do_to_means_what_the_filter_does_to_samples() {
         for stddev in [0.4, 0.5, 1.0, 2.0] {
             let filter = |x: f32| (-0.5 * (x / stddev) * (x / stddev)).exp();
-            let foot = Footprint::new(4.0 * stddev, filter);
-            let middle = (foot.taps.len() / 2) as f32;
+            let made = PixelFilter::new(4.0 * stddev, filter);
+            let middle = (made.taps.len() / 2) as f32;
             let moment =
-                |n| foot.taps.iter().enumerate().map(|(i, w)| (i as f32 - middle).powi(n) * w).sum::<f32>();
-            assert!((moment(0) - 1.0).abs() < 1e-4 && moment(1).abs() < 1e-4, "{foot:?}");
+                |n| made.taps.iter().enumerate().map(|(i, w)| (i as f32 - middle).powi(n) * w).sum::<f32>();
+            assert!((moment(0) - 1.0).abs() < 1e-4 && moment(1).abs() < 1e-4, "{made:?}");
             assert!(
                 (moment(2) - (stddev * stddev - 1.0 / 12.0)).abs() < 2e-3 * (1.0 + stddev * stddev),
                 "{stddev}: {}",
                 moment(2)
             );
-            assert!(foot.leftover > 0.0 && foot.leftover < 0.2, "{foot:?}");
+            assert!(made.leftover > 0.0 && made.leftover < 0.2, "{made:?}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 /// What a reconstruction filter does to pixels that are means of their own samples.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Footprint {
+pub struct PixelFilter {
     /// Weights of the pixels in a row or column that do to a smooth picture what the filter does to samples; of an odd
     /// number, the middle one for the pixel itself.
     pub taps: Vec<f32>,
@@ -16,7 +16,7 @@ pub struct Footprint {
     pub fine: f32,
 }
 
-impl Footprint {
+impl PixelFilter {
     /// Of a separable filter with this half width, in pixels.
     pub fn new(radius: f32, filter: impl Fn(f32) -> f32) -> Self {
         const STEPS: usize = 64;
