@@ -3,7 +3,7 @@
 
 mod reference;
 
-use glam::{Mat4, Vec3};
+use glam::{Mat3, Mat4, Vec3};
 use reference::Difference;
 use yugen_motion::fire::{Fire, Flicker};
 use yugen_optics::Image;
@@ -24,18 +24,11 @@ const ACROSS: u32 = 4;
 const HALF: f32 = 0.17;
 /// Moments of the fire.
 const INSTANTS: u32 = 20;
-/// As in light.wgsl.
-const EMITTER_WORDS: usize = 27;
-const EMITTER_SLAB: u32 = 6;
 const FOOT: Vec3 = Vec3::new(2.6, -1.0, 2.2);
 
 fn materials(scene: &Scene) -> Vec<(&'static str, Material)> {
     let made = |kind: Kind, values: &[(&str, Value)]| {
-        let mut model = ModelBuilder::new(kind);
-        for (name, value) in values {
-            model.set(name, value.clone()).expect("a parameter");
-        }
-        model.build().expect("a material")
+        ModelBuilder::with(kind, values).and_then(ModelBuilder::build).expect("a material")
     };
     let noh = |x: f32, y: f32, ground: f32| {
         made(
@@ -146,18 +139,9 @@ fn rgb(stage: &Stage) -> Image {
 /// The same lights as wide to all sides, in the mean, as the spherical Gaussians of Tokuyoshi et al. 2024 are.
 fn isotropic(rows: &Rows) -> Rows {
     let mut rows = rows.clone();
-    let [first, count, plain] = [4, 5, 11].map(|word| rows.words[word] as usize);
-    assert!(plain < count, "a fire lights by slabs");
-    for emitter in plain..count {
-        // As `slab_sample` reads them: the diagonal of the covariance, then what is beside it.
-        let at = first + EMITTER_WORDS * emitter;
-        assert_eq!(rows.words[at], EMITTER_SLAB);
-        let at = at + 21;
-        let own = [0, 1, 2].map(|k| f32::from_bits(rows.words[at + k]));
-        let mean = own.iter().sum::<f32>() / 3.0;
-        rows.words[at..at + 3].fill(mean.to_bits());
-        rows.words[at + 3..at + 6].fill(0);
-    }
+    let mean = |m: Mat3| (m.x_axis.x + m.y_axis.y + m.z_axis.z) / 3.0;
+    let slabs = rows.map_slab_covariances(|m| Mat3::from_diagonal(Vec3::splat(mean(m))));
+    assert!(slabs > 0, "a fire lights by slabs");
     rows
 }
 

@@ -140,11 +140,8 @@ fn textures() -> Vec<Texture> {
 }
 
 fn model(name: &str, set: &[(&str, Value)]) -> Material {
-    let mut builder = ModelBuilder::new(yugen_reflectance::Kind::from_name(name).expect("a model"));
-    for (param, value) in set {
-        builder.set(param, value.clone()).expect("a parameter");
-    }
-    builder.build().expect("a model")
+    let kind = yugen_reflectance::Kind::from_name(name).expect("a model");
+    ModelBuilder::with(kind, set).and_then(ModelBuilder::build).expect("a model")
 }
 
 fn materials() -> Vec<Material> {

@@ -175,6 +175,15 @@ impl ModelBuilder {
         Self::from_slots(kind, kind.defaults(), Vec::new())
     }
 
+    /// The model's defaults, but for these parameters.
+    pub fn with(kind: Kind, values: &[(&str, Value)]) -> Result<Self, ModelError> {
+        let mut builder = Self::new(kind);
+        for (name, value) in values {
+            builder.set(name, value.clone())?;
+        }
+        Ok(builder)
+    }
+
     /// The model's preset `name`, colours in `space`.
     pub fn preset(kind: Kind, name: &str, space: ColourSpace) -> Result<Self, ModelError> {
         let (slots, data) = kind.preset(name, space)?;

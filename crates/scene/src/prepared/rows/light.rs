@@ -5,12 +5,15 @@ use super::{DrawRow, NONE, Rows, RowsError, environment};
 use crate::prepared::{DiracLight, Environment, LightSource, LightSources, Textures};
 use crate::prepared::{chances_by_power, mean_radiance};
 use crate::{Geometry, Scene, Shape, Value};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use std::f32::consts::PI;
 use yugen_optics::distribution;
 
 /// Words of an emitter. `light.wgsl` knows it, and what they mean.
 const STRIDE: usize = 27;
+
+/// Where in a slab its covariance is: the diagonal, then xy, xz and yz.
+const COVARIANCE: usize = 21;
 
 /// Kinds of emitters, the first word of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -156,8 +159,8 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
                 floats(&mut words, &[*near]);
                 words.push((rows.numbers.len() + 3 * points.len()) as u32);
                 floats(&mut words, &mean.to_array());
-                let [x, y, z] = [covariance.x_axis, covariance.y_axis, covariance.z_axis];
-                floats(&mut words, &[x.x, y.y, z.z, x.y, x.z, y.z]);
+                debug_assert_eq!(words.len(), COVARIANCE);
+                words.extend(covariance_words(*covariance));
                 rows.numbers.extend(points.iter().flat_map(|p| p.to_array()));
                 rows.numbers.extend(directivity.values());
                 power.push(4.0 * PI * luminance.dot(*intensity));
@@ -218,6 +221,12 @@ pub(super) fn write(scene: &Scene, lights: &LightSources, emissions: &[Emission]
     rows.words[8..11].copy_from_slice(&lights.background.to_array().map(f32::to_bits));
 }
 
+/// A symmetric matrix as the words of a slab.
+fn covariance_words(m: Mat3) -> [u32; 6] {
+    let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis];
+    [x.x, y.y, z.z, x.y, x.z, y.z].map(f32::to_bits)
+}
+
 /// Centre and radius of a shape that is a round sphere of one radiance, sampled by the cone that it subtends; else a
 /// radius of zero.
 fn sphere(shape: &Shape, textured: bool) -> [f32; 4] {
@@ -246,6 +255,19 @@ impl Rows {
     /// Whether a fire lights surfaces by its slabs.
     pub fn has_slabs(&self) -> bool {
         self.lights >> Op::Slab as u32 & 1 != 0
+    }
+
+    /// Puts what `f` makes of it in the place of the covariance of each slab, in the world, square scene units; how many there
+    /// are.
+    pub fn map_slab_covariances(&mut self, f: impl Fn(Mat3) -> Mat3) -> usize {
+        let [table, count, plain] = [4, 5, 11].map(|word| self.words.get(word).map_or(0, |w| *w as usize));
+        for slab in plain..count {
+            let at = table + STRIDE * slab + COVARIANCE;
+            let [x, y, z, xy, xz, yz] = std::array::from_fn(|k| f32::from_bits(self.words[at + k]));
+            let own = Mat3::from_cols_array(&[x, xy, xz, xy, y, yz, xz, yz, z]);
+            self.words[at..at + 6].copy_from_slice(&covariance_words(f(own)));
+        }
+        count - plain
     }
 
     /// Whether light comes from infinity other than along one direction.
