@@ -1,15 +1,13 @@
 //! What is known of the first surface, as pictures beside the picture: one dispatch each.
 
-use crate::film::{FILM_WGSL, FilmPass};
+use crate::film::FilmPass;
 use crate::frame::Options;
-use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::compute;
-use crate::scene::{SceneBuffers, scene_wgsl};
-use crate::surface::{OPAQUE_WGSL, PRIMARY_WGSL, SEE_THROUGH_WGSL, SURFACE_WGSL};
-use crate::view::VIEW_WGSL;
+use crate::scene::SceneBuffers;
+use crate::surface::{PRIMARY_WGSL, opaque_wgsl, shading_wgsl};
 use wgpu::Device;
 use yugen_scene::Aov;
-use yugen_scene::prepared::{DrawRow, Rows, wgsl};
+use yugen_scene::prepared::{DrawRow, Rows};
 
 /// Its number in aov.wgsl.
 fn number(aov: Aov) -> Option<u32> {
@@ -36,17 +34,10 @@ pub fn aov_pass(
     // Materials only where light can pass them, or their colour is asked for.
     let albedo = aov == Aov::Albedo;
     let sees_through = rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0);
-    let materials = if sees_through || albedo { wgsl(rows) } else { String::new() };
     let pieces = [
         constants.as_str(),
-        &scene_wgsl(),
-        &materials,
-        HIERARCHY_WGSL,
-        SURFACE_WGSL,
-        if sees_through || albedo { SEE_THROUGH_WGSL } else { OPAQUE_WGSL },
-        VIEW_WGSL,
+        &if sees_through || albedo { shading_wgsl(rows) } else { opaque_wgsl() },
         PRIMARY_WGSL,
-        FILM_WGSL,
         include_str!("aov.wgsl"),
         if albedo {
             include_str!("albedo.wgsl")

@@ -15,7 +15,7 @@ use wgpu::{BufferUsages, Device, Queue, ShaderStages};
 pub const FILM_WGSL: &str = include_str!("film.wgsl");
 
 /// Planes behind the sums of a picture whose frames are also known in halves: see `film.wgsl`.
-pub(crate) const HALVES: u32 = 2;
+pub(crate) const HALVES_PLANES: u32 = 2;
 
 /// The sums of one picture.
 pub struct Film {
@@ -92,16 +92,11 @@ impl Film {
     /// Waits for the device and fetches the sums, row after row; warns where samples were no numbers, which are left out.
     pub fn read(&self, device: &Device, queue: &Queue) -> Result<Vec<[f32; 4]>, StageError> {
         let (sums, left_out) = self.read_and_count(device, queue)?;
-        if left_out > 0 {
-            tracing::warn!(
-                left_out,
-                "samples that are no numbers are left out of the picture: at least so many"
-            );
-        }
+        warn_of(left_out);
         Ok(sums)
     }
 
-    /// Waits for the device and fetches the sums and all further planes, each row after row.
+    /// [`Film::read`], and all further planes, each row after row.
     pub(crate) fn read_planes(
         &self,
         device: &Device,
@@ -109,17 +104,29 @@ impl Film {
     ) -> Result<Vec<Vec<[f32; 4]>>, StageError> {
         let bytes = read_buffer(device, queue, &self.buffer, film_bytes_with(self.size, self.more))?;
         let pixels = self.size[0] as usize * self.size[1] as usize;
-        let (sums, more) = bytes.split_at(16 * pixels);
-        let planes = std::iter::once(sums).chain(more[16..].chunks_exact(16 * pixels));
+        let (sums, behind) = bytes.split_at(16 * pixels);
+        let (count, more) = behind.split_at(16);
+        warn_of(left_out(count));
+        let planes = std::iter::once(sums).chain(more.chunks_exact(16 * pixels));
         Ok(planes.map(bytemuck::pod_collect_to_vec).collect())
     }
 
     /// [`Film::read`], and at least how many samples were no numbers and are left out.
     pub fn read_and_count(&self, device: &Device, queue: &Queue) -> Result<(Vec<[f32; 4]>, u32), StageError> {
         let bytes = read_buffer(device, queue, &self.buffer, film_bytes(self.size))?;
-        let mut sums: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&bytes);
-        let left_out = sums.pop().map_or(0, |last| last[0] as u32);
-        Ok((sums, left_out))
+        let (sums, count) = bytes.split_at(bytes.len() - 16);
+        Ok((bytemuck::pod_collect_to_vec(sums), left_out(count)))
+    }
+}
+
+/// Samples that were no numbers, of what is behind the sums.
+fn left_out(count: &[u8]) -> u32 {
+    bytemuck::pod_read_unaligned::<[f32; 4]>(count)[0] as u32
+}
+
+fn warn_of(left_out: u32) {
+    if left_out > 0 {
+        tracing::warn!(left_out, "samples that are no numbers are left out of the picture: at least so many");
     }
 }
 

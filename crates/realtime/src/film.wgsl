@@ -1,6 +1,6 @@
 // Sums of weighted samples, four floats a pixel: colour and what covers the pixel. After the last pixel: how many samples
 // were no numbers, or fewer, for pixels count at once. Where FILM_HALVES two more planes of pixels follow: the sums of
-// squared deviations of colours from their mean, and those sums of the first half of the frames.
+// squared deviations of colours from the mean before them, and those sums of the first half of the frames.
 
 @group(2) @binding(0) var<storage, read_write> film: array<vec4<f32>>;
 
@@ -20,10 +20,9 @@ fn film_add(pixel: vec2<u32>, value: vec4<f32>) {
     }
     if (FILM_HALVES) {
         // Welford 1962, "Note on a Method for Calculating Corrected Sums of Squares and Products".
-        let frames = f32(view.index);
         let away = value - film[at] * view.per_weight;
         let squares = pixels + 1u + at;
-        let squared = select(vec4<f32>(0.0), away * away * (frames / (frames + 1.0)), counts);
+        let squared = select(vec4<f32>(0.0), view.deviation_weight * away * away, counts);
         film[squares] = select(film[squares], vec4<f32>(0.0), view.index == 0u) + squared;
         film_sum(squares + pixels, value, counts && view.half_of_frames == 0u);
     }

@@ -4,7 +4,7 @@ use crate::StageError;
 use crate::aov::aov_pass;
 use crate::device::{checked, map};
 use crate::display::{DisplayPass, DisplaySettings};
-use crate::film::{Film, FilmPass, HALVES, film_bytes_with};
+use crate::film::{Film, FilmPass, HALVES_PLANES, film_bytes_with};
 use crate::flames::Flames;
 use crate::guide::{self, Frames, guide_pass};
 use crate::preview::{Preview, PreviewPass};
@@ -43,7 +43,8 @@ pub struct Options {
     pub aovs: Vec<Aov>,
     /// Keep what a denoiser needs: [`Stage::denoised`].
     pub denoise: bool,
-    /// Frames that a picture will have, where that is known: the halves that a denoiser compares are then of this many.
+    /// Frames that a picture will have, where known. Frames go to the two halves in turn, in blocks of up to 8; fewer frames
+    /// make the blocks smaller (`yugen_optics::denoise::half`). `None`: blocks of 8, so at least 16 frames are needed.
     pub planned: Option<u32>,
     /// Trace what the camera sees even where it could be rastered: no vertex is then rounded to the raster, and from the
     /// second frame on every pixel looks at a place of its own, so that what is left of edges is noise and not steps.
@@ -87,8 +88,8 @@ impl Options {
     /// Planes of the largest film behind its first.
     fn more_planes(&self) -> u32 {
         match (self.keeps_halves(), self.denoise) {
-            (true, true) => HALVES.max(guide::MORE),
-            (true, false) => HALVES,
+            (true, true) => HALVES_PLANES.max(guide::FURTHER_PLANES),
+            (true, false) => HALVES_PLANES,
             _ => 0,
         }
     }
@@ -272,16 +273,13 @@ impl Stage {
         let before = self.frames;
         let sample = self.reconstruction.sample(before.count, view.has_lens());
         let which = half(before.count, self.planned);
-        let mut frames = before;
-        frames.count = frames.count.saturating_add(1);
-        frames.halves[which] += f64::from(sample.weight);
-        frames.weight += f64::from(sample.weight);
+        let frames = before.with(sample.weight, which);
         let traced = self.trace_camera || view.has_lens();
         // A raster has one place for all pixels; and where the filter is negative the sum of weights is that of all.
         let own = traced && before.count > 0 && !self.signed_filter;
         let per_pixel = own.then_some(&self.reconstruction);
         let seed = self.seed.wrapping_add(self.picture_seed());
-        let row = view.row(before.count, seed, &sample, per_pixel).after(before.weight, which);
+        let row = view.row(before.count, seed, &sample, per_pixel).after(before.weight(), which);
         self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&row));
 
         self.timestamps.begin();
@@ -308,11 +306,11 @@ impl Stage {
                 primary,
                 &view,
                 frames.count,
-                frames.weight,
+                frames.weight(),
             );
         }
         if let Some(Target { pass, view, settings }) = target {
-            let weight = self.shown_weight(frames.weight);
+            let weight = self.shown_weight(frames.weight());
             pass.record(&self.queue, &mut encoder, Some(&self.timestamps), view, settings, weight);
         }
         let timed = self.timestamps.end(&mut encoder);
@@ -474,7 +472,7 @@ impl Stage {
         self.check_alive()?;
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &["R", "G", "B", "A"]);
         if let Some(film) = self.shown() {
-            let weight = self.shown_weight(self.frames.weight);
+            let weight = self.shown_weight(self.frames.weight());
             let scale = if weight == 0.0 { 1.0 } else { 1.0 / weight };
             let sums = film.read(&self.device, &self.queue)?;
             for (pixel, sum) in image.data.chunks_exact_mut(4).zip(sums) {
@@ -489,7 +487,7 @@ impl Stage {
         self.check_alive()?;
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let Target { pass, view, settings } = target;
-        let weight = self.shown_weight(self.frames.weight);
+        let weight = self.shown_weight(self.frames.weight());
         pass.record(&self.queue, &mut encoder, None, view, settings, weight);
         self.queue.submit([encoder.finish()]);
         Ok(())
@@ -541,36 +539,50 @@ impl Stage {
     /// renderer and in its order.
     pub fn image(&self) -> Result<Image, StageError> {
         self.check_alive()?;
-        let picture = self.shade.iter().map(|s| (&["R", "G", "B", "A"][..], s.film()));
+        self.image_of(&self.light()?)
+    }
+
+    /// The planes of the picture's film; none where there is no picture.
+    fn light(&self) -> Result<Vec<Vec<[f32; 4]>>, StageError> {
+        let film = self.film(None).map(|film| film.read_planes(&self.device, &self.queue));
+        film.unwrap_or_else(|| Ok(Vec::new()))
+    }
+
+    /// [`Stage::image`] of these planes.
+    fn image_of(&self, light: &[Vec<[f32; 4]>]) -> Result<Image, StageError> {
+        let picture = light.first().map(|_| &["R", "G", "B", "A"][..]);
         let beside = |id: bool| self.aovs.iter().filter(move |(aov, _)| (*aov == Aov::Id) == id);
-        let means = beside(false).map(|(aov, pass)| (aov.channels(), pass.film()));
-        let means: Vec<_> = picture.chain(means).collect();
         let variance: &[&str] =
             if self.variance { &["variance.R", "variance.G", "variance.B", "samples.Y"] } else { &[] };
-        let names = means.iter().flat_map(|(names, _)| names.iter()).chain(variance);
-        let names: Vec<&str> = names.chain(beside(true).flat_map(|(id, _)| id.channels())).copied().collect();
+        let layers = |id: bool| beside(id).flat_map(|(aov, _)| aov.channels());
+        let names = picture.into_iter().flatten().chain(layers(false)).chain(variance).chain(layers(true));
+        let names: Vec<&str> = names.copied().collect();
         let mut image = Image::new(self.size[0] as usize, self.size[1] as usize, &names);
         let mut first = 0;
-        let mut put = |rows: Vec<[f32; 4]>, channels: usize, of: &dyn Fn(f32) -> f32| {
+        let mut put = |rows: &[[f32; 4]], channels: usize, of: &dyn Fn(f32) -> f32| {
             for (pixel, row) in image.data.chunks_exact_mut(names.len()).zip(rows) {
                 for (to, from) in pixel[first..first + channels].iter_mut().zip(row) {
-                    *to = of(from);
+                    *to = of(*from);
                 }
             }
             first += channels;
         };
-        let scale = if self.frames.weight == 0.0 { 1.0 } else { 1.0 / self.frames.weight };
-        for (channels, film) in means {
-            put(film.read(&self.device, &self.queue)?, channels.len(), &|v| (f64::from(v) * scale) as f32);
+        let weight = self.frames.weight();
+        let scale = if weight == 0.0 { 1.0 } else { 1.0 / weight };
+        let mean = |v: f32| (f64::from(v) * scale) as f32;
+        if let Some(sums) = light.first() {
+            put(sums, 4, &mean);
         }
-        if let (true, Some(shade)) = (self.variance, &self.shade) {
-            let mut planes = shade.film().read_planes(&self.device, &self.queue)?;
-            put(planes.swap_remove(1), 3, &|squares| self.frames.variance(squares));
-            put(vec![[self.frames.count as f32; 4]; planes[0].len()], 1, &|count| count);
+        for (aov, pass) in beside(false) {
+            put(&pass.film().read(&self.device, &self.queue)?, aov.channels().len(), &mean);
+        }
+        if let (true, [sums, squares, ..]) = (self.variance, light) {
+            put(squares, 3, &|squares| self.frames.variance(squares));
+            put(&vec![[self.frames.count as f32; 4]; sums.len()], 1, &|count| count);
         }
         // Numbers of shapes have no mean.
         for (_, pass) in beside(true) {
-            put(pass.film().read(&self.device, &self.queue)?, 1, &|id| id);
+            put(&pass.film().read(&self.device, &self.queue)?, 1, &|id| id);
         }
         Ok(image)
     }
@@ -579,16 +591,23 @@ impl Stage {
     /// ([`Options::denoise`]).
     pub fn halves(&self) -> Result<Option<Halves>, StageError> {
         self.check_alive()?;
-        let (Some(shade), Some(guides)) = (&self.shade, &self.guides) else { return Ok(None) };
-        guide::halves(&self.device, &self.queue, shade.film(), guides.film(), self.frames).map(Some)
+        self.halves_of(&self.light()?)
+    }
+
+    /// [`Stage::halves`] of these planes of the picture's film.
+    fn halves_of(&self, light: &[Vec<[f32; 4]>]) -> Result<Option<Halves>, StageError> {
+        let guides = self.guides.as_ref().map(FilmPass::film);
+        guides.map(|film| guide::halves(&self.device, &self.queue, light, film, self.frames)).transpose()
     }
 
     /// [`Stage::image`], denoised as the reference renderer does it: R, G and B are, and kept as they were in `noisy.R`,
     /// `noisy.G` and `noisy.B`; `error.R`, `error.G` and `error.B` are estimates of the standard error that remains. The same
     /// bits for any number of `threads`.
     pub fn denoised(&self, threads: usize) -> Result<Image, StageError> {
-        let image = self.image()?;
-        let Some(halves) = self.halves()? else { return Ok(image) };
+        self.check_alive()?;
+        let light = self.light()?;
+        let image = self.image_of(&light)?;
+        let Some(halves) = self.halves_of(&light)? else { return Ok(image) };
         let n = image.channels.len();
         let picture = std::array::from_fn(|c| image.data.iter().skip(c).step_by(n).copied().collect());
         // A pixel is the mean of its own samples, which the filter has placed.

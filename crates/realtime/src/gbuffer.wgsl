@@ -10,14 +10,13 @@ fn write_gbuffer(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let ray = pixel_ray(id.xy);
-    let seen = textureLoad(visibility, id.xy, 0);
+    let hit = visible_hit(id.xy, ray);
     var position = vec4<f32>(0.0);
     var normal = vec4<f32>(0.0);
-    if (seen.x != 0u) {
-        let hit = intersect_triangle(seen.x - 1u, seen.y, ray.origin, ray.dir);
+    if (hit.draw != NONE) {
         let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
         let side = select(1.0, -1.0, dot(s.frame_n, ray.dir) > 0.0);
-        position = vec4<f32>(s.position, side * f32(seen.x));
+        position = vec4<f32>(s.position, side * f32(hit.draw + 1u));
         normal = vec4<f32>(side * s.frame_n, 0.0);
     }
     textureStore(positions, id.xy, position);

@@ -3,22 +3,16 @@
 //
 // Planes of the film: albedo and distance, normal and whether a surface was met; both again of the first half of the frames.
 
-@group(1) @binding(1) var visibility: texture_2d<u32>;
-
 @compute @workgroup_size(8, 8)
 fn add_guides(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= view.window.z || id.y >= view.window.w) {
         return;
     }
     // The numbers of shade_pixels: where it draws a reflection this draws the same.
-    let pixel = pcg(id.x ^ pcg(id.y ^ pcg(view.seed)));
+    let pixel = pixel_number(id.xy);
     let camera = pixel_ray(id.xy);
     var dir = camera.dir;
-    var hit = Hit(camera.t_max, 0.0, 0.0, NONE, NONE);
-    let seen = textureLoad(visibility, id.xy, 0);
-    if (seen.x != 0u) {
-        hit = intersect_triangle(seen.x - 1u, seen.y, camera.origin, dir);
-    }
+    var hit = camera_hit(id.xy, camera);
     let footprint = pixel_footprint();
     var albedo = vec3<f32>(1.0);
     var normal = vec3<f32>(0.0);
@@ -41,8 +35,8 @@ fn add_guides(@builtin(global_invocation_id) id: vec3<u32>) {
         let wo = -dir;
         throughput *= exp(-hit.t * absorption);
         var onwards = dir;
-        if (HIDE_EMITTERS && mirrors == 0u && met == 0.0 && s.emitter != NONE) {
-            // Lights that are not seen do not stand in the way.
+        if (mirrors == 0u && is_hidden(s.emitter)) {
+            // A light that is not seen, behind what lets light pass, does not stand in the way either.
             null_steps += 1u;
         } else {
             let point = shading_point(s, footprint_on(s, dir, footprint.x + footprint.y * travelled));

@@ -20,12 +20,14 @@
 //! | `surface.wgsl` | | `surface_at`: position, normals, frame, texture coordinates; `offset_origin` |
 //! | `see_through.wgsl` | | a `passes` for shaders with materials; `shading_point` |
 //! | `view.wgsl` | 1, binding 0 | the camera: `pixel_ray` |
-//! | `primary.wgsl` | 1, binding 1 | the visibility buffer: `primary_hit` |
+//! | `visibility.wgsl` | 1, binding 1 | the visibility buffer: `visible_hit`, and `camera_hit` past lights that are hidden |
+//! | `primary.wgsl` | | `primary_hit`: past what lets all light pass, too |
 //! | `film.wgsl` | 2 | the sums that a pass adds to: `film_add`, `film_sum` |
 //! | `flames.wgsl` | 3 | volumes along a ray: `flames_along` |
-//! | `samples.wgsl` | | `sample2`: numbers of a pixel |
+//! | `samples.wgsl` | | `pixel_number`, `sample2`: numbers of a pixel |
 //! | `shade.wgsl`, `paper.wgsl` | | the picture, and how Wakita et al. light it |
 //! | `aov.wgsl`, `albedo.wgsl` | | what is known of the first surface |
+//! | `visibility_rastered.wgsl`, `visibility_traced.wgsl` | | what fills the visibility buffer |
 //! | `guide.wgsl` | | what a denoiser is told |
 //! | `gbuffer.wgsl`, `preview.wgsl` | | what is shown while the sum is young |
 //! | `display.wgsl` | | exposure, gamut and curve |
@@ -51,7 +53,7 @@ mod error;
 pub mod film;
 mod flames;
 mod frame;
-pub mod guide;
+mod guide;
 pub mod hierarchy;
 mod paper;
 mod pipelines;

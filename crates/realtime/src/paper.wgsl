@@ -38,7 +38,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= view.window.z || id.y >= view.window.w) {
         return;
     }
-    let pixel = pcg(id.x ^ pcg(id.y ^ pcg(view.seed)));
+    let pixel = pixel_number(id.xy);
     let camera = pixel_ray(id.xy);
     let dir = camera.dir;
     var reach = camera.t_max;
@@ -49,7 +49,8 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         reach = hit.t;
         alpha = 1.0;
         let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
-        let point = shading_point(s, footprint_on(s, dir, abs(view.scale.x) * hit.t));
+        let footprint = pixel_footprint();
+        let point = shading_point(s, footprint_on(s, dir, footprint.x + footprint.y * hit.t));
         let wo = -dir;
         if (HAS_SURFACE_LIGHTS && s.emitter != NONE) {
             let value = emitted(s.emitter, s.frame_n, wo);

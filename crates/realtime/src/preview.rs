@@ -10,7 +10,7 @@ use crate::film::{Film, film_bytes};
 use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::{compute, layout, module, over_pixels};
 use crate::scene::{SceneBuffers, bind_layout, scene_wgsl, storage_type};
-use crate::surface::{OPAQUE_WGSL, SURFACE_WGSL};
+use crate::surface::{OPAQUE_WGSL, SURFACE_WGSL, VISIBILITY_WGSL};
 use crate::timing::Timestamps;
 use crate::view::{VIEW_WGSL, View};
 use bytemuck::{Pod, Zeroable};
@@ -150,7 +150,8 @@ impl PreviewPass {
             OPAQUE_WGSL,
             SURFACE_WGSL,
             VIEW_WGSL,
-            "@group(1) @binding(1) var visibility: texture_2d<u32>;",
+            "const HIDE_EMITTERS: bool = false;",
+            VISIBILITY_WGSL,
             include_str!("gbuffer.wgsl"),
         ];
         let gbuffer = compute(device, "write_gbuffer", &pieces, &[scene.layout(), primary, &layouts[0]]);

@@ -1,5 +1,10 @@
 // Numbers of a pixel, evenly spread over its frames.
 
+// What tells the numbers of a pixel of the window from those of others.
+fn pixel_number(pixel: vec2<u32>) -> u32 {
+    return pcg(pixel.x ^ pcg(pixel.y ^ pcg(view.seed)));
+}
+
 // A nested uniform scramble of bit-reversed `x`. Laine and Karras 2011; constants of Vegdahl 2021.
 fn laine_karras(v: u32, seed: u32) -> u32 {
     var x = v;

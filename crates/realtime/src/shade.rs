@@ -1,15 +1,13 @@
 //! The picture: what the visibility buffer saw, shaded, and surfaces behind it.
 
-use crate::film::{FILM_WGSL, FilmPass, HALVES};
+use crate::film::{FilmPass, HALVES_PLANES};
 use crate::flames::{Flames, flames_wgsl};
 use crate::frame::{Lighting, Options};
-use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::compute;
-use crate::scene::{SceneBuffers, scene_wgsl};
-use crate::surface::{SEE_THROUGH_WGSL, SURFACE_WGSL};
-use crate::view::VIEW_WGSL;
+use crate::scene::SceneBuffers;
+use crate::surface::{PRIMARY_WGSL, shading_wgsl};
 use wgpu::Device;
-use yugen_scene::prepared::{NONE, Rows, SLABS, wgsl};
+use yugen_scene::prepared::{NONE, Rows, SLABS};
 
 /// Most lights that the first surface considers in a frame, one sample each; of more some are chosen by their power.
 const CANDIDATES: u32 = 16;
@@ -80,24 +78,12 @@ pub fn shade_pass(
     );
     let picture = match options.lighting {
         Lighting::Full => include_str!("shade.wgsl").to_string(),
-        Lighting::Paper => [include_str!("primary.wgsl"), include_str!("paper.wgsl")].concat(),
+        Lighting::Paper => [PRIMARY_WGSL, include_str!("paper.wgsl")].concat(),
     };
-    let pieces = [
-        &constants,
-        &scene_wgsl(),
-        &wgsl(rows),
-        HIERARCHY_WGSL,
-        SURFACE_WGSL,
-        SEE_THROUGH_WGSL,
-        VIEW_WGSL,
-        FILM_WGSL,
-        &flames_wgsl(rows),
-        include_str!("samples.wgsl"),
-        &picture,
-    ];
+    let pieces = [constants.as_str(), &shading_wgsl(rows), &flames_wgsl(rows), &picture];
     let groups: Vec<_> =
         [scene.layout(), primary, film].into_iter().chain(flames.map(Flames::layout)).collect();
     let pipeline = compute(device, "shade_pixels", &pieces, &groups);
-    let more = if options.keeps_halves() { HALVES } else { 0 };
+    let more = if options.keeps_halves() { HALVES_PLANES } else { 0 };
     FilmPass::new(device, "shade", pipeline, film, options.size, more)
 }

@@ -10,8 +10,6 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
     return 1.0 / (1.0 + r * r);
 }
 
-@group(1) @binding(1) var visibility: texture_2d<u32>;
-
 // Surfaces behind the first look at slabs as at other lights.
 const SLABS_BEHIND: bool = HAS_SLABS && BOUNCES > 1u;
 
@@ -23,26 +21,14 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= view.window.z || id.y >= view.window.w) {
         return;
     }
-    let pixel = pcg(id.x ^ pcg(id.y ^ pcg(view.seed)));
+    let pixel = pixel_number(id.xy);
     let camera = pixel_ray(id.xy);
     var dir = camera.dir;
-    var hit = Hit(camera.t_max, 0.0, 0.0, NONE, NONE);
-    let seen = textureLoad(visibility, id.xy, 0);
-    if (seen.x != 0u) {
-        hit = intersect_triangle(seen.x - 1u, seen.y, camera.origin, dir);
-    }
+    let hit = camera_hit(id.xy, camera);
     // The ray's footprint and how it grows.
-    var width = pixel_footprint().x;
-    var spread = pixel_footprint().y;
-
-    // Lights that are not seen do not stand in the way.
-    if (HIDE_EMITTERS && HAS_SURFACE_LIGHTS) {
-        for (var i = 0u; i < MOST_SHEETS && hit.draw != NONE && draws[hit.draw].emitter != NONE; i += 1u) {
-            let h = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
-            width += spread * hit.t;
-            hit = trace_closest(offset_origin(h.position, h.error, h.geometric_normal, dir), dir, 0.0, 1e30);
-        }
-    }
+    let footprint = pixel_footprint();
+    var width = footprint.x;
+    var spread = footprint.y;
 
     var radiance = vec3<f32>(0.0);
     var throughput = vec3<f32>(1.0);
@@ -90,11 +76,13 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var depth = 0u; alive && depth < SURFACES;) {
         let wo = -dir;
         shade(s.material, point, wo);
-        if (alpha == 0.0 && through < 1.0) {
-            alpha = 1.0;
-        }
         let own_facing = shading_facing(s.frame_n, wo);
         let last = SEES_THROUGH && depth == BOUNCES;
+        // A light that is not seen, behind what lets light pass, does not stand in the way either.
+        let hidden = SEES_THROUGH && HAS_SURFACE_LIGHTS && depth == 0u && is_hidden(s.emitter);
+        if (alpha == 0.0 && through < 1.0 && !hidden) {
+            alpha = 1.0;
+        }
         // Five sets of its own and one for each light.
         let first_set = 32u * (depth + (BOUNCES + 1u) * null_steps);
 
@@ -103,6 +91,9 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         var next = ShadingSample(vec3<f32>(0.0), 0.0, vec3<f32>(0.0), false, false, false);
         if (!last || through > 0.0) {
             next = shading_sample(u_lobe, wo);
+        }
+        if (hidden) {
+            next = ShadingSample(dir, 1.0, vec3<f32>(1.0), true, true, false);
         }
         alive = next.pdf > 0.0 && !(last && !next.is_null) && null_steps < MOST_SHEETS;
 
@@ -114,7 +105,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         let slabs = select(0u, emitter_count() - plain_count(), depth == 0u && HAS_SLABS);
         let count = select(emitter_count() - slabs, 1u, HEAD_LIGHT);
         var candidates = select(min(count, CANDIDATES), min(count, select(1u, 0u, HEAD_LIGHT)), depth > 0u);
-        let dark = last || !shading_smooth();
+        let dark = last || hidden || !shading_smooth();
         if (dark) {
             candidates = 0u;
         }
@@ -253,7 +244,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                     next.weight = select(vec3<f32>(0.0), f.xyz / max(f.w, 1e-30), f.w > 0.0);
                 }
                 throughput *= next.weight;
-                if (has_body && dot(here.geometric_normal, wo) * dot(here.geometric_normal, wi) < 0.0) {
+                if (has_body && !hidden && dot(here.geometric_normal, wo) * dot(here.geometric_normal, wi) < 0.0) {
                     absorption = select(vec3<f32>(0.0), body, dot(here.geometric_normal, wi) < 0.0);
                 }
                 if (next.is_null) {
@@ -323,7 +314,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 s = surface_at(h.draw, h.triangle, vec2<f32>(h.b1, h.b2));
                 point = shading_point(s, footprint_on(s, dir, width));
                 at = point;
-                if (HAS_SURFACE_LIGHTS && s.emitter != NONE) {
+                if (HAS_SURFACE_LIGHTS && s.emitter != NONE && !(depth == 0u && is_hidden(s.emitter))) {
                     value = emitted(s.emitter, s.frame_n, -dir);
                     if (value != NONE) {
                         carried = throughput;

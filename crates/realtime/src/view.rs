@@ -30,18 +30,23 @@ pub struct ViewRow {
     weight: f32,
     u: [f32; 2],
     per_pixel: u32,
-    per_weight: f32,
+    pub(crate) per_weight: f32,
     half: u32,
-    unused: [u32; 3],
+    pub(crate) deviation_weight: f32,
+    unused: [u32; 2],
     filter_offsets: [f32; 260],
 }
 
 impl ViewRow {
     /// Of a frame that comes after others whose samples weigh `before` together, and belongs to this half of all.
     pub fn after(self, before: f64, half: usize) -> Self {
-        // Of a filter that is negative somewhere it may come near zero.
-        let per_weight = if before >= 0.5 { (1.0 / before) as f32 } else { 0.0 };
-        Self { per_weight, half: half as u32, ..self }
+        // Of a filter that is negative somewhere it may be zero or less.
+        let per_weight = if before > 0.0 { 1.0 / before } else { 0.0 };
+        // The mean of n frames of weights ±1 that sum up to W has the variance of a frame times n / W², and the deviation of
+        // another frame from it that of a frame times 1 + n / W²: n / (n + 1) where all weights are 1.
+        let spread = 1.0 + f64::from(self.index) * per_weight * per_weight;
+        let deviation_weight = if before > 0.0 { (1.0 / spread) as f32 } else { 0.0 };
+        Self { per_weight: per_weight as f32, deviation_weight, half: half as u32, ..self }
     }
 }
 
@@ -107,7 +112,8 @@ impl View {
             per_pixel: 0,
             per_weight: 0.0,
             half: 0,
-            unused: [0; 3],
+            deviation_weight: 0.0,
+            unused: [0; 2],
             filter_offsets: [0.0; 260],
         };
         Ok(Self { row, to_camera })

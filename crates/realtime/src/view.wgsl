@@ -35,9 +35,10 @@ struct View {
     per_weight: f32,
     // Of the two halves of all frames, that of this one: 0 or 1.
     half_of_frames: u32,
+    // What the square of this frame's deviation from the mean before it counts; 0: there is none.
+    deviation_weight: f32,
     unused_a: u32,
     unused_b: u32,
-    unused_c: u32,
     // Offsets below which equal shares of the filter lie, FILTER_STEPS of them.
     filter_offsets: array<vec4<f32>, 65>,
 }

@@ -212,7 +212,8 @@ pub fn primary_group(
 }
 
 fn raster_pipeline(device: &Device, groups: &[&wgpu::BindGroupLayout]) -> wgpu::RenderPipeline {
-    let module = module(device, "visibility", &[&scene_wgsl(), VIEW_WGSL, include_str!("visibility.wgsl")]);
+    let module =
+        module(device, "visibility", &[&scene_wgsl(), VIEW_WGSL, include_str!("visibility_rastered.wgsl")]);
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("visibility"),
         layout: Some(&layout(device, "visibility", groups)),

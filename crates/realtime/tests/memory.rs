@@ -44,8 +44,9 @@ fn frames_keep_no_memory() {
         samples_per_pixel: 1,
     };
     let rows = Rows::new(&scene).expect("rows");
-    let mut stage =
-        Stage::new(&gpu.device, &gpu.queue, &rows, &Options::new(SIZE, Some(1))).expect("a stage");
+    // With every pass that a picture may have.
+    let options = Options { denoise: true, ..Options::new(SIZE, Some(1)) };
+    let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
     stage.set_preview(Preview::ALL).expect("there is room");
     let format = wgpu::TextureFormat::Rgba8Unorm;
     let pass = DisplayPass::new(&gpu.device, format, stage.shown().expect("a preview"));
@@ -77,5 +78,7 @@ fn frames_keep_no_memory() {
     let before = frames(20);
     let kept = frames(60) - before;
     println!("60 frames keep {kept:.1} MB");
-    assert!(kept < 20.0, "{kept} MB");
+    // On lavapipe of Mesa 22 0.0 to 0.4 MB were measured, and 63 where the display's shader branches on its curve alone. The
+    // same in the passes of the preview, of the film and of what a denoiser is told kept none.
+    assert!(kept < 5.0, "{kept} MB");
 }

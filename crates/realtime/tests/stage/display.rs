@@ -8,7 +8,7 @@ use yugen_optics::tonemap::{Curve, ToneMap};
 use yugen_realtime::display::{DISPLAY_WGSL, DisplayPass, DisplayRow, DisplaySettings};
 use yugen_realtime::{Options, Stage, Target};
 use yugen_scene::prepared::Rows;
-use yugen_scene::{Aov, Camera, Film, Filter, Geometry, Projection, Scene, Shape, look_along};
+use yugen_scene::{Aov, Camera, Geometry, Projection, Scene, Shape, look_along};
 
 const MAIN: &str = "
 @group(0) @binding(0) var<storage, read> settings: array<Display>;
@@ -110,14 +110,8 @@ fn targets_of_every_kind_hold_the_same_picture() {
         Scene { shapes: vec![Shape::new("plane", Geometry::Rectangle, plane, 0)], ..Scene::default() };
     let mut rows = Rows::default();
     rows.add_shapes(&scene, &|_| false, &|_| None).expect("the scene is sound");
-    let camera = Camera {
-        name: "above".into(),
-        to_world: look_along(Vec3::new(0.4, 0.4, 5.0), -Vec3::Z, Vec3::Y),
-        projection: Projection::Orthographic,
-        near_far: [0.1, 100.0],
-        film: Film { width: 40, height: 30, crop: None, filter: Filter::Box },
-        samples_per_pixel: 1,
-    };
+    let above = crate::camera(look_along(Vec3::new(0.4, 0.4, 5.0), -Vec3::Z, Vec3::Y), [40, 30]);
+    let camera = Camera { projection: Projection::Orthographic, ..above };
     let options = Options { aovs: vec![Aov::Position], ..Options::new([40, 30], None) };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");
     for format in [

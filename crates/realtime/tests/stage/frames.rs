@@ -14,14 +14,9 @@ fn perspective(fov_x: f32) -> Projection {
 }
 
 fn camera(name: &str, projection: Projection) -> Camera {
-    Camera {
-        name: name.into(),
-        to_world: look_along(Vec3::new(3.0, 2.0, 4.0), Vec3::new(-3.0, -2.0, -4.0), Vec3::Y),
-        projection,
-        near_far: [0.1, 100.0],
-        film: Film { width: 64, height: 48, crop: None, filter: Filter::Box },
-        samples_per_pixel: 1,
-    }
+    let eye = Vec3::new(3.0, 2.0, 4.0);
+    let straight = crate::camera(look_along(eye, -eye, Vec3::Y), [64, 48]);
+    Camera { name: name.into(), projection, near_far: [0.1, 100.0], ..straight }
 }
 
 /// A stretched ball, a mirrored block and one far away, a rectangle and a small ball.

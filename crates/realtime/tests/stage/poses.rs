@@ -8,8 +8,8 @@ use yugen_realtime::{Options, Stage, StageError};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::{Rows, VertexRow};
 use yugen_scene::{
-    Camera, Film, Geometry, Light, Material, Mesh, ModelBuilder, Projection, Scene, Shape, Texture,
-    TextureFilter, Value, Wrap, look_along,
+    Camera, Geometry, Light, Material, Mesh, ModelBuilder, Scene, Shape, Texture, TextureFilter, Value, Wrap,
+    look_along,
 };
 
 /// A lamp, a wall that is deformed by `t` and a ball that rises with it.
@@ -40,20 +40,12 @@ fn scene(t: f32) -> Scene {
 }
 
 fn camera() -> Camera {
-    Camera {
-        name: "camera".into(),
-        to_world: look_along(Vec3::Z * 5.0, -Vec3::Z, Vec3::Y),
-        projection: Projection::pinhole(0.8),
-        near_far: [0.01, 100.0],
-        film: Film { width: 32, height: 24, ..Film::default() },
-        samples_per_pixel: 1,
-    }
+    crate::camera(look_along(Vec3::Z * 5.0, -Vec3::Z, Vec3::Y), [32, 24])
 }
 
 fn options() -> Options {
     let camera = camera();
-    let Film { width, height, filter, .. } = camera.film;
-    Options { filter, ..Options::new([width, height], Some(3)) }
+    Options::new([camera.film.width, camera.film.height], Some(3))
 }
 
 fn picture(stage: &mut Stage) -> Image {
@@ -162,11 +154,11 @@ fn a_scene_whose_only_light_goes_out_needs_another_shader() {
 fn what_is_zero_in_all_materials_is_left_out_of_the_shader() {
     let Some(gpu) = gpu() else { return };
     let coated = |coat: f32, sheen: f32| {
-        let mut model = ModelBuilder::new(Kind::MetallicRoughness);
-        model.set("clearcoat", Value::Number(coat)).expect("a parameter");
-        model.set("sheen_color", Value::Rgb(Vec3::new(0.0, sheen, 0.0))).expect("a parameter");
+        let values =
+            [("clearcoat", Value::Number(coat)), ("sheen_color", Value::Rgb(Vec3::new(0.0, sheen, 0.0)))];
+        let model = ModelBuilder::with(Kind::MetallicRoughness, &values);
         let mut scene = scene(0.3);
-        scene.materials[0] = model.build().expect("a model");
+        scene.materials[0] = model.and_then(ModelBuilder::build).expect("a model");
         scene
     };
     let (bare, both) = (coated(0.0, 0.0), coated(0.7, 0.4));

@@ -7,9 +7,7 @@ use yugen_realtime::reconstruction::Reconstruction;
 use yugen_realtime::{Options, Preview, Stage};
 use yugen_reflectance::Kind;
 use yugen_scene::prepared::Rows;
-use yugen_scene::{
-    Camera, Film, Filter, Geometry, ModelBuilder, Projection, Scene, Shape, Value, look_along,
-};
+use yugen_scene::{Camera, Filter, Geometry, ModelBuilder, Projection, Scene, Shape, Value, look_along};
 
 /// A ball on a floor under a lamp, noisy in the first frames.
 fn scene() -> Scene {
@@ -29,14 +27,8 @@ fn scene() -> Scene {
 
 fn camera(angle: f32) -> Camera {
     let eye = Mat4::from_rotation_z(angle).transform_point3(Vec3::new(0.0, -4.0, 2.0));
-    Camera {
-        name: "test".into(),
-        to_world: look_along(eye, Vec3::Z * 0.5 - eye, Vec3::Z),
-        projection: Projection::pinhole(0.7),
-        near_far: [0.1, 100.0],
-        film: Film { width: 64, height: 48, crop: None, filter: Filter::Box },
-        samples_per_pixel: 1,
-    }
+    let straight = crate::camera(look_along(eye, Vec3::Z * 0.5 - eye, Vec3::Z), [64, 48]);
+    Camera { projection: Projection::pinhole(0.7), near_far: [0.1, 100.0], ..straight }
 }
 
 fn stage() -> Option<Stage> {
