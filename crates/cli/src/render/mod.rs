@@ -106,7 +106,7 @@ pub struct Render {
     /// Take the noise out of the picture afterwards, by either renderer, guided by what is seen; docs/render.md says how far to
     /// trust it.
     /// The picture as rendered is kept beside it: in an .exr as layer noisy, with the estimated standard error as layer
-    /// error; else as NAME.noisy.EXT.
+    /// error; else as NAME.noisy.EXT. Of films and of numbered pictures that are no .exr it is not kept.
     #[arg(long)]
     denoise: bool,
 

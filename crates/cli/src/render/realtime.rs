@@ -8,6 +8,7 @@ use serde_json::json;
 use std::time::{Duration, Instant};
 use yugen_archive::check_outputs;
 use yugen_archive::formats::image;
+use yugen_optics::denoise::both_halves;
 use yugen_optics::{Image, parallel};
 use yugen_realtime::{Gpu, Lighting, Options, Stage};
 use yugen_scene::prepared::Rows;
@@ -86,6 +87,16 @@ impl<'a> Realtime<'a> {
         Ok(())
     }
 
+    /// Frames that a picture gets whatever time there is: a denoiser compares halves of them.
+    fn least(&self) -> u32 {
+        if self.options.denoise { both_halves(self.options.planned) } else { 1 }
+    }
+
+    /// Whether a picture of so many frames is denoised: the second half has some of them.
+    fn denoises(&self, frames: u32) -> bool {
+        self.options.denoise && frames > self.least() / 2
+    }
+
     /// Adds frames until the picture is as good as was asked for or `stop` says so; `tell` is told which part is done.
     /// Returns how many frames it has.
     pub(super) fn paint(&mut self, stop: &dyn Fn() -> bool, tell: &dyn Fn(f64)) -> Result<u32> {
@@ -97,13 +108,20 @@ impl<'a> Realtime<'a> {
             done = self.stage.frame(&self.camera)?;
             self.stage.wait()?;
             let part = match time {
-                Some(limit) => begun.elapsed().as_secs_f64() / limit.as_secs_f64().max(1e-9),
+                Some(limit) => (begun.elapsed().as_secs_f64() / limit.as_secs_f64().max(1e-9))
+                    .min(f64::from(done) / f64::from(self.least())),
                 None => f64::from(done) / f64::from(frames),
             };
-            tell(part);
+            tell(part.min(1.0));
             if part >= 1.0 {
                 break;
             }
+        }
+        if self.options.denoise && !self.denoises(done) {
+            tracing::warn!(
+                "the picture is as rendered: a denoiser would have needed {} frames, and it has {done}",
+                self.least()
+            );
         }
         Ok(done)
     }
@@ -175,7 +193,7 @@ impl Render {
         Ok(())
     }
 
-    /// Frames of a picture that no time ends.
+    /// Frames of a picture whose budget is a count: --spp, else the camera's; at least 1.
     fn frames_of(&self, camera: &Camera) -> u32 {
         self.spp.unwrap_or(camera.samples_per_pixel).max(1)
     }
@@ -192,7 +210,7 @@ impl Render {
 
     /// Does it for a scene that took so long to read.
     pub(super) fn run_realtime(&self, scene: &Scene, loaded: Duration) -> Result<()> {
-        check_outputs([self.output.clone()].into_iter().chain(self.noisy()))?;
+        check_outputs([&self.output].into_iter().chain(&self.noisy()))?;
         let started = Instant::now();
         let mut realtime = Realtime::new(self, scene)?;
         let prepared = started.elapsed();
@@ -209,7 +227,7 @@ impl Render {
         };
         let begun = Instant::now();
         let picture = realtime.image()?;
-        let denoising = self.denoise.then(|| Denoising::of(&picture, begun.elapsed()));
+        let denoising = realtime.denoises(done).then(|| Denoising::of(&picture, begun.elapsed()));
         self.write_layers(picture, &write)?;
         let [w, h] = realtime.size();
         if self.json {

@@ -51,7 +51,9 @@ fn both_renderers_make_one_picture() {
     let lights = "[[light]]\ntype = \"point\"\nat = [-1, 2, 1]\nintensity = 3\n";
     std::fs::write(&scene, format!("{SCENE}{lights}")).unwrap();
     let (reference, output) = (folder.join("reference.exr"), folder.join("realtime.exr"));
-    for (integrator, most) in [("direct", 0.02), ("path", 0.08)] {
+    // Of 128 frames and 512 samples variances are four to one, as paths'. Direct light is as noisy in both: the reference draws
+    // one of the lights for each sample, frames look at all.
+    for (integrator, most, variances) in [("direct", 0.02, 0.98), ("path", 0.08, 4.28)] {
         let more = ["--integrator", integrator, "--aov", "normal,depth,id,albedo,variance"];
         let frames = [&more[..], &["--spp", "128"]].concat();
         let Some(done) = realtime(&scene, &output, &frames) else { return };
@@ -68,6 +70,17 @@ fn both_renderers_make_one_picture() {
         println!("{integrator}: albedo {error} {ratio}");
         // What is left is the noise of outlines.
         assert!(error < 0.02 && (ratio - 1.0).abs() < 2e-3, "{integrator}: albedo {error} {ratio}");
+        let variance = |i: &Image| i.select(&["variance.R", "variance.G", "variance.B"]).expect("variances");
+        let [of_samples, of_frames] = [&a, &b].map(|i| {
+            let all = variance(i).data;
+            assert!(all.iter().all(|v| *v >= 0.0 && v.is_finite()), "{integrator}");
+            all.iter().map(|v| f64::from(*v)).sum::<f64>()
+        });
+        println!("{integrator}: variance {} of the reference's", of_frames / of_samples);
+        let ratio = of_frames / of_samples / variances;
+        assert!((ratio - 1.0).abs() < 0.1, "{integrator}: {of_frames} {of_samples}");
+        let samples = b.select(&["samples.Y"]).expect("samples").data;
+        assert!(samples.iter().all(|n| *n == 128.0), "{integrator}: {samples:?}");
         let (error, ratio) = differ(&a, &b);
         // Measured .0084 and .0384, ratios .9988 and .9987: what is left is noise, by all light that of the glossy ball's
         // reflection on the desk.
@@ -102,15 +115,35 @@ fn denoised_frames_are_cleaner_and_the_raw_picture_is_kept() {
     let truth = read(&at("truth.exr"));
     let [(before, _), (after, ratio)] = [&plain, &clean].map(|image| differ(&truth, image));
     println!("off by {before} and, denoised, {after}; claimed {}", told["denoised_relative_error"]);
-    assert!(before > 1.3 * after && (ratio - 1.0).abs() < 0.02, "{before} {after} {ratio}");
+    assert!(before > 2.2 * after && (ratio - 1.0).abs() < 0.02, "{before} {after} {ratio}");
     assert!(told["denoise_seconds"].as_f64().unwrap() > 0.0);
-    assert!((0.005..0.5).contains(&told["denoised_relative_error"].as_f64().unwrap()), "{told}");
+    assert!((0.05..0.18).contains(&told["denoised_relative_error"].as_f64().unwrap()), "{told}");
     // Each frame of a sequence is what it is alone.
     let numbered = at("f%d.exr");
     let sequence = ["--spp", "8", "--denoise", "--frames", "0-1", "--turn", "5"];
     realtime(&scene, &numbered, &sequence).expect("there was a GPU a moment ago");
     assert_eq!(read(&at("f0.exr")).data, clean.data);
     assert_ne!(read(&at("f1.exr")).data, clean.data);
+}
+
+/// However short the time is, a denoiser has both halves to compare.
+#[test]
+fn a_time_that_is_too_short_to_denoise_is_exceeded() {
+    let (folder, scene) = set_up("realtime_denoise_time");
+    let output = folder.join("clean.exr");
+    let Some(told) = realtime(&scene, &output, &["--time", "0.001", "--denoise"]) else { return };
+    assert_eq!(told["samples_per_pixel"], 16);
+    assert!(told["denoised_relative_error"].as_f64().expect("it was denoised") > 0.0, "{told}");
+    let image = read(&output);
+    let [clean, noisy] = ["", "noisy."].map(|layer| {
+        let names = ["R", "G", "B"].map(|c| format!("{layer}{c}"));
+        image.select(&names.each_ref().map(String::as_str)).expect("three channels").data
+    });
+    let other = clean.iter().zip(&noisy).filter(|(a, b)| a != b).count();
+    assert!(other > clean.len() / 2, "{other} of {} values were denoised", clean.len());
+    // Without, one frame is enough.
+    let told = realtime(&scene, &output, &["--time", "0.001"]).expect("there was a GPU a moment ago");
+    assert_eq!(told["samples_per_pixel"], 1);
 }
 
 #[test]
