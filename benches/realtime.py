@@ -3,16 +3,17 @@
 
     cargo xtask bench realtime                        a table: error, FLIP, frames, milliseconds a megapixel and frame
     cargo xtask bench realtime --scene cbox --integrator direct --frames 256
-    cargo xtask bench realtime --denoise --scene cbox-rgb --scene fabric --scene shomen
+    cargo xtask bench realtime --denoise --scene cbox-rgb --scene fabric --scene shomen --truth 512
 
 Scenes are Mitsuba's (from the folder named by YUGEN_DATA), those of examples/scenes, and every mesh (by itself, under the
 default sun and sky, or with the lights of its file). Each is rendered by the reference renderer to twice the samples and
 by the real-time renderer, once with direct light alone and once with all. error: root mean square of the difference over that of the reference. ratio: of the means. FLIP: mean, of display
 values (Andersson et al. 2020), with the white of the reference's brightest hundredth.
 
---denoise: pictures of 4, 16 and 64 frames as they are and denoised, against 512 frames of another seed. error: root mean
-square of errors relative to each value, without the worst thousandth. estimate: the same of what the denoiser claims, over it. s/Mpx: seconds of denoising a megapixel. shomen
-is the Noh stage by night, seen from the front, white at its file's exposure.
+--denoise: pictures of 4, 16 and 64 frames as they are and denoised, against --truth frames of another seed. error: root mean
+square of errors relative to each value, without the worst thousandth. estimate: the same of what the denoiser claims, over
+it. s/Mpx: seconds of denoising a megapixel. shomen is the Noh stage by night, seen from the front, white at its file's
+exposure.
 """
 
 import argparse
@@ -109,7 +110,7 @@ def differ(picture, truth, white):
     return error, flip_evaluator.evaluate(display(truth, white), display(picture, white), "LDR")[1]
 
 
-def denoising(names, size, seed):
+def denoising(names, size, seed, frames_of_truth):
     """Prints what denoising does to pictures of few frames."""
     width, height = map(int, size.split("x"))
     print("| scene | frames | error | FLIP | denoised: error | FLIP | estimate | s/Mpx |\n" + "| --- " * 8 + "|")
@@ -117,8 +118,7 @@ def denoising(names, size, seed):
         file = night() if name == "shomen" else scenes()[name]
         common = ["--size", size, "--by", "realtime", *(["--camera", name] if name == "shomen" else [])]
         truth = OUT / f"{name}.{size}.truth.exr"
-        if not truth.exists():
-            render(file, truth, *common, "--spp", 512, "--seed", 1000)
+        render(file, truth, *common, "--spp", frames_of_truth, "--seed", 1000)
         want = layer(truth, "")
         white = 2.0**5 if name == "shomen" else max(np.quantile(want, 0.99), 1e-9)
         for frames in (4, 16, 64):
@@ -139,11 +139,13 @@ def main():
     parser.add_argument("--frames", type=int, default=128)
     parser.add_argument("--size", default="192x144")
     parser.add_argument("--denoise", action="store_true", help="what denoising does to few frames")
+    parser.add_argument("--truth", type=int, default=512, help="frames of what --denoise compares with")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
     if arguments.denoise:
-        return denoising(arguments.scene or ["cbox-rgb", "fabric", "shomen"], arguments.size, arguments.seed)
+        names = arguments.scene or ["cbox-rgb", "fabric", "shomen"]
+        return denoising(names, arguments.size, arguments.seed, arguments.truth)
     width, height = map(int, arguments.size.split("x"))
     print(f"{'scene':<44}{'light':<8}{'error %':>8}{'ratio':>8}{'FLIP':>8}{'ms/Mpx':>9}")
     adapter, failed = "", 0
