@@ -52,7 +52,7 @@ pub struct Field {
     low: Vec3,
     cell: f32,
     size: [usize; 3],
-    /// x fastest; beyond [`Field::BAND`] cells from the surface only the sign counts.
+    /// x fastest; farther than [`Field::BAND`] cells from the surface they are that many cells, with the sign.
     distances: Vec<f32>,
 }
 
@@ -163,13 +163,19 @@ impl Field {
         votes
     }
 
-    /// Distance and the direction away from the surface.
+    /// Distance and the direction away from the surface; farther outside than [`Field::BAND`] cells no more than the distance.
     fn distance(&self, p: Vec3) -> (f32, Vec3) {
         let q = (p - self.low) / self.cell;
         let last = Vec3::from_array(self.size.map(|n| (n - 1) as f32));
-        // Outside of the box it is far; and what is no number is far too.
-        if !(q.cmpge(Vec3::ZERO).all() && q.cmple(last).all()) {
+        // What is no number is far.
+        if !p.is_finite() {
             return (f32::INFINITY, Vec3::Y);
+        }
+        // From the box to the mesh there is a cell more than the band: where the box begins, this is what its cells say.
+        let beside = (q - q.clamp(Vec3::ZERO, last)) * self.cell;
+        let out = beside.length();
+        if out > 0.0 {
+            return (out + Self::BAND * self.cell, beside / out);
         }
         let first = q.floor().min(last - 1.0);
         let t = q - first;
@@ -301,7 +307,7 @@ impl Solid {
         }
     }
 
-    /// Length of the steps in which a way is looked along for a crossing, m: a fraction of what is thinnest.
+    /// Length of the steps in which a way is searched for a crossing, m: a fraction of what is thinnest.
     fn stride(&self) -> f32 {
         match self {
             Self::Ground => f32::INFINITY,
@@ -424,7 +430,23 @@ mod tests {
                 assert!((d - truth).abs() < 0.01, "{p}: {d} {truth}");
             }
         }
-        assert!(field.distance(Vec3::ZERO).0 < -0.05 && field.distance(Vec3::splat(9.0)).0 == f32::INFINITY);
+        assert!(field.distance(Vec3::ZERO).0 < -0.05 && field.distance(Vec3::splat(9.0)).0 > 9.0);
+        assert_eq!(field.distance(Vec3::NAN).0, f32::INFINITY);
+        // Outside of its box, which ends at 38 cm along x, distances go on from those at its border and are none too large.
+        for y in [0.0, 0.15, 0.25, 0.5] {
+            let mut before = field.distance(Vec3::new(0.37, y, 0.0)).0;
+            for k in 0..400 {
+                let p = Vec3::new(0.37 + 0.001 * k as f32, y, 0.0);
+                let truth = (p.abs() - half).max(Vec3::ZERO).length();
+                let (d, n) = field.distance(p);
+                assert!(
+                    d > 0.05 && d <= truth + 1e-5 && (d - before).abs() < 0.0012,
+                    "{p}: {d} {before} {truth}"
+                );
+                assert!(p.x < 0.38 + 1e-5 || n.x > 0.0, "{p}: {n}");
+                before = d;
+            }
+        }
         assert!(Field::new(&positions, &triangles, 1e-5).is_err());
         assert!(Field::new(&positions, &[], 0.1).is_err());
         assert!(Field::new(&positions, &[[0, 1, 99]], 0.1).is_err());
