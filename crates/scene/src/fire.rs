@@ -16,6 +16,8 @@ const CHARCOAL: f32 = 0.04;
 const EMISSIVITY: f32 = 0.9;
 /// Seconds between the moments that a mean over time is made of: fires as large as a basket puff a few times a second.
 const STEP: f64 = 0.125;
+/// The longest that flames are averaged over, s: as long as the animation of a fire.
+const WINDOW: f32 = 60.0;
 /// Cells over the diameter of the fuel bed, unless something else is asked for.
 const FINENESS: f32 = 20.0;
 
@@ -99,22 +101,37 @@ impl Scene {
     }
 
     /// The scene with the flames of its fires as they are in the mean over `window` seconds, half of them before its moment and
-    /// half after: their light without its flicker. Logs and sparks stay as they are.
+    /// half after, 0 to 60: their light without its flicker. Logs and sparks stay as they are.
+    ///
+    /// # Errors
+    /// A window that is out of that range or no number; a fire that cannot be made cells of.
     pub fn with_mean_flames(&self, window: f64) -> Result<Self, FireError> {
+        if !(0.0..=f64::from(WINDOW)).contains(&window) {
+            let (name, value, unit) = ("window of the mean", window as f32, "s");
+            return Err(FireError::Range { name, value, unit, low: 0.0, high: WINDOW });
+        }
         let moments = (window / STEP).ceil().max(1.0) as usize;
         let time = |k: usize| self.seconds + window * ((k as f64 + 0.5) / moments as f64 - 0.5);
         let count = self.fires.len() * moments;
-        let one = |i: usize| self.fires[i / moments].cells(time(i % moments));
-        let mut grids = parallel(threads(), count, one, &|_| {}).into_iter();
-        let mut scene = self.clone();
-        for fire in &self.fires {
-            let Some(first) = grids.next() else { break };
-            let mut mean = first?;
-            for grid in grids.by_ref().take(moments - 1) {
-                for (sum, value) in mean.data.as_flattened_mut().iter_mut().zip(grid?.data.as_flattened()) {
-                    *sum += value;
+        // As many grids at once as there are threads to make them, each added in order to the sum of its fire.
+        let at_once = threads();
+        let mut sums: Vec<Grid> = Vec::with_capacity(self.fires.len());
+        for first in (0..count).step_by(at_once) {
+            let one = |k: usize| self.fires[(first + k) / moments].cells(time((first + k) % moments));
+            let grids = parallel(at_once, at_once.min(count - first), one, &|_| {});
+            for (i, grid) in (first..).zip(grids) {
+                let grid = grid?;
+                match sums.get_mut(i / moments) {
+                    Some(sum) => {
+                        let values = grid.data.as_flattened();
+                        sum.data.as_flattened_mut().iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
+                    }
+                    None => sums.push(grid),
                 }
             }
+        }
+        let mut scene = self.clone();
+        for (fire, mut mean) in self.fires.iter().zip(sums) {
             mean.data.as_flattened_mut().iter_mut().for_each(|v| *v /= moments as f32);
             if let Some(Light::Volume { grid, .. }) = scene.lights.get_mut(fire.light) {
                 *grid = Arc::new(mean);
@@ -267,6 +284,13 @@ mod tests {
         scene.pose(None, 1.5).unwrap();
         let now = grid(&scene, 0);
         assert_eq!(grid(&scene.with_mean_flames(0.0).unwrap(), 0), now);
+        for window in [-0.1, f64::NAN, f64::INFINITY, 61.0] {
+            let said = scene.with_mean_flames(window).unwrap_err().to_string();
+            assert!(
+                said.contains("the window of the mean of a fire is") && said.contains("0 and 60 s"),
+                "{said}"
+            );
+        }
         let mean = scene.with_mean_flames(0.25).unwrap();
         let halves = [1.5 - 0.0625, 1.5 + 0.0625].map(|seconds| {
             scene.pose(None, seconds).unwrap();
