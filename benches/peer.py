@@ -57,13 +57,17 @@ def mitsuba():
 
 def example(package, name, *arguments):
     """What an example program of a package prints."""
-    command = ["cargo", "run", "-q", "--profile", "dist", "-p", package, "--example", name, "--", *map(str, arguments)]
-    return subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return cargo("run", package, "--example", name, arguments)
 
 
 def bench(package, name, *arguments):
     """What a bench program of a package prints."""
-    command = ["cargo", "bench", "-q", "--profile", "dist", "-p", package, "--bench", name, "--", *map(str, arguments)]
+    return cargo("bench", package, "--bench", name, arguments)
+
+
+def cargo(verb, package, kind, name, arguments):
+    """What a program of a package prints that cargo builds and runs."""
+    command = ["cargo", verb, "-q", "--profile", "dist", "-p", package, kind, name, "--", *map(str, arguments)]
     return subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 

@@ -23,7 +23,7 @@ cargo xtask <what>
             bench ink                 lines, beside Blender's Line Art and Freestyle (370 MB to fetch, 1 GB)
             bench ink_vectors         an SVG of strokes, as vpype reads it (270 MB installed)
             bench calibrate [CASE …]  how exactly lamps are found in path-traced mirror balls (drawn first: half an hour)
-            bench all [--peer]        one after the other, but for calibrate and those of ink
+            bench all [--peer]        one after the other, but for calibrate and those of ink; --peer of render and bsdf
   install build the program for this processor and put it where cargo puts programs
   setup   install the system packages that tests and demo need
 ";
@@ -245,36 +245,40 @@ fn demo(rest: &[String]) -> Outcome {
     cargo(&args)
 }
 
-/// What is measured, and the script of it.
-const BENCHES: &[(&str, &str)] = &[
-    ("render", "bench.py"),
-    ("denoise", "denoise.py"),
-    ("realtime", "realtime.py"),
-    ("stage", STAGE),
-    ("bsdf", "bsdf_rate.py"),
-    ("rays", "ray_rate.py"),
-    ("fit", "fit_rate.py"),
-    ("rti", "rti_rate.py"),
-    ("cloth", "cloth.py"),
-    ("ink", INK),
-    ("ink_vectors", INK_VECTORS),
-    ("calibrate", CALIBRATE),
+/// How `bench all` runs a benchmark.
+#[derive(Clone, Copy, PartialEq)]
+enum InAll {
+    /// With `--peer`, if that is asked for.
+    WithPeer,
+    /// Without options: it always stands beside others, or those it may stand beside are large to fetch.
+    Plain,
+    /// Not at all.
+    No,
+}
+
+/// What is measured, the script of it, and how `bench all` runs it.
+const BENCHES: &[(&str, &str, InAll)] = &[
+    ("render", "bench.py", InAll::WithPeer),
+    ("denoise", "denoise.py", InAll::Plain),
+    ("realtime", "realtime.py", InAll::Plain),
+    // No script: an example that needs nothing beside itself, so that it can be copied to where the GPU is.
+    ("stage", STAGE, InAll::Plain),
+    ("bsdf", "bsdf_rate.py", InAll::WithPeer),
+    ("rays", "ray_rate.py", InAll::Plain),
+    ("fit", "fit_rate.py", InAll::Plain),
+    ("rti", "rti_rate.py", InAll::Plain),
+    // Its peers are Blender and Newton, 1.6 GB.
+    ("cloth", "cloth.py", InAll::Plain),
+    // It installs Blender.
+    ("ink", "ink.py", InAll::No),
+    // It measures no time.
+    ("ink_vectors", "ink_vectors.py", InAll::No),
+    // It measures errors, not time, and draws for long.
+    ("calibrate", "calibrate.py", InAll::No),
 ];
 
-/// No script: an example that needs nothing beside itself, so that it can be copied to where the GPU is.
+/// Of the real-time passes.
 const STAGE: &str = "stage_rate";
-
-/// The same beside another program, from PyPI.
-const STAGE_PEER: &str = "stage_peer.py";
-
-/// It measures errors, not time, and draws for long.
-const CALIBRATE: &str = "calibrate.py";
-
-/// It installs Blender.
-const INK: &str = "ink.py";
-
-/// It measures no time.
-const INK_VECTORS: &str = "ink_vectors.py";
 
 fn bench(rest: &[String]) -> Outcome {
     let named = rest.first().filter(|word| !word.starts_with('-'));
@@ -282,24 +286,19 @@ fn bench(rest: &[String]) -> Outcome {
     let all = what == "all";
     let chosen: Vec<_> = BENCHES
         .iter()
-        .filter(
-            |(name, script)| {
-                if all { ![CALIBRATE, INK, INK_VECTORS].contains(script) } else { *name == what }
-            },
-        )
+        .filter(|(name, _, in_all)| if all { *in_all != InAll::No } else { *name == what })
         .collect();
     if chosen.is_empty() {
-        let names: Vec<&str> = BENCHES.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&str> = BENCHES.iter().map(|(name, ..)| *name).collect();
         return Err(format!("there is no benchmark '{what}'; expected all or one of {}", names.join(", ")));
     }
     if all && rest.iter().any(|word| word != "--peer") {
         return Err("bench all takes --peer and nothing else; name a benchmark to say more".into());
     }
-    for (name, script) in chosen {
-        // Those that always stand beside others have no such option.
-        let rest = if all && !matches!(*name, "render" | "bsdf") { &[] } else { rest };
+    for (name, script, in_all) in chosen {
+        let rest = if all && *in_all == InAll::Plain { &[] } else { rest };
         let beside = *script == STAGE && rest.iter().any(|word| word == "--peer");
-        let script = &if beside { STAGE_PEER } else { script };
+        let script = &if beside { "stage_peer.py" } else { script };
         let rest: Vec<&str> =
             rest.iter().map(String::as_str).filter(|word| !beside || *word != "--peer").collect();
         if beside || matches!(*name, "render" | "denoise" | "realtime") {
