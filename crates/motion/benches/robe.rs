@@ -6,53 +6,44 @@
 //! under the belt; then, with the dance over for two seconds, the root mean square of speeds, and below it those that half and nine of
 //! ten vertices do not reach.
 
+mod processor;
+#[path = "../tests/worn/mod.rs"]
+mod worn;
+
 use glam::Vec3;
+use processor::processor;
 use std::ops::ControlFlow;
 use std::time::Instant;
+use worn::{longer, nearest};
 use yugen_motion::SkeletalMotion;
-use yugen_motion::cloth::{Along, Spring};
 use yugen_motion::dance::{self, dance};
 use yugen_motion::garment::{Body, Costume, Fitting, outfit};
 
 /// Its last two seconds are the stance.
 const DANCE: &str = "kamae seconds=.5\nhakobi steps=2 seconds=.8\nsashikomi steps=1\nturn degrees=90 seconds=.9\nsleeve seconds=2.7\nkamae seconds=3";
 
-/// Processor seconds of this process so far; none where the system does not say.
-fn processor() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let after = stat.rsplit(')').next().unwrap_or_default();
-    // Hundredths of a second in user mode: the 14th number, the 12th behind the name.
-    after.split_whitespace().nth(11).and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0) / 100.0
-}
+type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-fn nearest(costume: &Costume, body: &Body) -> f32 {
-    let mut least = f32::INFINITY;
-    for c in &body.capsules {
-        let pose = &costume.stands()[c.joint];
-        least = costume.solver().positions().iter().map(|p| c.distance(pose, *p).0).fold(least, f32::min);
-    }
-    least
-}
-
-/// By how much longer threads are, in parts, but for 1 of 1000 and those that the belt holds.
-fn longer(costume: &Costume) -> f32 {
-    let free = |s: &Spring| s.along != Along::Bias && !s.ends.iter().any(|v| costume.holds(*v));
-    costume.solver().cloth().elongation(costume.solver().positions(), free)
-}
-
-fn main() {
+fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
-    let number = |i: usize, default: f32| words.get(i).and_then(|w| w.parse().ok()).unwrap_or(default);
-    let (edge, seconds, threads) = (number(0, 0.02), number(1, 12.0), number(2, 2.0) as usize);
+    let number = |i: usize, default: f32| match words.get(i) {
+        Some(word) => word.parse().map_err(|_| {
+            format!("'{word}': expected a number, as in [EDGE] [SECONDS] [THREADS] [SUBSTEPS] [GARMENT]...")
+        }),
+        None => Ok(default),
+    };
+    let (edge, seconds, threads) = (number(0, 0.02)?, number(1, 12.0)?, number(2, 2.0)? as usize);
     let texts = words
         .get(4..)
         .filter(|w| !w.is_empty())
         .map_or(vec!["kosode"], |w| w.iter().map(String::as_str).collect());
     let body = Body::player();
     let motion = dance(&dance::parse(DANCE).expect("a dance"), 60.0).expect("a dance");
-    let fitting = Fitting { edge, threads, substeps: number(3, 64.0) as u32, ..Fitting::default() };
-    let rows: Vec<Row> =
-        texts.into_iter().map(|text| measure(text, &body, &motion, &fitting, seconds)).collect();
+    let fitting = Fitting { edge, threads, substeps: number(3, 64.0)? as u32, ..Fitting::default() };
+    let rows = texts
+        .into_iter()
+        .map(|text| measure(text, &body, &motion, &fitting, seconds))
+        .collect::<Result<Vec<Row>>>()?;
     println!(
         "\n| worn | vertices | crossings dressed | in the dance | longer p99.9 | processor ms a frame | to the first |"
     );
@@ -69,6 +60,7 @@ fn main() {
             row.ms / rows[0].ms
         );
     }
+    Ok(())
 }
 
 /// What is found of an outfit.
@@ -81,12 +73,11 @@ struct Row {
     ms: f64,
 }
 
-fn measure(text: &str, body: &Body, motion: &SkeletalMotion, fitting: &Fitting, seconds: f32) -> Row {
-    let garments = outfit(text, 1.0).expect("garments");
+fn measure(text: &str, body: &Body, motion: &SkeletalMotion, fitting: &Fitting, seconds: f32) -> Result<Row> {
+    let garments = outfit(text, 1.0)?;
     let (start, before) = (Instant::now(), processor());
     let approach = |t: f32| motion.approach(t).expect("joints of a dance");
-    let mut costume =
-        Costume::dress(&garments, body, fitting, approach, |_| ControlFlow::Continue(())).expect("a costume");
+    let mut costume = Costume::dress(&garments, body, fitting, approach, |_| ControlFlow::Continue(()))?;
     let worn = costume.garments().iter().map(|g| g.0.as_str()).collect::<Vec<_>>().join(", ");
     let dressed = costume.solver().cloth().crossings(costume.solver().positions()).len();
     println!(
@@ -134,5 +125,6 @@ fn measure(text: &str, body: &Body, motion: &SkeletalMotion, fitting: &Fitting, 
     let [half, most] = [5, 9].map(|tenths| speeds[(speeds.len() - 1) * tenths / 10] * 1e3);
     println!("\nspeeds in the end: half below {half:.2} mm/s, nine of ten below {most:.2} mm/s");
     let ms = cpu * 1e3 / frames.max(1) as f64;
-    Row { worn, vertices: costume.solver().positions().len(), dressed, danced: crossed, longer: worst, ms }
+    let vertices = costume.solver().positions().len();
+    Ok(Row { worn, vertices, dressed, danced: crossed, longer: worst, ms })
 }

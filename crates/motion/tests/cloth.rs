@@ -27,7 +27,7 @@ impl Solver {
         }
     }
 
-    /// Takes a twentieth of the velocities: what looks for rest need not wait for it.
+    /// Takes a twentieth of the velocities: what searches for rest need not wait for it.
     fn calm(&mut self) {
         let (x, v) = (self.positions().to_vec(), self.velocities());
         let v: Vec<Vec3> = v.into_iter().map(|v| v * 0.95).collect();
@@ -355,7 +355,7 @@ fn a_free_cloth_keeps_its_momentum() {
     let before = of(&mut v.iter().copied());
     solver.place(&cloth.sheet.positions, &v);
     let mass: f32 = cloth.masses.iter().sum();
-    // A still cloth in air slows down; for a tenth of a second that is less than what is looked at.
+    // A still cloth in air slows down; for a tenth of a second that is less than what is compared.
     for _ in 0..2 {
         solver.step(&Step { gravity: Vec3::ZERO, ..Step::default() });
     }

@@ -8,12 +8,10 @@ fn layers(count: u32, size: f32, cells: u32, gap: f32, height: f32) -> Sheet {
     let mut all = Sheet::default();
     for layer in 0..count {
         let corner = Vec3::new(-0.5 * size, height + layer as f32 * gap, -0.5 * size);
-        let one = Sheet::rectangle(corner, Vec3::X, Vec3::Z, Vec2::splat(size), [cells; 2]);
-        let first = all.positions.len() as u32;
-        all.positions.extend(one.positions);
-        all.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
+        let mut one = Sheet::rectangle(corner, Vec3::X, Vec3::Z, Vec2::splat(size), [cells; 2]);
         // Panels lie side by side in the flat cloth.
-        all.flat.extend(one.flat.iter().map(|t| t.map(|p| p + Vec2::X * (layer as f32 * 2.0 * size))));
+        one.flat.iter_mut().flatten().for_each(|p| p.x += layer as f32 * 2.0 * size);
+        all.join(one);
     }
     all
 }

@@ -1,9 +1,12 @@
 //! Robes: cut, sewn, worn.
 
+mod worn;
+
 use glam::{Quat, Vec2, Vec3};
 use std::collections::HashMap;
 use std::ops::ControlFlow;
-use yugen_motion::cloth::{Along, Cloth, Fabric, PRESETS, Spring};
+use worn::{longer, nearest};
+use yugen_motion::cloth::{Along, Cloth, Fabric, PRESETS};
 use yugen_motion::dance::{self, dance};
 use yugen_motion::garment::{
     Body, CUTS, Costume, Fitting, Form, Garment, GarmentError, Wearer, outfit, parse,
@@ -21,22 +24,6 @@ fn wear(garments: &[Garment], motion: &SkeletalMotion, fitting: &Fitting) -> Res
 
 fn dress(garment: &Garment, motion: &SkeletalMotion, fitting: &Fitting) -> Result<Costume, GarmentError> {
     wear(std::slice::from_ref(garment), motion, fitting)
-}
-
-/// The least distance of the cloth's vertices from the body, m.
-fn nearest(costume: &Costume) -> f32 {
-    let mut least = f32::INFINITY;
-    for c in &Body::player().capsules {
-        let pose = &costume.stands()[c.joint];
-        least = costume.solver().positions().iter().map(|p| c.distance(pose, *p).0).fold(least, f32::min);
-    }
-    least
-}
-
-/// By how much longer threads are, in parts, but for 1 of 1000 and those that the belt holds.
-fn longer(costume: &Costume) -> f32 {
-    let free = |s: &Spring| s.along != Along::Bias && !s.ends.iter().any(|v| costume.holds(*v));
-    costume.solver().cloth().elongation(costume.solver().positions(), free)
 }
 
 #[test]
@@ -225,7 +212,7 @@ fn recalled(garments: &[Garment]) {
     let mut costume = wear(garments, &motion, &fitting).unwrap();
     let step = |costume: &mut Costume, frame| costume.step(&motion.poses(frame).unwrap(), Vec3::X);
     (1..10).for_each(|frame| step(&mut costume, frame));
-    costume.look_anew();
+    costume.search_anew();
     let memory = costume.memory();
     let rest = motion.approach(0.0).unwrap();
     let other = Fitting { threads: 2, ..fitting };
@@ -249,7 +236,8 @@ fn every_cut_and_way_to_wear_it_is_put_on() {
         let fitting = Fitting { edge: 0.04, threads: 2, dressing: [1.2, 1.0], ..Fitting::default() };
         let costume = wear(&garments, &motion, &fitting).unwrap();
         let x = costume.solver().positions();
-        let (least, crossed) = (nearest(&costume), costume.solver().cloth().crossings(x).len());
+        let (least, crossed) =
+            (nearest(&costume, &Body::player()), costume.solver().cloth().crossings(x).len());
         let stretch = costume.solver().cloth().stretch(x, |a| a != Along::Bias);
         println!("{text}: {} vertices, nearest {least} m, {crossed} edges cross, {stretch:?}", x.len());
         // Measured 4.5 mm, no crossing but 4 of what is drawn up, .0008 and .057.
@@ -269,7 +257,7 @@ fn a_player_dances_in_a_karaori() {
         let poses = motion.poses(frame).unwrap();
         costume.step(&poses, Vec3::ZERO);
         if frame % 10 == 9 {
-            least = least.min(nearest(&costume));
+            least = least.min(nearest(&costume, &Body::player()));
             long = long.max(longer(&costume));
             crossed = crossed.max(costume.solver().cloth().crossings(costume.solver().positions()).len());
         }
@@ -364,10 +352,10 @@ fn cloth_has_room_between_trunk_and_arms_that_hang_into_it() {
     println!(
         "{:.1} cm deep: {crossed} edges cross, {stretch:?}, nearest {}",
         depth * 100.0,
-        nearest(&costume)
+        nearest(&costume, &Body::player())
     );
     // Measured none at a depth of 8.3 cm.
-    assert!(crossed <= 8 && nearest(&costume) > -1e-3, "{crossed}");
+    assert!(crossed <= 8 && nearest(&costume, &Body::player()) > -1e-3, "{crossed}");
     // Where arms stay in the trunk, because nothing is known to be one.
     let stuck = Body { trunk: Vec::new(), ..body.clone() };
     let costume = Costume::dress(std::slice::from_ref(&garment), &stuck, &fitting, hanging, |_| {

@@ -1,8 +1,8 @@
 //! A garment cut from a text, on a figure that moves.
 
-use super::Simulate;
 use super::output::Surface;
 use super::subject::Subject;
+use super::{GIRTH, Simulate};
 use crate::render::interrupt::{self, Interrupt};
 use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
@@ -174,8 +174,8 @@ fn last_frame(figure: &Figure, clip: usize, fps: f64) -> u32 {
 /// So deep an arm lies in a trunk before it is said, m: less is what any two capsules do not tell exactly.
 const DEEP: f32 = 0.01;
 
-/// The least girth that `--girth` takes, and what the one that is told is a multiple of.
-const GIRTHS: [f32; 2] = [0.2, 0.05];
+/// A girth that is told is a multiple of this.
+const GIRTH_STEP: f32 = 0.05;
 
 /// Says where arms lie in the trunk of a body that is `given` times as thick as its mesh, which cloth between them has no place in.
 fn tell_overlap(
@@ -208,9 +208,10 @@ fn tell_overlap(
     deep.sort_by(|a, b| b.1.depth.total_cmp(&a.1.depth));
     let Some((frame, found)) = deep.first().copied() else { return Ok(()) };
     // The thickest body of which no arm lies deep in the trunk.
-    let [least, part] = GIRTHS;
     let mut cure = None;
-    for girth in (0..100).rev().map(|k| k as f32 * part).filter(|g| (least..given).contains(g)) {
+    let steps = 0..=(GIRTH.end() / GIRTH_STEP).round() as u32;
+    let girths = steps.rev().map(|k| k as f32 * GIRTH_STEP);
+    for girth in girths.filter(|g| GIRTH.contains(g) && *g < given) {
         let thinner = body.thicker(girth / given);
         let mut fits = true;
         for (frame, _) in &deep {
@@ -280,8 +281,8 @@ impl Subject for Dressed {
         self.costume.memory()
     }
 
-    fn look_anew(&mut self) {
-        self.costume.look_anew();
+    fn search_anew(&mut self) {
+        self.costume.search_anew();
     }
 
     fn frames(&self) -> u32 {

@@ -17,6 +17,7 @@ use dressed::Dressed;
 use output::Output;
 use scene_cloth::SceneCloth;
 use serde_json::json;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use subject::Subject;
 use yugen_archive::formats::{self, mesh};
@@ -163,15 +164,18 @@ fn joint(text: &str) -> Result<(String, String), String> {
     pair.ok_or_else(|| "expected PART=JOINT, as in left_upper_arm=Bone7".into())
 }
 
+/// What `--girth` takes.
+const GIRTH: RangeInclusive<f32> = 0.2..=3.0;
+
 fn girth(text: &str) -> Result<f32, String> {
-    let number = text.parse().ok().filter(|v: &f32| (0.2..=3.0).contains(v));
-    number.ok_or_else(|| "expected a number from 0.2 to 3, as in 1.1".into())
+    let number = text.parse().ok().filter(|v: &f32| GIRTH.contains(v));
+    number.ok_or_else(|| format!("expected a number from {} to {}, as in 1.1", GIRTH.start(), GIRTH.end()))
 }
 
 /// Frames after which pairs of contact are found anew whatever is known of them, so that a simulation may go on from there.
 const AFRESH: u32 = 30;
 
-/// Stretch of threads and crossings, of the last frame that was looked at and the most of all.
+/// Stretch of threads and crossings, of the last frame that was measured and the most of all.
 #[derive(Default)]
 struct Worst {
     last: (f32, usize),
@@ -179,7 +183,7 @@ struct Worst {
 }
 
 impl Worst {
-    fn look(&mut self, subject: &dyn Subject) {
+    fn measure(&mut self, subject: &dyn Subject) {
         let solver = subject.solver();
         let longer = |s: &Spring| s.along != Along::Bias && subject.counts(s);
         let stretch = solver.cloth().elongation(solver.positions(), longer);
@@ -247,10 +251,10 @@ impl Simulate {
             let points = subject.points();
             output.frame(frame, subject.surface(), points, &mut samples)?;
             if frame % AFRESH == 0 || frame + 1 == frames {
-                worst.look(&*subject);
+                worst.measure(&*subject);
             }
             if frame % AFRESH == 0 {
-                subject.look_anew();
+                subject.search_anew();
                 done = Progress { frames: frame + 1, memory: subject.memory(), samples: Vec::new() };
             }
             let stop = interrupt.came();

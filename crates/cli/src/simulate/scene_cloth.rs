@@ -167,8 +167,8 @@ impl Subject for SceneCloth<'_> {
         &self.solver
     }
 
-    fn look_anew(&mut self) {
-        self.solver.look_anew();
+    fn search_anew(&mut self) {
+        self.solver.search_anew();
     }
 
     fn frames(&self) -> u32 {

@@ -18,8 +18,8 @@ pub trait Subject {
         self.solver().memory()
     }
 
-    /// As [`SmallSteps::look_anew`].
-    fn look_anew(&mut self);
+    /// As [`SmallSteps::search_anew`].
+    fn search_anew(&mut self);
 
     /// How many frames there are where nobody says it.
     fn frames(&self) -> u32;
@@ -30,7 +30,7 @@ pub trait Subject {
     /// To a frame from the one before; the first is 0.
     fn step(&mut self, frame: u32) -> Result<()>;
 
-    /// Whether a spring is looked at when stretch is reported.
+    /// Whether a spring counts when stretch is reported.
     fn counts(&self, _spring: &Spring) -> bool {
         true
     }

@@ -5,9 +5,9 @@ use glam::{Vec2, Vec3};
 use std::path::Path;
 use yugen_motion::cloth::{Fabric, PRESETS, Sheet};
 
-/// Frames of a sixtieth of a second of each scene, and after how many it is looked at.
+/// Frames of a sixtieth of a second of each scene, and of how many one is a sample.
 pub const FRAMES: u32 = 60;
-/// One of so many is looked at.
+/// One of so many is a sample.
 pub const EVERY: u32 = 10;
 
 /// Cloth and what it falls on.
@@ -41,12 +41,10 @@ pub fn sheets(file: &str, name: &str, count: u32, size: f32, cells: u32) -> Case
     for layer in 0..count {
         let height = radius + 0.01 + 0.006 * layer as f32;
         let corner = Vec3::new(-0.5 * size, height, -0.5 * size);
-        let one = Sheet::rectangle(corner, Vec3::X, Vec3::Z, Vec2::splat(size), [cells; 2]);
-        let first = sheet.positions.len() as u32;
-        sheet.positions.extend(one.positions);
-        sheet.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + first)));
+        let mut one = Sheet::rectangle(corner, Vec3::X, Vec3::Z, Vec2::splat(size), [cells; 2]);
         // Beside each other in the flat cloth.
-        sheet.flat.extend(one.flat.iter().map(|t| t.map(|p| p + Vec2::X * (2.0 * size * layer as f32))));
+        one.flat.iter_mut().flatten().for_each(|p| p.x += 2.0 * size * layer as f32);
+        sheet.join(one);
     }
     let start = sheet.positions.clone();
     let ball = Some((Vec3::ZERO, radius));

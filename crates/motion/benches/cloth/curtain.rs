@@ -1,6 +1,7 @@
 //! A square metre of cloth that falls from the horizontal and hangs, from an edge or two corners.
 
-use crate::processor;
+use crate::Result;
+use crate::processor::processor;
 use glam::{Vec2, Vec3};
 use std::time::Instant;
 use yugen_motion::cloth::{Along, Cloth, Fabric, PRESETS, Settings, Sheet, SmallSteps, Step};
@@ -8,10 +9,24 @@ use yugen_motion::cloth::{Along, Cloth, Fabric, PRESETS, Settings, Sheet, SmallS
 const FRAMES: u32 = 300;
 
 /// Prints the table; `words` are cells, substeps, threads and the fabric.
-pub fn print(words: &[String]) {
-    let number = |i: usize, default: u32| words.get(i).and_then(|w| w.parse().ok()).unwrap_or(default);
-    let (cells, substeps, threads) = (number(0, 128), number(1, 20), number(2, 2) as usize);
-    let fabric = words.get(3).and_then(|name| Fabric::preset(name)).unwrap_or(&PRESETS[0]);
+pub fn print(words: &[String]) -> Result<()> {
+    let wrong = |word: &String, expected: &str| {
+        format!(
+            "'{word}': expected {expected}, as in [CELLS] [SUBSTEPS] [THREADS] [FABRIC], write FOLDER or tables FOLDER"
+        )
+    };
+    let number = |i: usize, default: u32| match words.get(i) {
+        Some(word) => word.parse().map_err(|_| wrong(word, "a number")),
+        None => Ok(default),
+    };
+    let (cells, substeps, threads) = (number(0, 128)?, number(1, 20)?, number(2, 2)? as usize);
+    let fabric = match words.get(3) {
+        Some(name) => Fabric::preset(name).ok_or_else(|| wrong(name, "a fabric"))?,
+        None => &PRESETS[0],
+    };
+    if let Some(more) = words.get(4) {
+        return Err(wrong(more, "nothing more").into());
+    }
     println!("{}, {threads} threads\n", fabric.name);
     println!(
         "| hangs from | coarse levels | vertices | substeps | ms a frame | of processors | stretch p99.9 | worst |"
@@ -47,4 +62,5 @@ pub fn print(words: &[String]) {
             worst[1] * 100.0
         );
     }
+    Ok(())
 }

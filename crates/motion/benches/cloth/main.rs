@@ -11,19 +11,13 @@ mod cases;
 mod curtain;
 #[path = "../../tests/drape/mod.rs"]
 mod drape;
+#[path = "../processor/mod.rs"]
+mod processor;
 mod tables;
 
 use std::path::Path;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
-
-/// Processor time of this process, s; 0 where the system does not say.
-fn processor() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let after = stat.rsplit(')').next().unwrap_or_default();
-    // Hundredths of a second in user mode: the 14th number, the 12th behind the name.
-    after.split_whitespace().nth(11).and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0) / 100.0
-}
 
 fn main() -> Result<()> {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
@@ -36,9 +30,6 @@ fn main() -> Result<()> {
             Ok(())
         }
         ["tables", folder, ref tools @ ..] => tables::print(Path::new(folder), tools),
-        _ => {
-            curtain::print(&words);
-            Ok(())
-        }
+        _ => curtain::print(&words),
     }
 }

@@ -1,7 +1,8 @@
 //! How several programs move the same scenes, by one scorer, and how ours grows.
 
 use crate::cases::{self, Case, EVERY, FRAMES};
-use crate::{Result, drape, processor};
+use crate::processor::processor;
+use crate::{Result, drape};
 use glam::Vec3;
 use std::f32::consts::PI;
 use std::path::Path;
@@ -15,7 +16,7 @@ const SHORT: u32 = 30;
 /// What a program has made of a scene.
 struct Moved {
     /// Where vertices are, of every so many frames.
-    looks: Vec<Vec<Vec3>>,
+    samples: Vec<Vec<Vec3>>,
     /// Milliseconds of a frame in the mean: wall and all processors.
     milliseconds: [f64; 2],
 }
@@ -31,17 +32,17 @@ fn ours(case: &Case, body: Option<Solid>, settings: Settings, frames: u32) -> Re
     solver = solver.with_bodies(body.map(|b| (b, Stance::default())).into_iter().collect())?;
     solver.place(&case.start, &vec![Vec3::ZERO; case.start.len()]);
     let targets: Vec<Vec3> = case.held.iter().map(|v| case.start[*v as usize]).collect();
-    let (mut looks, mut wall, mut cpu) = (Vec::new(), 0.0, 0.0);
+    let (mut samples, mut wall, mut cpu) = (Vec::new(), 0.0, 0.0);
     for frame in 1..=frames {
         let (start, before) = (Instant::now(), processor());
         solver.step(&Step { targets: &targets, ..Step::default() });
         (wall, cpu) = (wall + start.elapsed().as_secs_f64(), cpu + processor() - before);
         if frame % EVERY == 0 {
-            looks.push(solver.positions().to_vec());
+            samples.push(solver.positions().to_vec());
         }
     }
     let milliseconds = [wall, cpu].map(|s| 1e3 * s / f64::from(frames));
-    Ok((Moved { looks, milliseconds }, solver.substeps()))
+    Ok((Moved { samples, milliseconds }, solver.substeps()))
 }
 
 fn ball(case: &Case) -> Option<Solid> {
@@ -68,22 +69,23 @@ fn theirs(folder: &Path, case: &Case, tool: &str) -> Result<Option<Moved>> {
     }
     let bytes = std::fs::read(&frames)?;
     let n = case.start.len();
-    let looks = (FRAMES / EVERY) as usize;
-    if lines != FRAMES as usize || bytes.len() != 12 * n * looks {
+    let samples = (FRAMES / EVERY) as usize;
+    if lines != FRAMES as usize || bytes.len() != 12 * n * samples {
         let found = bytes.len() / (12 * n);
         return Err(format!(
-            "{}: {lines} frames and {found} looks, expected {FRAMES} and {looks}",
+            "{}: {lines} frames and {found} samples, expected {FRAMES} and {samples}",
             frames.display()
         )
         .into());
     }
     let number = |b: &[u8]| f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     let place = |b: &[u8]| Vec3::new(number(&b[..4]), number(&b[4..8]), number(&b[8..]));
-    let looks = bytes.chunks_exact(12 * n).map(|look| look.chunks_exact(12).map(place).collect()).collect();
-    Ok(Some(Moved { looks, milliseconds: [wall, cpu].map(|s| 1e3 * s / f64::from(FRAMES)) }))
+    let samples =
+        bytes.chunks_exact(12 * n).map(|sample| sample.chunks_exact(12).map(place).collect()).collect();
+    Ok(Some(Moved { samples, milliseconds: [wall, cpu].map(|s| 1e3 * s / f64::from(FRAMES)) }))
 }
 
-/// What is measured of each look.
+/// What is measured of each sample.
 struct Score {
     /// |strain| of threads, and by how much they are longer, but for one of 1000.
     stretch: f32,
@@ -97,10 +99,10 @@ fn scores(cloth: &Cloth, moved: &Moved) -> Vec<Score> {
         longer: cloth.elongation(x, |s| s.along != Along::Bias),
         crossings: cloth.crossings(x).len(),
     };
-    moved.looks.iter().map(score).collect()
+    moved.samples.iter().map(score).collect()
 }
 
-/// The worst of all looks.
+/// The worst of all samples.
 fn worst(scores: &[Score]) -> Score {
     let most = |of: fn(&Score) -> f32| scores.iter().map(of).fold(0.0, f32::max);
     Score {
@@ -114,10 +116,10 @@ fn worst(scores: &[Score]) -> Score {
 fn row(case: &Case, cloth: &Cloth, program: &str, moved: &Moved) -> String {
     let scores = scores(cloth, moved);
     let (most, end) = (worst(&scores), scores.last());
-    let last = moved.looks.last().map_or(&[][..], Vec::as_slice);
+    let last = moved.samples.last().map_or(&[][..], Vec::as_slice);
     let nearest = case.ball.map(|(middle, radius)| {
         let of = |p: &Vec3| p.distance(middle) - radius;
-        1e3 * moved.looks.iter().flatten().map(of).fold(f32::INFINITY, f32::min)
+        1e3 * moved.samples.iter().flatten().map(of).fold(f32::INFINITY, f32::min)
     });
     let shape = match nearest {
         Some(_) => format!("{:.2} m", last.iter().map(|p| p.y).fold(f32::INFINITY, f32::min)),
@@ -144,6 +146,11 @@ fn head(text: &str) {
 
 /// All tables. `tools` are pairs of a word in the names of files and a name.
 pub fn print(folder: &Path, tools: &[&str]) -> Result<()> {
+    if let [.., word] = tools
+        && tools.len() % 2 == 1
+    {
+        return Err(format!("'{word}': expected a name behind it, as in tables FOLDER [TOOL NAME]...").into());
+    }
     head(HEAD);
     for case in cases::all() {
         let cloth = Cloth::new(case.sheet.clone(), &cases::fabric())?;
@@ -202,7 +209,7 @@ fn bodies() -> Result<()> {
     let put = |name: &str, seconds: f64, body: Option<Solid>| -> Result<()> {
         let (moved, _) = ours(&case, body, settings(20, true), SHORT)?;
         let nearest =
-            moved.looks.iter().flatten().map(|p| p.distance(middle) - radius).fold(f32::INFINITY, f32::min);
+            moved.samples.iter().flatten().map(|p| p.distance(middle) - radius).fold(f32::INFINITY, f32::min);
         let [wall, cpu] = moved.milliseconds;
         println!("| {name} | {seconds:.2} | {wall:.1} | {cpu:.1} | {:.1} |", 1e3 * nearest);
         Ok(())

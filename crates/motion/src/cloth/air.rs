@@ -16,9 +16,9 @@ pub(super) struct Air {
 }
 
 impl Air {
-    /// What it adds to the velocity of a vertex with a normal of the length of its area, in seconds over mass. Implicit in
-    /// its own speed: air stops a cloth, and does not throw it back.
-    pub fn pull(self, v: Vec4, area: Vec4, seconds: f32) -> Vec4 {
+    /// What it adds, m/s, to the velocity `v` of a vertex whose normal is as long as its `area`, m²; `seconds_per_mass` is the time that it
+    /// acts over the mass of the vertex, s/kg. Implicit in its own speed: air stops a cloth, and does not throw it back.
+    pub fn pull(self, v: Vec4, area: Vec4, seconds_per_mass: f32) -> Vec4 {
         let a = area.length();
         if a <= 0.0 {
             return Vec4::ZERO;
@@ -28,7 +28,7 @@ impl Air {
         let across = n * relative.dot(n);
         let along = relative - across;
         let pull = |u: Vec4, drag: f32| {
-            let c = 0.5 * AIR * drag * a * u.length() * seconds;
+            let c = 0.5 * AIR * drag * a * u.length() * seconds_per_mass;
             u * (c / (1.0 + c))
         };
         pull(across, DRAG[0]) + pull(along, DRAG[1])

@@ -2,9 +2,9 @@
 //!
 //! As in Chen, Hsu, Wang, Gascón, Macklin and Yuksel 2025, "Offset Geometric Contact": once in a while all pairs within a radius are
 //! found, and until the next time no vertex moves farther than a part of the distance to the nearest of its pairs, so that no
-//! collision has to be looked for between two places. A vertex may always move at a speed of [`LEAST`], so cloth that limbs squeeze flat
+//! collision has to be searched for between two places. A vertex may always move at a speed of [`LEAST`], so cloth that limbs squeeze flat
 //! can pass. A tree of boxes over the triangles is
-//! made once and only fitted anew; where neighbours in the cloth face the same way nothing is looked for.
+//! made once and only fitted anew; where neighbours in the cloth face the same way nothing is searched for.
 //!
 //! Three lists, each made from the one before when it is due. Leaves of the tree that are near, with a margin that lasts for about a
 //! frame. Pairs of vertices, triangles and edges within reach, when a vertex has gone as far as it may: several times a frame, and only
@@ -12,8 +12,8 @@
 //! pushed apart one after the other in the order of the blocks: same bits for any number of threads.
 
 use super::Cloth;
+use super::aabb::Aabb;
 use super::body::{RECOVERY, barycentric};
-use super::bounds::Bounds;
 use super::leaves::{LEAF, Leaf, Leaves};
 use super::order::Order;
 use super::team::Parts;
@@ -38,11 +38,15 @@ pub(super) const BLOCKS: usize = 256;
 const GONE: f32 = 0.4;
 /// Of the distance to keep, within which a pair may come to touch while others are pushed.
 const TOUCH: f32 = 1.1;
+/// Of the distance to keep, how much nearer two that are not paired may come before the next search, where no more lies between that
+/// distance and the one within which pairs are found. Assumed: by less, pairs of thick cloth would be searched for in nearly every substep;
+/// by more, less would be left than keeps layers from passing through each other.
+const NEARER: f32 = 0.2;
 
 /// A leaf where it is now.
 #[derive(Clone, Copy)]
 struct Now {
-    bounds: Bounds,
+    bounds: Aabb,
     /// Mean normal, and the least cosine of a triangle's to it.
     normal: Vec3A,
     cosine: f32,
@@ -59,29 +63,25 @@ struct Found {
     touching: Vec<([u32; 4], [f32; 4])>,
     /// Edges of two leaves that are near to each other, while they are compared.
     close: [Vec<Close>; 2],
-    /// The look at which pairs were found.
-    look: u32,
+    /// The number of the search in which pairs were found.
+    search: u32,
 }
 
 /// An edge, its ends and its box.
-type Close = ([u32; 2], [Vec3A; 2], Bounds);
+type Close = ([u32; 2], [Vec3A; 2], Aabb);
 
 /// What does not change.
 struct Fixed {
     radius: f32,
     query: f32,
     margin: f32,
-    /// How far vertices may always move between two looks, and how far at the most: two that are not paired are farther apart than the
-    /// query, and end no nearer than the radius.
+    /// How far vertices may always move between two searches.
     least: f32,
+    /// How far at the most: two that are not paired are farther apart than the query, and end no nearer than the radius; of cloth that is
+    /// nearly as thick as the query or thicker, no nearer than the radius less [`NEARER`] of it.
     farthest: f32,
     friction: f32,
-    leaves: Vec<Leaf>,
-    triangles: Vec<[u32; 3]>,
-    vertices: Vec<u32>,
-    edges: Vec<[u32; 2]>,
-    /// Of each vertex, the leaves with a triangle at it.
-    leaves_of: Vec<Vec<u32>>,
+    leaves: Leaves,
     /// Of each vertex, those that are nearer than the radius in the flat cloth: mostly none.
     ring: Vec<Vec<u32>>,
     /// Whether there are such.
@@ -93,15 +93,15 @@ struct Fixed {
 /// What one thread changes while the others wait.
 struct Lists {
     /// A heap: children of i at 2i + 1 and 2i + 2; leaves last.
-    boxes: Vec<Bounds>,
+    boxes: Vec<Aabb>,
     stack: Vec<(u32, u32)>,
     /// Leaves that may have pairs; the highest bit of the first says that they have a vertex in common.
     near: Vec<[u32; 2]>,
     /// How far all have moved together since pairs were found; and since leaves were compared.
     drift: Vec3A,
     far_drift: Vec3A,
-    /// How often pairs have been looked for, and the last time when all were.
-    look: u32,
+    /// How often pairs have been searched for, and the last time when all were.
+    search: u32,
     all: u32,
 }
 
@@ -118,7 +118,7 @@ pub(super) struct Contacts {
     far_at: Vec<Vec3A>,
     /// Whether leaves must be compared again.
     far: AtomicBool,
-    /// Of each leaf, the look before which a vertex of it had moved.
+    /// Of each leaf, the number of the search before which a vertex of it had moved.
     moved: Vec<AtomicU32>,
 }
 
@@ -157,38 +157,35 @@ impl Contacts {
             ring[b as usize].push(a);
         }
         ring.iter_mut().for_each(|r| r.sort_unstable());
-        let Leaves { leaves, triangles, vertices, edges, of: leaves_of } = Leaves::new(sheet, &place);
+        let leaves = Leaves::new(sheet, &place);
+        let count = leaves.leaves.len();
         let lists = Lists {
-            boxes: vec![Bounds::NONE; 2 * leaves.len() - 1],
+            boxes: vec![Aabb::NONE; 2 * count - 1],
             stack: Vec::with_capacity(256),
             near: Vec::new(),
             drift: Vec3A::ZERO,
             far_drift: Vec3A::ZERO,
-            look: 0,
+            search: 0,
             all: 0,
         };
         Some(Self {
-            now: vec![Now { bounds: Bounds::NONE, normal: Vec3A::ZERO, cosine: -1.0 }; leaves.len()],
+            now: vec![Now { bounds: Aabb::NONE, normal: Vec3A::ZERO, cosine: -1.0 }; count],
             lists: [lists],
             found: (0..BLOCKS).map(|_| Found::default()).collect(),
             at: vec![Vec3A::ZERO; n],
-            // Pairs are looked for before anything moves.
+            // Pairs are searched for before anything moves.
             reach: (0..n).map(|_| AtomicU32::new(0)).collect(),
             far_at: vec![Vec3A::ZERO; n],
             far: AtomicBool::new(true),
-            moved: leaves.iter().map(|_| AtomicU32::new(0)).collect(),
+            moved: (0..count).map(|_| AtomicU32::new(0)).collect(),
             fixed: Fixed {
                 radius,
                 query,
                 margin: MARGIN * edge,
                 least: LEAST * h,
-                farthest: 0.5 * (query - radius).max(0.2 * radius) * PART,
+                farthest: 0.5 * (query - radius).max(NEARER * radius) * PART,
                 friction: cloth.friction[1],
                 leaves,
-                triangles,
-                vertices,
-                edges,
-                leaves_of,
                 ringed: ring.iter().map(|r| !r.is_empty()).collect(),
                 ring,
                 attached,
@@ -196,7 +193,7 @@ impl Contacts {
         })
     }
 
-    /// Leaves are compared again at the next look, as if there had been none before.
+    /// Leaves are compared again at the next search, as if there had been none before.
     pub fn forget(&mut self) {
         self.far.store(true, Ordering::Relaxed);
     }
@@ -220,16 +217,16 @@ impl Contacts {
 /// Leaves that are fitted as one task.
 const FIT: usize = 128;
 
-/// Finding of pairs, in phases that follow one another: [`Shared::look`] at all places, [`Shared::fit`] of all leaves,
+/// Finding of pairs, in phases that follow one another: [`Shared::search`] at all places, [`Shared::fit`] of all leaves,
 /// [`Shared::compare`], [`Shared::pair`] in all blocks. Then in each substep [`Shared::touch`] in all blocks, [`Shared::part`].
 ///
 /// # Safety
 /// Of all: a phase is over before the next begins, and the tasks of a phase have different numbers or ranges.
 #[allow(unsafe_code, clippy::missing_safety_doc)]
 impl Shared<'_> {
-    /// Takes over where places are. Pairs of those that have gone far since the last look are found again; others may go as far as is
-    /// left to them.
-    pub unsafe fn look(&self, range: &Range<usize>, x: &[Vec4]) {
+    /// Takes over where places are. Pairs of those that have gone far since theirs were found, or could not go on at the speed of [`LEAST`],
+    /// are found again; others may go as far as is left to them.
+    pub unsafe fn search(&self, range: &Range<usize>, x: &[Vec4]) {
         // SAFETY: by the promise of the phases.
         let (at, lists) = unsafe { (self.at.part(range), &self.lists.read(&(0..1))[0]) };
         let far_at = unsafe { self.far_at.read(range) };
@@ -240,13 +237,15 @@ impl Shared<'_> {
             let (now, reach) = (Vec3A::from_vec4(*x), &self.reach[place]);
             let gone = (now - *at - lists.drift).length();
             let may = f32::from_bits(reach.load(Ordering::Relaxed));
-            if gone > GONE * may {
-                reach.store(f.farthest.to_bits(), Ordering::Relaxed);
-                for leaf in &f.leaves_of[place] {
-                    self.moved[*leaf as usize].store(lists.look + 1, Ordering::Relaxed);
-                }
+            let left = may - gone;
+            // What is no number is searched for.
+            if gone <= GONE * may && left >= f.least {
+                reach.store(left.to_bits(), Ordering::Relaxed);
             } else {
-                reach.store((may - gone).max(f.least).to_bits(), Ordering::Relaxed);
+                reach.store(f.farthest.to_bits(), Ordering::Relaxed);
+                for leaf in &f.leaves.of[place] {
+                    self.moved[*leaf as usize].store(lists.search.wrapping_add(1), Ordering::Relaxed);
+                }
             }
             *at = now;
             most = most.max((now - *far_at - drift).length_squared());
@@ -258,19 +257,20 @@ impl Shared<'_> {
 
     /// How many tasks [`Shared::fit`] has.
     pub fn fits(&self) -> usize {
-        self.fixed.leaves.len().div_ceil(FIT)
+        self.fixed.leaves.leaves.len().div_ceil(FIT)
     }
 
     /// Boxes and normals of leaves.
     pub unsafe fn fit(&self, task: usize) {
-        let range = task * FIT..self.fixed.leaves.len().min((task + 1) * FIT);
+        let leaves = &self.fixed.leaves;
+        let range = task * FIT..leaves.leaves.len().min((task + 1) * FIT);
         // SAFETY: by the promise of the phases.
         let (now, at) = unsafe { (self.now.part(&range), self.at.read(&(0..self.at.len()))) };
         let p = |v: u32| at[v as usize];
-        for (now, leaf) in now.iter_mut().zip(&self.fixed.leaves[range]) {
-            let triangles = &self.fixed.triangles[leaf.triangles.start as usize..leaf.triangles.end as usize];
+        for (now, leaf) in now.iter_mut().zip(&leaves.leaves[range]) {
+            let triangles = &leaves.triangles[leaf.triangles.start as usize..leaf.triangles.end as usize];
             let mut normals = [Vec3A::ZERO; 2 * LEAF];
-            now.bounds = Bounds::NONE;
+            now.bounds = Aabb::NONE;
             now.normal = Vec3A::ZERO;
             for (t, n) in triangles.iter().zip(&mut normals) {
                 let [a, b, c] = t.map(p);
@@ -292,12 +292,12 @@ impl Shared<'_> {
         let (lists, now) = unsafe { (&mut self.lists.part(&(0..1))[0], self.now.read(&(0..self.now.len()))) };
         lists.far_drift += lists.drift;
         lists.drift = Vec3A::ZERO;
-        lists.look = lists.look.wrapping_add(1);
+        lists.search = lists.search.wrapping_add(1);
         if !self.far.swap(false, Ordering::Relaxed) {
             return;
         }
         lists.far_drift = Vec3A::ZERO;
-        lists.all = lists.look;
+        lists.all = lists.search;
         self.reach.iter().for_each(|r| r.store(self.fixed.farthest.to_bits(), Ordering::Relaxed));
         let all = 0..self.at.len();
         unsafe { self.far_at.part(&all).copy_from_slice(self.at.read(&all)) };
@@ -318,7 +318,7 @@ impl Shared<'_> {
             match (i >= first, j >= first) {
                 (true, true) => {
                     let (a, b) = (i - first, (j - first) as u32);
-                    let common = self.fixed.leaves[a].near.binary_search(&b).is_ok();
+                    let common = self.fixed.leaves.leaves[a].near.binary_search(&b).is_ok();
                     near.push([a as u32 | if common { COMMON } else { 0 }, b]);
                 }
                 _ if a == b => {
@@ -338,15 +338,15 @@ impl Shared<'_> {
     /// Finds the pairs of a block, if vertices of it have moved.
     pub unsafe fn pair(&self, block: usize) {
         // SAFETY: by the promise of the phases.
-        let Lists { near, look, all, .. } = unsafe { &self.lists.read(&(0..1))[0] };
+        let Lists { near, search, all, .. } = unsafe { &self.lists.read(&(0..1))[0] };
         let found = unsafe { &mut self.found.part(&(block..block + 1))[0] };
         let each = near.len().div_ceil(BLOCKS);
         let near = near.iter().skip(block * each).take(each);
-        let moved = |leaf: u32| self.moved[leaf as usize].load(Ordering::Relaxed) == *look;
-        if all != look && !near.clone().any(|[a, b]| moved(a & !COMMON) || moved(*b)) {
+        let moved = |leaf: u32| self.moved[leaf as usize].load(Ordering::Relaxed) == *search;
+        if all != search && !near.clone().any(|[a, b]| moved(a & !COMMON) || moved(*b)) {
             return;
         }
-        found.look = *look;
+        found.search = *search;
         found.sides.clear();
         found.crosses.clear();
         for [a, b] in near {
@@ -358,12 +358,13 @@ impl Shared<'_> {
         // SAFETY: by the promise of the phases.
         let (now, at) = unsafe { (self.now.read(&(0..self.now.len())), self.at.read(&(0..self.at.len()))) };
         let (f, query) = (self.fixed, self.fixed.query);
+        let leaves = &f.leaves;
         if a != b && !now[a].bounds.meets(&now[b].bounds, query) {
             return;
         }
-        let (one, two) = (&f.leaves[a], &f.leaves[b]);
+        let (one, two) = (&leaves.leaves[a], &leaves.leaves[b]);
         // Neighbours that face the same way do not touch each other.
-        let tight = |k: usize| now[k].cosine > 0.9 && !f.leaves[k].mixed;
+        let tight = |k: usize| now[k].cosine > 0.9 && !leaves.leaves[k].mixed;
         if common && tight(a) && tight(b) && now[a].normal.dot(now[b].normal) > 0.8 {
             return;
         }
@@ -379,14 +380,14 @@ impl Shared<'_> {
         };
         for (from, to, k) in [(one, two, b), (two, one, a)].iter().take(if a == b { 1 } else { 2 }) {
             let around = now[*k].bounds.grown(query);
-            for v in &f.vertices[from.vertices.start as usize..from.vertices.end as usize] {
+            for v in &leaves.vertices[from.vertices.start as usize..from.vertices.end as usize] {
                 let q = p(*v);
                 if !around.has(q) {
                     continue;
                 }
-                for t in &f.triangles[to.triangles.start as usize..to.triangles.end as usize] {
+                for t in &leaves.triangles[to.triangles.start as usize..to.triangles.end as usize] {
                     let [q0, q1, q2] = t.map(p);
-                    let bounds = Bounds { low: q0.min(q1).min(q2), high: q0.max(q1).max(q2) }.grown(query);
+                    let bounds = Aabb { low: q0.min(q1).min(q2), high: q0.max(q1).max(q2) }.grown(query);
                     if !bounds.has(q) || t.iter().any(|w| near(*v, *w)) {
                         continue;
                     }
@@ -403,9 +404,9 @@ impl Shared<'_> {
         let close = |leaf: &Leaf, other: &Now, list: &mut Vec<Close>| {
             let around = other.bounds.grown(query);
             list.clear();
-            for e in &f.edges[leaf.edges.start as usize..leaf.edges.end as usize] {
+            for e in &leaves.edges[leaf.edges.start as usize..leaf.edges.end as usize] {
                 let ends = e.map(p);
-                let bounds = Bounds { low: ends[0].min(ends[1]), high: ends[0].max(ends[1]) };
+                let bounds = Aabb { low: ends[0].min(ends[1]), high: ends[0].max(ends[1]) };
                 if bounds.meets(&around, 0.0) {
                     list.push((*e, ends, bounds));
                 }
@@ -433,13 +434,13 @@ impl Shared<'_> {
         }
     }
 
-    /// Which pairs of a block touch, vertices being at `x` + `u`; or, unless `all` are looked at, of a block whose pairs were found at the
-    /// last look.
+    /// Which pairs of a block touch, vertices being at `x` + `u`; or, unless `all` are asked for, of a block whose pairs were found in the
+    /// last search.
     pub unsafe fn touch(&self, block: usize, x: &[Vec4], u: &[Vec4], all: bool) {
         // SAFETY: by the promise of the phases.
-        let Found { sides, crosses, touching, look, .. } =
+        let Found { sides, crosses, touching, search, .. } =
             unsafe { &mut self.found.part(&(block..block + 1))[0] };
-        if !all && *look != unsafe { self.lists.read(&(0..1))[0].look } {
+        if !all && *search != unsafe { self.lists.read(&(0..1))[0].search } {
             return;
         }
         touching.clear();
@@ -521,27 +522,27 @@ impl Shared<'_> {
         }
     }
 
-    /// Keeps places from going farther than they may, unless they are attached and go where they are told, and says so by a `slack` of
-    /// nought; whether pairs must be found again.
+    /// Keeps places from going farther than they may, unless they are attached and go where they are told; `moved` is told which of the
+    /// range by how much, m. Whether pairs must be found again.
     pub unsafe fn hold(
         &self,
         range: &Range<usize>,
         x: &[Vec4],
         u: &mut [Vec4],
-        slack: &mut [f32],
         inverse: &[f32],
+        mut moved: impl FnMut(usize, f32),
     ) -> bool {
         // SAFETY: by the promise of the phases.
         let (at, drift) = unsafe { (self.at.read(range), self.lists.read(&(0..1))[0].drift) };
         let mut again = false;
         let of = at.iter().zip(&self.reach[range.clone()]).zip(&inverse[range.clone()]);
-        for (((x, u), slack), ((at, reach), w)) in x.iter().zip(u).zip(slack).zip(of) {
+        for (i, ((x, u), ((at, reach), w))) in x.iter().zip(u).zip(of).enumerate() {
             let from = *at + drift;
             let way = Vec3A::from_vec4(*x + *u) - from;
             let (far, reach) = (way.length(), f32::from_bits(reach.load(Ordering::Relaxed)));
             if far > reach && *w > 0.0 {
                 *u = (from + way * (reach / far) - Vec3A::from_vec4(*x)).extend(0.0);
-                *slack = 0.0;
+                moved(i, far - reach);
             }
             again |= far > 0.7 * reach;
         }
@@ -567,5 +568,51 @@ pub(super) fn nearest_of_edges(p0: Vec3, p1: Vec3, q0: Vec3, q1: Vec3) -> [f32; 
         [((b - c) / a).clamp(0.0, 1.0), 1.0]
     } else {
         [s, t]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cloth::{PRESETS, Sheet};
+    use glam::Vec2;
+
+    #[test]
+    fn what_comes_nearer_by_little_at_a_time_is_paired() {
+        let square = || Sheet::rectangle(Vec3::ZERO, Vec3::X, Vec3::Z, Vec2::splat(0.1), [5; 2]);
+        let (mut sheet, mut above) = (square(), square());
+        let lower = sheet.positions.len();
+        above.flat.iter_mut().flatten().for_each(|p| p.x += 1.0);
+        sheet.join(above);
+        let cloth = Cloth::new(sheet, &PRESETS[0].fabric).unwrap();
+        let edges: Vec<[u32; 2]> = cloth.springs.iter().map(|s| s.ends).collect();
+        let order = Order::new(cloth.masses.len(), &edges);
+        let mut contacts = Contacts::new(&cloth, &order, Vec::new(), 1.0 / 1200.0).unwrap();
+        let Fixed { query, least, margin, .. } = contacts.fixed;
+        // By less at a time than a vertex may always move, and by so little in all that leaves need not be compared again.
+        let (from, to, by) = (1.2 * query, 0.8 * query, 0.3 * least);
+        assert!(from - to < margin);
+        let mut height = from;
+        while height > to {
+            let at = |v: &u32| {
+                let up = if *v as usize >= lower { Vec3::Y * height } else { Vec3::ZERO };
+                (cloth.sheet.positions[*v as usize] + up).extend(0.0)
+            };
+            let x: Vec<Vec4> = order.vertex.iter().map(at).collect();
+            let shared = contacts.shared();
+            // SAFETY: one thread does one phase after the other.
+            #[allow(unsafe_code)]
+            unsafe {
+                shared.search(&(0..x.len()), &x);
+                (0..shared.fits()).for_each(|task| shared.fit(task));
+                shared.compare();
+                (0..BLOCKS).for_each(|block| shared.pair(block));
+            }
+            let pairs: usize = contacts.found.iter().map(|f| f.sides.len()).sum();
+            assert!(height < query || pairs == 0, "{height}");
+            height -= by;
+        }
+        assert_eq!(contacts.lists[0].all, 1);
+        assert!(contacts.found.iter().any(|f| !f.sides.is_empty()));
     }
 }

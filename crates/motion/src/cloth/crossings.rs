@@ -1,27 +1,27 @@
 //! Where cloth passes through itself.
 
-use super::bounds::Bounds;
+use super::aabb::Aabb;
 use glam::{DVec3, Vec3};
 use std::collections::HashSet;
 
-/// Edges that go through triangles of which they have no corner: of each, both.
+/// Each pair of an edge and a triangle it pierces, without shared corner, sorted.
 pub(super) fn crossings(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
     // Boxes sorted along x, and those that overlap there compared.
     let p = |v: u32| positions[v as usize];
     let mut known = HashSet::new();
-    let mut edges: Vec<([u32; 2], Bounds)> = Vec::new();
+    let mut edges: Vec<([u32; 2], Aabb)> = Vec::new();
     for t in triangles {
         for (a, b) in [(0, 1), (1, 2), (2, 0)] {
             let e = [t[a].min(t[b]), t[a].max(t[b])];
             if known.insert(e) {
-                edges.push((e, Bounds::NONE.with(p(e[0]).into()).with(p(e[1]).into())));
+                edges.push((e, Aabb::NONE.with(p(e[0]).into()).with(p(e[1]).into())));
             }
         }
     }
-    let mut faces: Vec<(u32, Bounds)> = triangles
+    let mut faces: Vec<(u32, Aabb)> = triangles
         .iter()
         .enumerate()
-        .map(|(i, t)| (i as u32, t.iter().fold(Bounds::NONE, |b, v| b.with(p(*v).into()))))
+        .map(|(i, t)| (i as u32, t.iter().fold(Aabb::NONE, |b, v| b.with(p(*v).into()))))
         .collect();
     edges.sort_by(|a, b| a.1.low.x.total_cmp(&b.1.low.x));
     faces.sort_by(|a, b| a.1.low.x.total_cmp(&b.1.low.x));

@@ -1,7 +1,7 @@
-//! A cloth in small pieces, for which boxes are fitted: triangles that lie beside each other in the flat cloth.
+//! Leaves of the bounding-volume hierarchy of a cloth: groups of four triangles, which lie beside each other in the flat cloth.
 
 use super::Sheet;
-use super::bounds::Bounds;
+use super::aabb::Aabb;
 use super::springs::panels;
 use glam::{Vec2, Vec3};
 use std::collections::HashSet;
@@ -116,7 +116,7 @@ fn split(list: &mut [u32], leaves: usize, middle: &impl Fn(u32) -> Vec3) {
     if leaves <= 1 || list.len() <= 1 {
         return;
     }
-    let bounds = list.iter().fold(Bounds::NONE, |b, t| b.with(middle(*t).into()));
+    let bounds = list.iter().fold(Aabb::NONE, |b, t| b.with(middle(*t).into()));
     let size = bounds.high - bounds.low;
     let axis = if size.x >= size.y && size.x >= size.z {
         0

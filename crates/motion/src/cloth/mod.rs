@@ -7,9 +7,9 @@
 //!
 //! Metres, seconds, kilograms. The weft runs along u of the flat cloth and the warp along v.
 
+mod aabb;
 mod air;
 mod body;
-mod bounds;
 mod contact;
 mod crossings;
 mod fabric;

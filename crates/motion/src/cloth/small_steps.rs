@@ -1,10 +1,15 @@
 //! The default solver: many small steps, each with one pass.
 //!
 //! Macklin, Storey, Lu, Terdiman, Chentanez, Jeschke and Müller 2019, "Small Steps in Physics Simulation": springs as
-//! compliant constraints (XPBD), solved once in each of many substeps. Three things are added. Coarse levels
-//! ([`super::lattice`]) carry what one pass does not: the weight of a whole cloth to where it hangs. Bending is no constraint but a
-//! force: it is soft enough to be stable, and a force is right at rest, where a constraint that is solved once
-//! would be softer the finer the mesh. And everything is laid out so that threads and lanes have work ([`super::order`]).
+//! compliant constraints (XPBD), solved once in each of many substeps. Four things are added:
+//!
+//! * Coarse levels ([`super::lattice`]) carry what one pass does not: the weight of a whole cloth to where it hangs.
+//! * Where cloth touches cloth, springs that are longer than they may be have a second pass.
+//! * Bending is no constraint but a force: it is soft enough to be stable, and a force is right at rest, where a constraint that is solved
+//!   once would be softer the finer the mesh. A fine mesh of stiff cloth takes more substeps for it.
+//! * Contact of cloth with cloth is offset geometric contact ([`super::contact`]).
+//!
+//! Vertices and springs are laid out so that threads and lanes have work ([`super::order`]).
 
 use super::air::Air;
 use super::body::{Placed, Solid, Stance};
@@ -53,12 +58,8 @@ impl Settings {
 
 /// Substeps between two goes of dampers and air, which act for all of them at once: they are implicit, and so stable.
 const CALM: u32 = 4;
-/// Substeps for which pairs that touch are taken from one look at all that are near: they slide by a fraction of the distance they keep.
+/// Substeps for which pairs that touch are told from those within reach once: they slide by a fraction of the distance they keep.
 const TOUCHES: u32 = 2;
-/// More passes of a substep over springs that are longer than they may be, where cloth touches cloth: what hangs at few threads
-/// stretches these less. One takes as much from the stretch of a robe as twice as many substeps, for a twentieth of a frame; with three
-/// threads were stronger than layers, and a robe in coarse triangles was tied through itself.
-const TIGHTER: u32 = 1;
 /// Square of the highest frequency of bending times that of a substep, at the most. Explicit forces alone are stable below 4;
 /// together with springs that are solved by a single pass a hanging sheet trembled at 3, and not at 2.
 const STABLE: f32 = 1.6;
@@ -72,9 +73,9 @@ const LOADED: f32 = 0.05;
 /// Part of the way back that an attached vertex is drawn along a direction in which it slides: so little that it yields to the
 /// pull of threads, and enough that a belt does not creep around in a dance.
 const SLID: f32 = 0.02;
-/// How far a body is away that is left alone for a while, m: what cloth and limbs go in a hundredth of a second, several times
-/// over.
+/// A body farther than this (m) is not tested again until vertex and bodies together have moved that far.
 const AWAY: f32 = 0.02;
+
 /// A cloth that moves by small steps.
 pub struct SmallSteps {
     cloth: Cloth,
@@ -105,8 +106,9 @@ pub struct SmallSteps {
     stances: Vec<Stance>,
     /// Of each body, where it is as a step begins and after each substep.
     placed: Vec<Placed>,
-    /// Of places, which bodies are near, and how far they and these may go before any of them meet, m.
+    /// Of places, which bodies are near.
     near: Vec<Near>,
+    /// How far each place and bodies may still move before one of those that it may touch now must be tested, m.
     slack: Vec<f32>,
     contacts: Option<Contacts>,
     /// Of places, inverse masses as other cloth feels them: less for what lies on a body.
@@ -115,14 +117,14 @@ pub struct SmallSteps {
     stale: AtomicBool,
 }
 
-/// Which bodies a place is near to.
+/// Which bodies a vertex is near to, a bit for each.
 #[derive(Clone, Copy, Default)]
 struct Near {
-    /// In all of a step.
+    /// Bodies it may reach in this step.
     all: u64,
-    /// Those that may touch it before it and they have gone as far as is said below.
+    /// Those of `all` within [`AWAY`] when last measured.
     now: u64,
-    /// How far it and the others may go before they meet, m.
+    /// How far vertex and bodies may still move before another of `all` must be tested, m.
     slack: f32,
 }
 
@@ -288,7 +290,7 @@ impl SmallSteps {
     }
 
     /// What it needs besides how it was made to go on with the same bits, if pairs of contact are found anew
-    /// ([`SmallSteps::look_anew`]) before the next step of both.
+    /// ([`SmallSteps::search_anew`]) before the next step of both.
     pub fn memory(&self) -> Vec<f32> {
         let of = |all: &[Vec4]| all.iter().flat_map(|v| v.truncate().to_array()).collect::<Vec<f32>>();
         let mut memory = [&self.x, &self.v, &self.lost].map(|all| of(all)).concat();
@@ -330,13 +332,13 @@ impl SmallSteps {
         for (x, v) in self.x.iter().zip(&self.order.vertex) {
             self.positions[*v as usize] = x.truncate();
         }
-        self.look_anew();
+        self.search_anew();
         true
     }
 
     /// Finds pairs of contact anew in the next step, as a cloth does that has just been made: what follows then depends on nothing but
     /// its memory.
-    pub fn look_anew(&mut self) {
+    pub fn search_anew(&mut self) {
         self.stale.store(true, Ordering::Relaxed);
         if let Some(contacts) = &mut self.contacts {
             contacts.forget();
@@ -378,7 +380,7 @@ impl SmallSteps {
         let seconds = self.settings.seconds;
         let near = Parts::new(&mut self.near);
         let slack = Parts::new(&mut self.slack);
-        // As far as any body goes in a substep; what is not easily told is looked at in each.
+        // As far as any body goes in a substep; where that is not easily told, it is tested in each.
         let pace = sweeps.iter().map(|s| s.2.unwrap_or(f32::INFINITY)).fold(0.0, f32::max) / n as f32;
         let give = Parts::new(&mut self.give);
         let contacts = self.contacts.as_mut().map(Contacts::shared);
@@ -403,7 +405,7 @@ impl SmallSteps {
         // SAFETY of all parts below: a task takes its own range of each slice, ranges of one phase do not overlap, and a
         // phase ends before the next begins. The lattices read all places in a phase of their own.
         #[allow(unsafe_code)]
-        let look = |k: usize| unsafe {
+        let near_bodies = |k: usize| unsafe {
             let range = &strips[k].range;
             let of = x.read(range).iter().zip(v.read(range));
             for ((near, slack), (x, v)) in near.part(range).iter_mut().zip(slack.part(range)).zip(of) {
@@ -447,7 +449,7 @@ impl SmallSteps {
                 if *w == 0.0 || *slack > 0.0 {
                     continue;
                 }
-                // What is no number is looked at.
+                // What is no number is tested.
                 if near.slack > 0.0 {
                     *slack = near.slack;
                 } else {
@@ -462,6 +464,8 @@ impl SmallSteps {
                     let stopped = bodies[b].stop(stances, x.truncate(), u.truncate(), gap, friction, h);
                     match stopped {
                         Ok([to, shift]) => {
+                            // Others were measured from where it would have gone.
+                            near.slack -= (to.extend(0.0) - *u + shift.extend(0.0)).length();
                             *u = to.extend(0.0);
                             *x += shift.extend(0.0);
                             *give = LOADED * *w;
@@ -485,7 +489,12 @@ impl SmallSteps {
             // Bodies have the last word, but for what keeps cloth from passing through itself.
             stop(k, s);
             let (x, u, v, lost) = (x.part(range), u.part(range), v.part(range), lost.part(range));
-            if contacts.is_some_and(|c| c.hold(range, x, u, slack.part(range), inverse)) {
+            let (near, slack) = (near.part(range), slack.part(range));
+            let moved = |i: usize, by: f32| {
+                near[i].slack -= by;
+                slack[i] -= by;
+            };
+            if contacts.is_some_and(|c| c.hold(range, x, u, inverse, moved)) {
                 stale.store(true, Ordering::Relaxed);
             }
             for (((x, u), v), lost) in x.iter_mut().zip(u).zip(v).zip(lost) {
@@ -555,7 +564,7 @@ impl SmallSteps {
                 let calms = s % CALM == 0;
                 team.each(strips.len(), |k| {
                     match s {
-                        0 => look(k),
+                        0 => near_bodies(k),
                         _ => {
                             if !touching {
                                 carry(k);
@@ -578,7 +587,7 @@ impl SmallSteps {
                 if let Some(contacts) = contacts.filter(|_| again) {
                     #[allow(unsafe_code)]
                     team.each(strips.len(), |k| unsafe {
-                        contacts.look(&strips[k].range, x.read(&strips[k].range))
+                        contacts.search(&strips[k].range, x.read(&strips[k].range))
                     });
                     #[allow(unsafe_code)]
                     team.each(contacts.fits(), |k| unsafe { contacts.fit(k) });
@@ -611,10 +620,11 @@ impl SmallSteps {
                     if has_lattices {
                         team.each(strips.len(), carry);
                     }
-                    for _ in 0..TIGHTER {
-                        team.each(strips.len(), |k| tighten(&strips[k]));
-                        team.each(borders.len(), |k| tighten(&borders[k]));
-                    }
+                    // An extra pass over over-long springs in each substep, with contact only. One pass cuts the stretch of a robe as much
+                    // as doubling the substeps does, for 5 % of a frame; with three passes springs overpower contact (stretch, crossings
+                    // and time: `cargo bench -p yugen-motion --bench robe`).
+                    team.each(strips.len(), |k| tighten(&strips[k]));
+                    team.each(borders.len(), |k| tighten(&borders[k]));
                     let all = s % TOUCHES == 0;
                     if again || all {
                         #[allow(unsafe_code)]

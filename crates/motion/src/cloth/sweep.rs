@@ -111,7 +111,7 @@ impl Springs {
         }
     }
 
-    /// Another pass for those that are longer than they may be: few, and weight hangs at them.
+    /// An extra pass over springs that are longer than they may be: few, and weight hangs at them.
     pub fn tighten(&self, x: &[Vec4], u: &mut [Vec4]) {
         for four in &self.fours {
             let (from, to) = (four.from.map(|v| v as usize), four.to.map(|v| v as usize));

@@ -9,7 +9,7 @@ use glam::{Quat, Vec3};
 
 /// Part of an upper arm, from the shoulder on, that lies in the trunk whatever the arm does.
 const SHOULDER: f32 = 0.45;
-/// Places along each part of an arm that are looked at.
+/// Places along each part of an arm that are tested.
 const PLACES: usize = 4;
 /// Turns after which an arm that finds no room stays where it is.
 const SWEEPS: usize = 12;

@@ -395,9 +395,9 @@ impl Costume {
         &self.solver
     }
 
-    /// As [`SmallSteps::look_anew`].
-    pub fn look_anew(&mut self) {
-        self.solver.look_anew();
+    /// As [`SmallSteps::search_anew`].
+    pub fn search_anew(&mut self) {
+        self.solver.search_anew();
     }
 
     /// How many vertices of the cloth the belt holds.

@@ -4,12 +4,12 @@ use glam::Vec3A;
 
 /// A box around something.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
+pub(super) struct Aabb {
     pub low: Vec3A,
     pub high: Vec3A,
 }
 
-impl Bounds {
+impl Aabb {
     pub const NONE: Self = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
 
     #[inline(always)]
