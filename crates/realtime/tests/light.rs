@@ -482,7 +482,7 @@ fn pictures_see_what_is_behind_masks_and_hidden_lights() {
     let open = |opacity| Material::Mask { opacity: Value::Number(opacity), base: 0 };
     let scene = |before: &[Shape]| Scene {
         materials: vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))]), open(0.0), open(1e-4)],
-        shapes: [&[wall.clone()], before].concat(),
+        shapes: [std::slice::from_ref(&wall), before].concat(),
         lights: vec![Light::Point { position: Vec3::new(1.5, 0.0, 1.0), intensity: Vec3::splat(0.05) }],
         ..Scene::default()
     };
