@@ -250,7 +250,7 @@ fn demo(rest: &[String]) -> Outcome {
 enum InAll {
     /// With `--peer`, if that is asked for.
     WithPeer,
-    /// Without options: it always stands beside others, or those it may stand beside are large to fetch.
+    /// Without options.
     Plain,
     /// Not at all.
     No,
@@ -262,6 +262,7 @@ const BENCHES: &[(&str, &str, InAll)] = &[
     ("denoise", "denoise.py", InAll::Plain),
     ("realtime", "realtime.py", InAll::Plain),
     // No script: an example that needs nothing beside itself, so that it can be copied to where the GPU is.
+    // `--peer`, beside Filament, is for it alone.
     ("stage", STAGE, InAll::Plain),
     ("bsdf", "bsdf_rate.py", InAll::WithPeer),
     ("rays", "ray_rate.py", InAll::Plain),
@@ -277,7 +278,7 @@ const BENCHES: &[(&str, &str, InAll)] = &[
     ("calibrate", "calibrate.py", InAll::No),
 ];
 
-/// Of the real-time passes.
+/// The example that times the passes of the real-time renderer.
 const STAGE: &str = "stage_rate";
 
 fn bench(rest: &[String]) -> Outcome {

@@ -103,7 +103,7 @@ impl<'a> SceneCloth<'a> {
             }
         }
         let follows = attached.iter().map(|v| follows[*v as usize]).collect();
-        let bodies = verb.bodies(&scene, &pieces)?;
+        let bodies = verb.bodies(&scene, &pieces, fabric.thickness)?;
         let settings = Settings {
             seconds: (1.0 / verb.fps) as f32,
             substeps: verb.substeps.unwrap_or(SUBSTEPS),
@@ -263,7 +263,8 @@ impl Simulate {
         Ok(pieces)
     }
 
-    fn bodies(&self, scene: &Scene, pieces: &Pieces) -> Result<Vec<Body>> {
+    /// `thickness` of the cloth, m: a field is known to three cells, and cloth keeps half of it.
+    fn bodies(&self, scene: &Scene, pieces: &Pieces, thickness: f32) -> Result<Vec<Body>> {
         let mut bodies = Vec::new();
         if self.cloth.is_none() {
             return Ok(bodies);
@@ -280,7 +281,8 @@ impl Simulate {
                         .iter()
                         .fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |b, p| [b[0].min(*p), b[1].max(*p)]);
                     let longest = (bounds[1] - bounds[0]).max_element();
-                    let field = Field::new(&positions, &mesh.triangles, longest / CELLS);
+                    let cell = (longest / CELLS).max(0.25 * thickness);
+                    let field = Field::new(&positions, &mesh.triangles, cell);
                     let field = field.with_context(|| format!("'{}' cannot be a body", shape.name))?;
                     (Solid::Field(Arc::new(field)), Some(mesh.clone()))
                 }

@@ -252,7 +252,8 @@ impl Solid {
         Ok(())
     }
 
-    /// Distance from its surface, negative inside, and the direction away from it.
+    /// Signed distance from its surface, m, negative inside, and a unit direction away from it. Of a [`Field`], farther than three cells
+    /// outside: no more than the distance, and any direction. Infinite where `p` is no number.
     pub fn distance(&self, p: Vec3) -> (f32, Vec3) {
         match self {
             Self::Ground => (p.y, Vec3::Y),
@@ -366,7 +367,8 @@ impl Solid {
         let stride = self.stride();
         if d > 0.0 {
             let long = way.length();
-            if long <= stride {
+            // Where the end is that far away nothing on the way is nearer.
+            if long <= stride || d > long * self.slope() {
                 return Err(d);
             }
             // So many reach a dozen metres through the thinnest arm.

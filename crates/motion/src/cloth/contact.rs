@@ -2,8 +2,8 @@
 //!
 //! As in Chen, Hsu, Wang, Gascón, Macklin and Yuksel 2025, "Offset Geometric Contact": once in a while all pairs within a radius are
 //! found, and until the next time no vertex moves farther than a part of the distance to the nearest of its pairs, so that no
-//! collision has to be searched for between two places. A vertex may always move at a speed of [`LEAST`], so cloth that limbs squeeze flat
-//! can pass. A tree of boxes over the triangles is
+//! collision has to be searched for between two places. A vertex that is paired may always move at a speed of [`LEAST`], so cloth that
+//! limbs squeeze flat can pass. A tree of boxes over the triangles is
 //! made once and only fitted anew; where neighbours in the cloth face the same way nothing is searched for.
 //!
 //! Three lists, each made from the one before when it is due. Leaves of the tree that are near, with a margin that lasts for about a
@@ -75,8 +75,10 @@ struct Fixed {
     radius: f32,
     query: f32,
     margin: f32,
-    /// How far vertices may always move between two searches.
+    /// How far vertices that are paired may always move between two searches.
     least: f32,
+    /// What must be left to a vertex of the way it may go, or its pairs are found again: `least`, where all may go farther than that.
+    spare: f32,
     /// How far at the most: two that are not paired are farther apart than the query, and end no nearer than the radius; of cloth that is
     /// nearly as thick as the query or thicker, no nearer than the radius less [`NEARER`] of it.
     farthest: f32,
@@ -149,6 +151,7 @@ impl Contacts {
         let place = |v: u32| order.place[v as usize];
         let radius = cloth.thickness.max(RADIUS * edge);
         let query = radius.max(QUERY * edge);
+        let (least, farthest) = (LEAST * h, 0.5 * (query - radius).max(NEARER * radius) * PART);
         // What is as near in the flat cloth does not touch for that.
         let mut ring: Vec<Vec<u32>> = vec![Vec::new(); n];
         for s in cloth.springs.iter().filter(|s| s.rest < 1.5 * radius) {
@@ -182,8 +185,9 @@ impl Contacts {
                 radius,
                 query,
                 margin: MARGIN * edge,
-                least: LEAST * h,
-                farthest: 0.5 * (query - radius).max(NEARER * radius) * PART,
+                least,
+                spare: least.min(0.5 * farthest),
+                farthest,
                 friction: cloth.friction[1],
                 leaves,
                 ringed: ring.iter().map(|r| !r.is_empty()).collect(),
@@ -224,7 +228,7 @@ const FIT: usize = 128;
 /// Of all: a phase is over before the next begins, and the tasks of a phase have different numbers or ranges.
 #[allow(unsafe_code, clippy::missing_safety_doc)]
 impl Shared<'_> {
-    /// Takes over where places are. Pairs of those that have gone far since theirs were found, or could not go on at the speed of [`LEAST`],
+    /// Takes over where places are. Pairs of those that have gone far since theirs were found, or have too little left of their way,
     /// are found again; others may go as far as is left to them.
     pub unsafe fn search(&self, range: &Range<usize>, x: &[Vec4]) {
         // SAFETY: by the promise of the phases.
@@ -239,7 +243,7 @@ impl Shared<'_> {
             let may = f32::from_bits(reach.load(Ordering::Relaxed));
             let left = may - gone;
             // What is no number is searched for.
-            if gone <= GONE * may && left >= f.least {
+            if gone <= GONE * may && left >= f.spare {
                 reach.store(left.to_bits(), Ordering::Relaxed);
             } else {
                 reach.store(f.farthest.to_bits(), Ordering::Relaxed);
@@ -577,9 +581,16 @@ mod tests {
     use crate::cloth::{PRESETS, Sheet};
     use glam::Vec2;
 
+    /// Of coarse cloth and of such a fine one that none of it may go far.
     #[test]
     fn what_comes_nearer_by_little_at_a_time_is_paired() {
-        let square = || Sheet::rectangle(Vec3::ZERO, Vec3::X, Vec3::Z, Vec2::splat(0.1), [5; 2]);
+        for size in [0.1, 0.01] {
+            come_nearer(size);
+        }
+    }
+
+    fn come_nearer(size: f32) {
+        let square = || Sheet::rectangle(Vec3::ZERO, Vec3::X, Vec3::Z, Vec2::splat(size), [5; 2]);
         let (mut sheet, mut above) = (square(), square());
         let lower = sheet.positions.len();
         above.flat.iter_mut().flatten().for_each(|p| p.x += 1.0);
@@ -588,9 +599,10 @@ mod tests {
         let edges: Vec<[u32; 2]> = cloth.springs.iter().map(|s| s.ends).collect();
         let order = Order::new(cloth.masses.len(), &edges);
         let mut contacts = Contacts::new(&cloth, &order, Vec::new(), 1.0 / 1200.0).unwrap();
-        let Fixed { query, least, margin, .. } = contacts.fixed;
-        // By less at a time than a vertex may always move, and by so little in all that leaves need not be compared again.
-        let (from, to, by) = (1.2 * query, 0.8 * query, 0.3 * least);
+        let Fixed { query, spare, margin, .. } = contacts.fixed;
+        // By less at a time than is spared, and by so little in all that leaves need not be compared again.
+        let (from, to, by) = (1.2 * query, 0.8 * query, 0.3 * spare);
+        let mut kept = 0;
         assert!(from - to < margin);
         let mut height = from;
         while height > to {
@@ -604,6 +616,10 @@ mod tests {
             #[allow(unsafe_code)]
             unsafe {
                 shared.search(&(0..x.len()), &x);
+                let marked = |m: &AtomicU32| {
+                    m.load(Ordering::Relaxed) == shared.lists.read(&(0..1))[0].search.wrapping_add(1)
+                };
+                kept += usize::from(!shared.moved.iter().any(marked));
                 (0..shared.fits()).for_each(|task| shared.fit(task));
                 shared.compare();
                 (0..BLOCKS).for_each(|block| shared.pair(block));
@@ -614,5 +630,6 @@ mod tests {
         }
         assert_eq!(contacts.lists[0].all, 1);
         assert!(contacts.found.iter().any(|f| !f.sides.is_empty()));
+        assert!(kept > 0, "pairs of all are found again every time");
     }
 }

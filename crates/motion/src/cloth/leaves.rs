@@ -1,4 +1,4 @@
-//! Leaves of the bounding-volume hierarchy of a cloth: groups of four triangles, which lie beside each other in the flat cloth.
+//! Leaves of the bounding-volume hierarchy of a cloth: groups of at most [`LEAF`] triangles, which lie beside each other in the flat cloth.
 
 use super::Sheet;
 use super::aabb::Aabb;

@@ -150,7 +150,7 @@ pub enum FireError {
     /// A number out of its range, or none.
     #[error("the {name} of a fire is {value} {unit}; it lies between {low} and {high} {unit}")]
     Range {
-        /// What it is, of [`PARAMETERS`] or not.
+        /// Which number: the name of one of [`PARAMETERS`], or of a window of time.
         name: &'static str,
         /// What was given.
         value: f32,

@@ -382,6 +382,7 @@ mod tests {
         }
         println!("{arranged} arranged, {told} told, {tight} too tight");
         assert!(arranged > 30, "{arranged}");
-        assert!(told + tight <= 12, "{told} {tight}");
+        // Measured 47, 1 and 5.
+        assert!(told <= 4 && tight <= 8, "{told} {tight}");
     }
 }
