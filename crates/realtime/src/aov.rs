@@ -1,10 +1,10 @@
 //! What is known of the first surface, as pictures beside the picture: one dispatch each.
 
-use crate::film::FilmPass;
+use crate::film::{FilmPass, opaque_wgsl, shading_wgsl};
 use crate::frame::Options;
 use crate::pipelines::compute;
 use crate::scene::SceneBuffers;
-use crate::surface::{PRIMARY_WGSL, opaque_wgsl, shading_wgsl};
+use crate::visibility::PRIMARY_WGSL;
 use wgpu::Device;
 use yugen_scene::Aov;
 use yugen_scene::prepared::{DrawRow, Rows};

@@ -6,16 +6,39 @@
 
 use crate::StageError;
 use crate::device::map;
+use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::over_pixels;
-use crate::scene::{SceneBuffers, bind_layout, storage_type};
+use crate::scene::{SceneBuffers, bind_layout, scene_wgsl, storage_type};
+use crate::surface::{OPAQUE_WGSL, SEE_THROUGH_WGSL, SURFACE_WGSL};
 use crate::timing::Timestamps;
+use crate::view::VIEW_WGSL;
+use crate::visibility::VISIBILITY_WGSL;
 use wgpu::{BufferUsages, Device, Queue, ShaderStages};
+use yugen_scene::prepared::{Rows, wgsl};
 
 /// `film_sum`, `film_add` and `film_set` in WGSL, on group 2. Needs a constant `FILM_HALVES`.
 pub const FILM_WGSL: &str = include_str!("film.wgsl");
 
 /// Planes behind the sums of a picture whose frames are also known in halves: see `film.wgsl`.
 pub(crate) const HALVES_PLANES: u32 = 2;
+
+/// What a shader starts from that adds to a film what pixels see of surfaces of the materials and under the lights of `rows`.
+/// Needs constants `HIDE_EMITTERS` and `FILM_HALVES`.
+pub(crate) fn shading_wgsl(rows: &Rows) -> String {
+    film_pass_wgsl(&wgsl(rows), SEE_THROUGH_WGSL)
+}
+
+/// The same without materials: of surfaces that let nothing pass.
+pub(crate) fn opaque_wgsl() -> String {
+    film_pass_wgsl("", OPAQUE_WGSL)
+}
+
+fn film_pass_wgsl(materials: &str, passes: &str) -> String {
+    let samples = include_str!("samples.wgsl");
+    let scene = scene_wgsl();
+    [&scene, materials, HIERARCHY_WGSL, SURFACE_WGSL, passes, VIEW_WGSL, VISIBILITY_WGSL, FILM_WGSL, samples]
+        .join("\n")
+}
 
 /// The sums of one picture.
 pub struct Film {

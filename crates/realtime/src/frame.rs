@@ -146,6 +146,7 @@ pub struct Stage {
     trace_camera: bool,
     signed_filter: bool,
     head_light: bool,
+    hide_emitters: bool,
     seed: u32,
     /// See [`Stage::set_moving`].
     moving: bool,
@@ -232,6 +233,7 @@ impl Stage {
                 signed_filter: Reconstruction::new(options.filter).is_signed(),
                 reconstruction: Reconstruction::new(options.filter),
                 trace_camera: options.trace_camera,
+                hide_emitters: options.hide_emitters,
                 head_light: options.bounces.is_some_and(|b| b > 0) && needs_head_light(rows),
                 seed: options.seed,
                 moving: false,
@@ -279,7 +281,7 @@ impl Stage {
         let own = traced && before.count > 0 && !self.signed_filter;
         let per_pixel = own.then_some(&self.reconstruction);
         let seed = self.seed.wrapping_add(self.picture_seed());
-        let row = view.row(before.count, seed, &sample, per_pixel).after(before.weight(), which);
+        let row = view.row(before.count, seed, &sample, per_pixel).after(&before, which);
         self.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&row));
 
         self.timestamps.begin();
@@ -424,7 +426,8 @@ impl Stage {
         } else {
             let (device, scene, primary) = (&self.device, &self.scene, &self.primary_layout);
             self.preview = checked(device, || {
-                Ok(Some(PreviewPass::new(device, settings, scene, primary, shade.film())))
+                let hide = self.hide_emitters;
+                Ok(Some(PreviewPass::new(device, settings, scene, primary, shade.film(), hide)))
             })?;
             // It has seen none of the frames so far.
             self.seen = None;
@@ -591,6 +594,9 @@ impl Stage {
     /// ([`Options::denoise`]).
     pub fn halves(&self) -> Result<Option<Halves>, StageError> {
         self.check_alive()?;
+        if self.guides.is_none() {
+            return Ok(None);
+        }
         self.halves_of(&self.light()?)
     }
 

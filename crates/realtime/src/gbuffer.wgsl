@@ -10,7 +10,7 @@ fn write_gbuffer(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let ray = pixel_ray(id.xy);
-    let hit = visible_hit(id.xy, ray);
+    let hit = camera_hit(id.xy, ray);
     var position = vec4<f32>(0.0);
     var normal = vec4<f32>(0.0);
     if (hit.draw != NONE) {

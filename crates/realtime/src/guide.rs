@@ -1,12 +1,11 @@
 //! What a denoiser is told: of the frames of a picture, in two halves, radiance and what is seen.
 
 use crate::StageError;
-use crate::film::{Film, FilmPass};
+use crate::film::{Film, FilmPass, shading_wgsl};
 use crate::frame::Options;
 use crate::pipelines::compute;
 use crate::scene::SceneBuffers;
 use crate::shade::BOUNCES;
-use crate::surface::shading_wgsl;
 use wgpu::{Device, Queue};
 use yugen_optics::denoise::{ALBEDO, DEPTH, Halves, NORMAL, SURFACE};
 use yugen_scene::prepared::Rows;
@@ -48,21 +47,35 @@ pub(crate) struct Frames {
 impl Frames {
     /// With another frame, of samples of this weight, for one half.
     pub fn with(mut self, weight: f32, half: usize) -> Self {
-        self.deviations += u32::from(self.weight() > 0.0);
+        self.deviations += u32::from(self.per_weight() > 0.0);
         self.count = self.count.saturating_add(1);
         self.halves[half] += f64::from(weight);
         self
     }
 
-    /// What the samples of all frames weigh together.
+    /// What the samples of all frames weigh together. Of a filter that is negative somewhere it may be zero or less.
     pub fn weight(&self) -> f64 {
         self.halves[0] + self.halves[1]
+    }
+
+    /// One over that, which makes a mean of a sum; 0 where there is none.
+    pub fn per_weight(&self) -> f64 {
+        if self.weight() > 0.0 { 1.0 / self.weight() } else { 0.0 }
+    }
+
+    /// What the square of another frame's deviation from that mean counts; 0 where there is none. The mean of n frames of weights
+    /// ±1 that sum up to W has the variance of a frame times n / W², and the deviation of another frame from it that of a frame times
+    /// 1 + n / W²: this is n / (n + 1) where all weights are 1.
+    pub fn deviation_weight(&self) -> f64 {
+        let per = self.per_weight();
+        if per > 0.0 { 1.0 / (1.0 + f64::from(self.count) * per * per) } else { 0.0 }
     }
 
     /// Variance of the mean of all frames, as if they were independent, of the sum of their squared deviations from the mean
     /// before each (`film.wgsl`). Where a filter is negative weights are +1 and −1, and this is right in the mean only.
     pub fn variance(&self, squares: f32) -> f32 {
         let weight = self.weight();
+        // Some signs of a sum leave no frame a mean before it: then nothing is known.
         if self.deviations == 0 || weight <= 0.0 {
             return 0.0;
         }
@@ -149,7 +162,7 @@ mod tests {
             for _ in 0..PIXELS {
                 let (mut frames, mut sum, mut squares) = (Frames::default(), 0.0f32, 0.0f32);
                 for (i, weight) in weights.iter().enumerate() {
-                    let row = view.row(frames.count, 0, &centre, None).after(frames.weight(), 0);
+                    let row = view.row(frames.count, 0, &centre, None).after(&frames, 0);
                     let value = random.normal();
                     squares += row.deviation_weight * (value - sum * row.per_weight).powi(2);
                     sum += weight * value;
@@ -159,7 +172,7 @@ mod tests {
                 off += (f64::from(sum) / frames.weight()).powi(2);
             }
             println!("{filter:?}: told {:.4} of the square error", told / off);
-            // Some signs of the sum may leave no frame a mean: then nothing is known.
+            // Measured .994 to 1.017; 20 000 squares are known to a hundredth.
             assert!((told / off - 1.0).abs() < 0.05, "{filter:?}: {told} {off}");
         }
     }

@@ -13,7 +13,6 @@ fn add_guides(@builtin(global_invocation_id) id: vec3<u32>) {
     let camera = pixel_ray(id.xy);
     var dir = camera.dir;
     var hit = camera_hit(id.xy, camera);
-    let footprint = pixel_footprint();
     var albedo = vec3<f32>(1.0);
     var normal = vec3<f32>(0.0);
     var depth = 0.0;
@@ -35,11 +34,11 @@ fn add_guides(@builtin(global_invocation_id) id: vec3<u32>) {
         let wo = -dir;
         throughput *= exp(-hit.t * absorption);
         var onwards = dir;
-        if (mirrors == 0u && is_hidden(s.emitter)) {
-            // A light that is not seen, behind what lets light pass, does not stand in the way either.
+        if (met == 0.0 && is_hidden(s.emitter)) {
+            // A light that is not seen, behind what lets all light pass, does not stand in the way either.
             null_steps += 1u;
         } else {
-            let point = shading_point(s, footprint_on(s, dir, footprint.x + footprint.y * travelled));
+            let point = shading_point(s, footprint_on(s, dir, footprint_at(travelled)));
             var shines = false;
             if (s.emitter != NONE) {
                 let value = emitted(s.emitter, s.frame_n, wo);

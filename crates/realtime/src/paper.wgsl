@@ -49,8 +49,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         reach = hit.t;
         alpha = 1.0;
         let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
-        let footprint = pixel_footprint();
-        let point = shading_point(s, footprint_on(s, dir, footprint.x + footprint.y * hit.t));
+        let point = shading_point(s, footprint_on(s, dir, footprint_at(hit.t)));
         let wo = -dir;
         if (HAS_SURFACE_LIGHTS && s.emitter != NONE) {
             let value = emitted(s.emitter, s.frame_n, wo);

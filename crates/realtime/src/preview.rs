@@ -10,9 +10,10 @@ use crate::film::{Film, film_bytes};
 use crate::hierarchy::HIERARCHY_WGSL;
 use crate::pipelines::{compute, layout, module, over_pixels};
 use crate::scene::{SceneBuffers, bind_layout, scene_wgsl, storage_type};
-use crate::surface::{OPAQUE_WGSL, SURFACE_WGSL, VISIBILITY_WGSL};
+use crate::surface::{OPAQUE_WGSL, SURFACE_WGSL};
 use crate::timing::Timestamps;
 use crate::view::{VIEW_WGSL, View};
+use crate::visibility::VISIBILITY_WGSL;
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindingResource, Device, Queue, ShaderStages, TextureFormat};
 
@@ -109,13 +110,14 @@ struct Targets {
 }
 
 impl PreviewPass {
-    /// `primary`: the layout of group 1; `film`: what is summed.
+    /// `primary`: the layout of group 1; `film`: what is summed; `hide_emitters` as in [`crate::Options`].
     pub fn new(
         device: &Device,
         settings: Preview,
         scene: &SceneBuffers,
         primary: &wgpu::BindGroupLayout,
         film: &Film,
+        hide_emitters: bool,
     ) -> Self {
         let written = wgpu::BindingType::StorageTexture {
             access: wgpu::StorageTextureAccess::WriteOnly,
@@ -144,13 +146,14 @@ impl PreviewPass {
                     .chain([read; 3]),
             ),
         ];
+        let hide = format!("const HIDE_EMITTERS: bool = {hide_emitters};");
         let pieces = [
             &scene_wgsl(),
             HIERARCHY_WGSL,
             OPAQUE_WGSL,
             SURFACE_WGSL,
             VIEW_WGSL,
-            "const HIDE_EMITTERS: bool = false;",
+            &hide,
             VISIBILITY_WGSL,
             include_str!("gbuffer.wgsl"),
         ];

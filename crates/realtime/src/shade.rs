@@ -1,11 +1,11 @@
 //! The picture: what the visibility buffer saw, shaded, and surfaces behind it.
 
-use crate::film::{FilmPass, HALVES_PLANES};
+use crate::film::{FilmPass, HALVES_PLANES, shading_wgsl};
 use crate::flames::{Flames, flames_wgsl};
 use crate::frame::{Lighting, Options};
 use crate::pipelines::compute;
 use crate::scene::SceneBuffers;
-use crate::surface::{PRIMARY_WGSL, shading_wgsl};
+use crate::visibility::PRIMARY_WGSL;
 use wgpu::Device;
 use yugen_scene::prepared::{NONE, Rows, SLABS};
 

@@ -78,8 +78,8 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         shade(s.material, point, wo);
         let own_facing = shading_facing(s.frame_n, wo);
         let last = SEES_THROUGH && depth == BOUNCES;
-        // A light that is not seen, behind what lets light pass, does not stand in the way either.
-        let hidden = SEES_THROUGH && HAS_SURFACE_LIGHTS && depth == 0u && is_hidden(s.emitter);
+        // A light that is not seen, behind what lets all light pass, does not stand in the way either.
+        let hidden = SEES_THROUGH && HAS_SURFACE_LIGHTS && alpha == 0.0 && is_hidden(s.emitter);
         if (alpha == 0.0 && through < 1.0 && !hidden) {
             alpha = 1.0;
         }
@@ -291,7 +291,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             } else if (h.draw == NONE) {
                 alive = false;
                 carried = vec3<f32>(0.0);
-                if (!(HIDE_EMITTERS && drawn_delta && alpha == 0.0)) {
+                if (!(HIDE_EMITTERS && alpha == 0.0)) {
                     carried = background();
                     for (var i = 0u; i < environment_count(); i += 1u) {
                         let e = environment_of(i);
@@ -314,7 +314,7 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 s = surface_at(h.draw, h.triangle, vec2<f32>(h.b1, h.b2));
                 point = shading_point(s, footprint_on(s, dir, width));
                 at = point;
-                if (HAS_SURFACE_LIGHTS && s.emitter != NONE && !(depth == 0u && is_hidden(s.emitter))) {
+                if (HAS_SURFACE_LIGHTS && s.emitter != NONE && !(alpha == 0.0 && is_hidden(s.emitter))) {
                     value = emitted(s.emitter, s.frame_n, -dir);
                     if (value != NONE) {
                         carried = throughput;

@@ -1,6 +1,7 @@
 //! A camera as shaders take it: rays for compute, a matrix for the rasteriser.
 
 use crate::StageError;
+use crate::guide::Frames;
 use crate::reconstruction::{FrameSample, Reconstruction};
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat4, DVec4, Mat4};
@@ -38,15 +39,11 @@ pub struct ViewRow {
 }
 
 impl ViewRow {
-    /// Of a frame that comes after others whose samples weigh `before` together, and belongs to this half of all.
-    pub fn after(self, before: f64, half: usize) -> Self {
-        // Of a filter that is negative somewhere it may be zero or less.
-        let per_weight = if before > 0.0 { 1.0 / before } else { 0.0 };
-        // The mean of n frames of weights ±1 that sum up to W has the variance of a frame times n / W², and the deviation of
-        // another frame from it that of a frame times 1 + n / W²: n / (n + 1) where all weights are 1.
-        let spread = 1.0 + f64::from(self.index) * per_weight * per_weight;
-        let deviation_weight = if before > 0.0 { (1.0 / spread) as f32 } else { 0.0 };
-        Self { per_weight: per_weight as f32, deviation_weight, half: half as u32, ..self }
+    /// Of a frame that comes after others and belongs to this half of all.
+    pub(crate) fn after(self, before: &Frames, half: usize) -> Self {
+        let [per_weight, deviation_weight] =
+            [before.per_weight(), before.deviation_weight()].map(|v| v as f32);
+        Self { per_weight, deviation_weight, half: half as u32, ..self }
     }
 }
 

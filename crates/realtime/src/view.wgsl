@@ -125,3 +125,9 @@ fn pixel_footprint() -> vec2<f32> {
     let sharpen = 1.0 / clamp(sqrt(f32(view.index + 1u)), 1.0, 8.0);
     return sharpen * select(vec2<f32>(0.0, abs(view.scale.x)), vec2<f32>(across, 0.0), view.orthographic != 0u);
 }
+
+// Its width at the distance `t` of the camera.
+fn footprint_at(t: f32) -> f32 {
+    let footprint = pixel_footprint();
+    return footprint.x + footprint.y * t;
+}

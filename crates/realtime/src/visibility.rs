@@ -12,6 +12,13 @@ use crate::timing::Timestamps;
 use crate::view::VIEW_WGSL;
 use wgpu::{Device, ShaderStages, TextureFormat, TextureUsages};
 
+/// `visible_hit` and `camera_hit`: what a pixel of the visibility buffer sees. Stands on the view and the surface. Needs a
+/// constant `HIDE_EMITTERS`.
+pub const VISIBILITY_WGSL: &str = include_str!("visibility.wgsl");
+
+/// `primary_hit`: the same past what lets all light pass. Stands on `visible_hit` and `passes`.
+pub const PRIMARY_WGSL: &str = include_str!("primary.wgsl");
+
 /// (draw + 1, triangle), or zeros.
 const IDS: TextureFormat = TextureFormat::Rg32Uint;
 const DEPTH: TextureFormat = TextureFormat::Depth32Float;

@@ -481,7 +481,12 @@ fn pictures_see_what_is_behind_masks_and_hidden_lights() {
     let wall = Shape::new("wall", Geometry::Rectangle, Mat4::from_scale(Vec3::splat(3.0)), 0);
     let open = |opacity| Material::Mask { opacity: Value::Number(opacity), base: 0 };
     let scene = |before: &[Shape]| Scene {
-        materials: vec![model(Kind::Lambert, &[("reflectance", Value::Number(0.5))]), open(0.0), open(1e-4)],
+        materials: vec![
+            model(Kind::Lambert, &[("reflectance", Value::Number(0.5))]),
+            open(0.0),
+            open(1e-4),
+            model(Kind::Dielectric, &[]),
+        ],
         shapes: [std::slice::from_ref(&wall), before].concat(),
         lights: vec![Light::Point { position: Vec3::new(1.5, 0.0, 1.0), intensity: Vec3::splat(0.05) }],
         ..Scene::default()
@@ -503,24 +508,40 @@ fn pictures_see_what_is_behind_masks_and_hidden_lights() {
     let (light, told) = seen(&scene(&[]), true);
     assert!(light > 1e-3 && told[0] == 0.5 && told[1] > 0.99 && told[2] > 3.9, "{light} {told:?}");
     let apart = |a: f32, b: f32| (a / b - 1.0).abs();
-    for (name, is_open, before) in [
+    let mut worst = 0.0f32;
+    for (name, hides, before) in [
         ("a lamp", true, vec![lamp(2.0)]),
         ("two lamps", true, vec![lamp(2.0), lamp(2.5)]),
         ("a lamp before a mask", true, vec![lamp(2.0), plane("mask", 1.5, 1)]),
         ("a lamp behind a mask", true, vec![lamp(1.5), plane("mask", 2.0, 1)]),
+        ("a lamp with a body", true, vec![Shape { material: 3, ..lamp(2.0) }]),
+        // A mask that lets not all light pass is seen, and what is behind it through it.
         ("a lamp behind what is nearly open", false, vec![lamp(1.5), plane("mask", 2.0, 2)]),
     ] {
         let (hidden, of_hidden) = seen(&scene(&before), true);
         let (shown, _) = seen(&scene(&before), false);
         println!("{name}: {} of the light of the wall, {} where it is shown", hidden / light, shown / light);
         assert!(apart(shown, light) > 0.5, "{name} is not seen where it is shown: {shown} {light}");
-        // Rounding alone was measured, 2e-7; what is nearly open keeps 1e-4 of the light, by chance.
-        assert!(apart(hidden, light) < 1e-6, "{name}: {hidden} {light}");
+        // Rounding alone was measured, 2e-7.
+        assert!(apart(hidden, if hides { light } else { shown }) < 1e-6, "{name}: {hidden} {light} {shown}");
         // A denoiser is told of the first that reflects at all.
-        for (a, b) in of_hidden.into_iter().zip(told).filter(|_| is_open) {
-            assert!(apart(a, b) < 1e-3, "{name}: {of_hidden:?} {told:?}");
+        for (a, b) in of_hidden.into_iter().zip(told).filter(|_| hides) {
+            worst = worst.max(apart(a, b));
         }
     }
+    println!("what a denoiser is told is off by {worst}");
+    // Measured 1.7e-6.
+    assert!(worst < 1e-5, "{worst}");
+    // Where nothing else is there is neither light nor a surface.
+    let bare = Scene {
+        shapes: vec![lamp(1.5), plane("mask", 2.0, 1)],
+        lights: vec![Light::Constant { radiance: Vec3::ONE }],
+        ..scene(&[])
+    };
+    let rows = Rows::new(&bare).expect("rows");
+    let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options(true)).expect("a stage");
+    (0..4).for_each(|_| assert!(stage.frame(&camera(9)).is_ok()));
+    assert_eq!(stage.image().expect("a picture").pixel(4, 4)[..4], [0.0; 4]);
 }
 
 /// In a closed white room of albedo a whose walls shine with E, light after n bounces is E (1 − aⁿ⁺¹)/(1 − a).

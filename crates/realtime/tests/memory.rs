@@ -44,7 +44,7 @@ fn frames_keep_no_memory() {
         samples_per_pixel: 1,
     };
     let rows = Rows::new(&scene).expect("rows");
-    // With every pass that a picture may have.
+    // With the passes of what a denoiser is told.
     let options = Options { denoise: true, ..Options::new(SIZE, Some(1)) };
     let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("a stage");
     stage.set_preview(Preview::ALL).expect("there is room");
@@ -75,10 +75,11 @@ fn frames_keep_no_memory() {
         }
         resident()
     };
-    let before = frames(20);
-    let kept = frames(60) - before;
-    println!("60 frames keep {kept:.1} MB");
-    // On lavapipe of Mesa 22 0.0 to 0.4 MB were measured, and 63 where the display's shader branches on its curve alone. The
-    // same in the passes of the preview, of the film and of what a denoiser is told kept none.
+    // An allocator may take some once; what frames keep they keep each time.
+    let marks = [20, 60, 60, 60].map(&mut frames);
+    let kept = marks.windows(2).map(|m| m[1] - m[0]).fold(f64::INFINITY, f64::min);
+    println!("60 frames keep {kept:.1} MB at the least: {marks:.1?}");
+    // On lavapipe of Mesa 22 -0.1 to 0.4 MB were measured, 12 in one run of 60 in ten, and 63 where the display's shader branches on its curve alone.
+    // Branches on a uniform in the passes of the preview, of the film and of what a denoiser is told kept none.
     assert!(kept < 5.0, "{kept} MB");
 }

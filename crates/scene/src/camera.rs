@@ -24,7 +24,7 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// A pinhole that sees `fov_x` radians across the width of the picture, whatever its height.
+    /// A pinhole that sees `fov_x` radians, between 0 and π, across the width of the picture, whatever its height.
     pub fn pinhole(fov_x: f32) -> Self {
         Self::Perspective {
             fov_x,

@@ -112,7 +112,8 @@ pub struct Integrator {
     /// Most radiance that a path may bring after more than one bounce; what is above is lost, and bright specks with
     /// it. `None`: nothing is.
     pub clamp: Option<f32>,
-    /// The camera does not see lights.
+    /// The camera does not see lights until its ray has met something that does not let all light straight through: where nothing
+    /// else is, alpha is 0 and the picture black.
     pub hide_emitters: bool,
     /// What to record besides radiance.
     pub aovs: Vec<Aov>,

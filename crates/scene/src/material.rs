@@ -176,6 +176,9 @@ impl ModelBuilder {
     }
 
     /// The model's defaults, but for these parameters.
+    ///
+    /// # Errors
+    /// As [`ModelBuilder::set`].
     pub fn with(kind: Kind, values: &[(&str, Value)]) -> Result<Self, ModelError> {
         let mut builder = Self::new(kind);
         for (name, value) in values {

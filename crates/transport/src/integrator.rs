@@ -148,6 +148,11 @@ impl Radiance {
         }
     }
 
+    /// Whether the camera passes lights by: until something has been met that does not let all light straight through.
+    fn hides(&self, follow: &Follow) -> bool {
+        follow.settings.hide_emitters && self.alpha == 0.0
+    }
+
     /// Notes a surface for a denoiser: until one is met that is no mirror and no smooth glass, each in turn.
     fn see(&mut self, path: &PathState, shading: &Shading, wo: Vec3, shines: bool) {
         let own = if shines { Vec3::ONE } else { shading.albedo() };
@@ -410,7 +415,7 @@ impl World {
 
     /// Adds what volumes send along the ray of `path` before it meets anything at the distance `until`.
     fn volumes(&self, follow: &Follow, path: &mut PathState, until: f32, out: &mut Radiance) {
-        if follow.settings.hide_emitters && path.draw.delta && out.alpha == 0.0 {
+        if out.hides(follow) {
             return;
         }
         let Ray { origin, dir, .. } = path.ray;
@@ -435,7 +440,6 @@ impl World {
         scratch: &'a mut Scratch,
         out: &mut Radiance,
     ) -> Option<Vertex<'a>> {
-        let hide_emitters = follow.settings.hide_emitters;
         let max_depth = follow.max_depth();
         loop {
             let hit = self.geometry.intersect(&path.ray);
@@ -443,7 +447,7 @@ impl World {
                 self.volumes(follow, path, hit.as_ref().map_or(f32::INFINITY, |hit| hit.t), out);
             }
             let Some(hit) = hit else {
-                if path.depth < max_depth && !(hide_emitters && path.draw.delta && out.alpha == 0.0) {
+                if path.depth < max_depth && !out.hides(follow) {
                     for (radiance, pdf, from) in self.lights.escaped(&path.draw.from, path.ray.dir) {
                         let weight = path.draw.weight(pdf, follow.settings.strategy, path.depth);
                         let light = path.throughput * radiance * weight;
@@ -463,7 +467,7 @@ impl World {
             if path.absorption != Vec3::ZERO {
                 path.throughput *= (-hit.t * path.absorption).exp();
             }
-            if hide_emitters && path.depth == 0 && self.lights.is_emitter(&surface) {
+            if out.hides(follow) && self.lights.is_emitter(&surface) {
                 let origin = surface.offset(path.ray.dir);
                 path.ray = Ray { origin, t_max: path.ray.t_max - hit.t, ..path.ray };
                 continue;

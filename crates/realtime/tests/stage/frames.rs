@@ -9,10 +9,6 @@ use yugen_realtime::{Gpu, Options, Stage, StageError};
 use yugen_scene::prepared::{Rows, VertexRow};
 use yugen_scene::{Aov, Camera, Film, Filter, Geometry, Projection, Scene, Shape, look_along, primitives};
 
-fn perspective(fov_x: f32) -> Projection {
-    Projection::pinhole(fov_x)
-}
-
 fn camera(name: &str, projection: Projection) -> Camera {
     let eye = Vec3::new(3.0, 2.0, 4.0);
     let straight = crate::camera(look_along(eye, -eye, Vec3::Y), [64, 48]);
@@ -90,16 +86,16 @@ fn ray(camera: &Camera, at: Vec2) -> Ray {
 }
 
 fn cameras() -> Vec<Camera> {
-    let mut all = vec![camera("plain", perspective(0.9))];
-    let mut shifted = camera("shifted", perspective(0.7));
+    let mut all = vec![camera("plain", Projection::pinhole(0.9))];
+    let mut shifted = camera("shifted", Projection::pinhole(0.7));
     if let Projection::Perspective { principal_point, .. } = &mut shifted.projection {
         *principal_point = Vec2::new(0.1, -0.07);
     }
     all.push(shifted);
-    let mut cropped = camera("cropped", perspective(1.1));
+    let mut cropped = camera("cropped", Projection::pinhole(1.1));
     cropped.film.crop = Some([13, 7, 40, 33]);
     all.push(cropped);
-    let mut clipped = camera("clipped", perspective(0.9));
+    let mut clipped = camera("clipped", Projection::pinhole(0.9));
     clipped.near_far = [4.9, 6.0];
     all.push(clipped);
     let mut parallel = camera("parallel", Projection::Orthographic);
@@ -315,8 +311,8 @@ fn what_cannot_be_shown_is_said_in_a_sentence() {
         spoilt(&|c| c.to_world.w_axis.x = f32::NAN),
         spoilt(&|c| c.near_far = [1.0, 1.0]),
         spoilt(&|c| c.near_far = [f32::NAN, 1.0]),
-        spoilt(&|c| c.projection = perspective(0.0)),
-        spoilt(&|c| c.projection = perspective(f32::NAN)),
+        spoilt(&|c| c.projection = Projection::pinhole(0.0)),
+        spoilt(&|c| c.projection = Projection::pinhole(f32::NAN)),
         spoilt(&|c| c.film.crop = Some([60, 0, 10, 48])),
         spoilt(&|c| c.film.crop = Some([u32::MAX, 0, 64, 48])),
         spoilt(&|c| c.film.width = 0),

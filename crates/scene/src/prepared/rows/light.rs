@@ -257,8 +257,8 @@ impl Rows {
         self.lights >> Op::Slab as u32 & 1 != 0
     }
 
-    /// Puts what `f` makes of it in the place of the covariance of each slab, in the world, square scene units; how many there
-    /// are.
+    /// Replaces the covariance of each slab (symmetric, in the world, square scene units) by `f` of it, which must be symmetric;
+    /// returns the number of slabs. For proofs of what the covariances are worth.
     pub fn map_slab_covariances(&mut self, f: impl Fn(Mat3) -> Mat3) -> usize {
         let [table, count, plain] = [4, 5, 11].map(|word| self.words.get(word).map_or(0, |w| *w as usize));
         for slab in plain..count {
