@@ -258,7 +258,7 @@ impl Ink {
         }
         moments.check(&self.outputs, self.resume, &[], &|output| match is_svg(output) {
             true => Ok(check_writable(output)?),
-            false => Ok(image::can_write(output)?),
+            false => Moments::can_write_picture(output, &["svg"]),
         })?;
         let style = self.style()?;
         if self.literal && !style.steering.is_empty() {

@@ -5,7 +5,7 @@ use crate::numbered::Numbered;
 use crate::render::interrupt::{self, Interrupt};
 use crate::render::{frames, rate, seconds};
 use crate::{json, progress};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
 use indicatif::HumanDuration;
 use serde_json::json;
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yugen_archive::check_outputs;
 use yugen_archive::formats::film::{self, Timing};
-use yugen_archive::formats::image::WriteOptions;
+use yugen_archive::formats::image::{self, WriteOptions};
 use yugen_optics::{Image, Mat4, Vec3};
 use yugen_scene::Scene;
 
@@ -166,6 +166,15 @@ impl Moments {
             bail!("one film at a time: join numbered pictures by 'yugen film' for the other");
         }
         Ok(())
+    }
+
+    /// As [`image::can_write`], for where a name may be that of a film, too, or end as `besides` say.
+    pub fn can_write_picture(output: &Path, besides: &[&str]) -> Result<()> {
+        let known = image::is_picture(output);
+        image::can_write(output).map_err(|e| match known {
+            true => e.into(),
+            false => anyhow!("{e}, .{}", [besides, &["mp4", "apng"]].concat().join(", .")),
+        })
     }
 
     /// The scene at the moment that one picture is of. `file`: of messages.

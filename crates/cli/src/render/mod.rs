@@ -177,7 +177,8 @@ impl Render {
     fn run_with(self, load: impl FnOnce(&Self) -> Result<Scene>) -> Result<()> {
         let of_one = [("--watch", self.watch.is_some()), ("--keep", self.keep), ("--restart", self.restart)];
         let outputs = std::slice::from_ref(&self.output);
-        self.moments.check(outputs, self.resume, &of_one, &|output| Ok(image::can_write(output)?))?;
+        self.moments
+            .check(outputs, self.resume, &of_one, &|output| Moments::can_write_picture(output, &[]))?;
         if self.lighting != "full" && self.by != "realtime" {
             bail!("--lighting {} is of the real-time renderer: give --by realtime as well", self.lighting);
         }

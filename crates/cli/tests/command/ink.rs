@@ -239,6 +239,7 @@ fn a_brush_is_made_of_a_photograph_of_a_stroke() {
         ("brush stroke.png -o stroke.toml", &["stroke.png"]),
         ("brush stroke.png -o x.toml --preset dyr", &["did you mean 'dry'?"]),
         ("ink ball.toml --preset none.toml -o x.png", &["none.png"]),
+        ("ink ball.toml -o x.txt", &["x.txt", ".jpeg, .svg, .mp4, .apng"]),
         ("ink ball.toml --preset small.toml -o x.png", &["small.png", "no picture of a straight stroke"]),
     ] {
         refused(yugen_in(&folder, line), words);

@@ -137,10 +137,11 @@ fn json_says_what_was_done() {
 #[test]
 fn mistakes_are_told_before_anything_is_rendered() {
     let (folder, scene) = set_up("mistakes");
-    let cases: [(&[&str], &str, &str); 15] = [
+    let cases: [(&[&str], &str, &str); 16] = [
         (&["--at", "1.5"], "a.exr", "nothing in it moves"),
         (&[], "missing/a.png", "there is no folder"),
         (&[], ".", "cannot tell a picture format"),
+        (&[], "a.txt", ".jpeg, .mp4, .apng"),
         (&["-D", "spp=4"], "a.exr", "has no parameters, so 'spp'"),
         (&["--size", "65536x65536"], "a.exr", "give a smaller size"),
         (&[], "a.bmp", "exr"),
