@@ -370,12 +370,13 @@ impl Tracker {
         let asked = if known { HashMap::new() } else { asked_for(&pieces) };
         used.extend(asked.values());
         let (mut strokes, mut next) = (Vec::new(), Memory::default());
+        let there: HashSet<u32> = memory.strokes.iter().filter(|s| !s.fading).map(|s| s.id).collect();
         let mut change = Change { strokes: pieces.len(), ..Change::default() };
         let mut slips: Vec<f32> = Vec::new();
         for (i, (piece, found)) in pieces.iter_mut().zip(&matches).enumerate() {
             let parent = found.parent.map(|p| &memory.strokes[p as usize]);
-            // One that was going has come again.
-            change.born += usize::from(found.keeps && parent.is_some_and(|p| p.fading));
+            // One that was going has come again, where not only a part of it was.
+            change.born += usize::from(found.keeps && parent.is_some_and(|p| !there.contains(&p.id)));
             let id = match (parent, found.keeps) {
                 (Some(parent), true) => parent.id,
                 _ if asked.contains_key(&i) => asked[&i],
@@ -437,7 +438,7 @@ impl Tracker {
             strokes.push(stroke);
         }
         let kept: HashSet<u32> = next.strokes.iter().map(|s| s.id).collect();
-        change.died = memory.strokes.iter().filter(|s| !s.fading && !kept.contains(&s.id)).count();
+        change.died = there.difference(&kept).count();
         slips.sort_by(f32::total_cmp);
         if !slips.is_empty() {
             let mean = slips.iter().sum::<f32>() / slips.len() as f32;
