@@ -1,7 +1,9 @@
 //! The real-time renderer's geometry against the reference renderer's: what a ray meets and all that is known there.
 
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{Affine2, Mat4, Vec2, Vec3, Vec4};
+use std::f32::consts::TAU;
 use std::sync::Arc;
+use yugen_optics::Image;
 use yugen_optics::random::Pcg32;
 use yugen_proof::gpu::Gpu;
 use yugen_realtime::hierarchy::{HIERARCHY_WGSL, Hierarchy};
@@ -11,7 +13,7 @@ use yugen_reflectance::Kind;
 use yugen_scene::prepared::{GEOMETRY_WGSL, Rows};
 use yugen_scene::{
     Aov, Camera, Film, Filter, FovAxis, Geometry as Form, Light, Material, Mesh, ModelBuilder, Projection,
-    Scene, Shape, Value, look_along, primitives,
+    Scene, Shape, Texture, TextureFilter, TurnedNormals, Value, Wrap, look_along, primitives,
 };
 use yugen_transport::accel::{NO_INSTANCE, Ray};
 use yugen_transport::geometry::{Geometry, Surface};
@@ -401,4 +403,80 @@ fn lights_are_hidden_as_by_the_reference() {
         assert!(off < 0.02, "{off}");
         assert_eq!(dark > 100, hide_emitters, "{dark}");
     }
+}
+
+/// The layer of shading normals has what maps of normals and of heights make of them, on both sides of a surface.
+#[test]
+fn shading_normals_are_as_maps_turn_them() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    // Waves that repeat; as a normal map their third channel is mostly up.
+    let mut waves = Image::rgb(32, 32);
+    for y in 0..32 {
+        for x in 0..32 {
+            let phase = |k: usize| (TAU * k as f32 / 32.0).sin();
+            let up = 0.5 + 0.5 * (1.0 - 0.16 * (phase(x).powi(2) + phase(y).powi(2))).sqrt();
+            waves.pixel_mut(x, y).copy_from_slice(&[0.5 + 0.2 * phase(x), 0.5 + 0.2 * phase(y), up]);
+        }
+    }
+    let picture = |channel| Texture::Image {
+        image: Arc::new(waves.clone()),
+        filter: TextureFilter::Bilinear,
+        wrap: [Wrap::Repeat; 2],
+        to_uv: Affine2::IDENTITY,
+        channel,
+    };
+    let turned = TurnedNormals { flip_invalid_normals: false, use_shadowing_function: false };
+    let place = |x: f32, turn: f32| {
+        let turn = Mat4::from_rotation_y(turn);
+        Mat4::from_translation(Vec3::X * x) * turn * Mat4::from_scale(Vec3::new(0.9, 1.2, 1.0))
+    };
+    let sheet = |name: &str, to_world, material| Shape::new(name, Form::Rectangle, to_world, material);
+    let mut scene = Scene {
+        textures: vec![picture(None), picture(Some(0))],
+        materials: vec![
+            ModelBuilder::new(Kind::Lambert).build().expect("it has defaults"),
+            Material::NormalMap { texture: 0, scale: 1.0, turned, base: 0 },
+            Material::BumpMap { texture: 1, scale: 0.3, turned, base: 0 },
+        ],
+        shapes: vec![
+            sheet("normals", place(-2.0, 0.3), 1),
+            sheet("heights", place(0.0, -0.2), 2),
+            sheet("from behind", place(2.0, 3.0), 1),
+        ],
+        lights: vec![Light::Constant { radiance: Vec3::splat(0.3) }],
+        cameras: vec![Camera {
+            name: "front".into(),
+            to_world: look_along(Vec3::Z * 5.0, Vec3::NEG_Z, Vec3::Y),
+            projection: Projection::pinhole(1.1),
+            near_far: [0.5, 100.0],
+            film: Film { width: 60, height: 28, crop: None, filter: Filter::Box },
+            samples_per_pixel: 64,
+        }],
+        ..Scene::default()
+    };
+    scene.integrator.max_depth = Some(2);
+    let aovs = vec![Aov::Normal, Aov::ShadingNormal];
+    let options =
+        render::Options { aovs: aovs.clone(), budget: Some(Budget::Samples(64)), ..Default::default() };
+    let job = Job::new(&scene, &options).expect("the reference takes it");
+    assert!(job.run(|_, _| Action::Continue));
+    let want = job.image();
+    let rows = Rows::new(&scene).expect("the scene is sound");
+    let options = Options { filter: Filter::Box, aovs, ..Options::new([60, 28], Some(1)) };
+    let mut stage = Stage::new(&gpu.device, &gpu.queue, &rows, &options).expect("it fits");
+    for _ in 0..64 {
+        stage.frame(&scene.cameras[0]).expect("it is seen");
+    }
+    let got = stage.image().expect("it can be read");
+    let layer = |image: &Image, name: &str| {
+        let channels = ["X", "Y", "Z"].map(|c| format!("{name}.{c}"));
+        image.select(&channels.each_ref().map(String::as_str)).expect("the layer is there").data
+    };
+    let apart =
+        |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>() / a.len() as f32;
+    let (ours, theirs) = (layer(&got, "shading_normal"), layer(&want, "shading_normal"));
+    let [off, turned_by] = [apart(&ours, &theirs), apart(&theirs, &layer(&want, "normal"))];
+    println!("off by {off}, maps turn by {turned_by}");
+    // Noise of outlines.
+    assert!(off < 0.004 && turned_by > 0.05, "{off} {turned_by}");
 }

@@ -31,19 +31,19 @@ pub fn aov_pass(
         "const AOV: u32 = {number}u;\nconst HIDE_EMITTERS: bool = {};\nconst FILM_HALVES: bool = false;",
         options.hide_emitters
     );
-    // Materials only where light can pass them, or their colour is asked for.
-    let albedo = aov == Aov::Albedo;
+    // Materials only where light can pass them, or where they are asked for their colour or for what maps make of normals.
+    let asked = match aov {
+        Aov::Albedo => true,
+        Aov::ShadingNormal => rows.turns > 0 || rows.has_cloth,
+        _ => false,
+    };
     let sees_through = rows.draws.iter().any(|d| d.flags & DrawRow::SEE_THROUGH != 0);
     let pieces = [
         constants.as_str(),
-        &if sees_through || albedo { shading_wgsl(rows) } else { opaque_wgsl() },
+        &if sees_through || asked { shading_wgsl(rows) } else { opaque_wgsl() },
         PRIMARY_WGSL,
         include_str!("aov.wgsl"),
-        if albedo {
-            include_str!("albedo.wgsl")
-        } else {
-            "fn albedo_of(s: Surface, ray: CameraRay, t: f32) -> vec3<f32> { return vec3<f32>(0.0); }"
-        },
+        if asked { include_str!("aov_material.wgsl") } else { include_str!("aov_plain.wgsl") },
     ];
     let groups = [scene.layout(), primary, film];
     let pipeline = compute(device, "add_aov", &pieces, &groups);

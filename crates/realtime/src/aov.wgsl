@@ -27,7 +27,7 @@ fn add_aov(@builtin(global_invocation_id) id: vec3<u32>) {
     var value = vec3<f32>(0.0);
     switch AOV {
         case NORMAL: { value = s.geometric_normal; }
-        case SHADING_NORMAL: { value = s.frame_n; }
+        case SHADING_NORMAL: { value = shading_normal_of(s, ray, hit.t); }
         case DEPTH: { value = vec3<f32>(hit.t, 0.0, 0.0); }
         case POSITION: { value = s.position; }
         case UV: { value = vec3<f32>(s.uv, 0.0); }

@@ -26,7 +26,7 @@
 //! | `flames.wgsl` | 3 | volumes along a ray: `flames_along` |
 //! | `samples.wgsl` | | `pixel_number`, `sample2`: numbers of a pixel |
 //! | `shade.wgsl`, `paper.wgsl` | | the picture, and how Wakita et al. light it |
-//! | `aov.wgsl`, `albedo.wgsl` | | what is known of the first surface |
+//! | `aov.wgsl`, `aov_material.wgsl`, `aov_plain.wgsl` | | what is known of the first surface |
 //! | `visibility_rastered.wgsl`, `visibility_traced.wgsl` | | what fills the visibility buffer |
 //! | `guide.wgsl` | | what a denoiser is told |
 //! | `gbuffer.wgsl`, `preview.wgsl` | | what is shown while the sum is young |
