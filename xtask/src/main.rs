@@ -256,26 +256,46 @@ enum InAll {
     No,
 }
 
-/// What is measured, the script of it, and how `bench all` runs it.
-const BENCHES: &[(&str, &str, InAll)] = &[
-    ("render", "bench.py", InAll::WithPeer),
-    ("denoise", "denoise.py", InAll::Plain),
-    ("realtime", "realtime.py", InAll::Plain),
+/// A benchmark.
+struct Bench {
+    /// What is measured.
+    name: &'static str,
+    /// In `benches`.
+    script: &'static str,
+    in_all: InAll,
+    /// Whether the script runs `yugen`.
+    runs_yugen: bool,
+}
+
+impl Bench {
+    const fn new(name: &'static str, script: &'static str, in_all: InAll) -> Self {
+        Self { name, script, in_all, runs_yugen: false }
+    }
+
+    const fn of_yugen(name: &'static str, script: &'static str, in_all: InAll) -> Self {
+        Self { runs_yugen: true, ..Self::new(name, script, in_all) }
+    }
+}
+
+const BENCHES: &[Bench] = &[
+    Bench::of_yugen("render", "bench.py", InAll::WithPeer),
+    Bench::of_yugen("denoise", "denoise.py", InAll::Plain),
+    Bench::of_yugen("realtime", "realtime.py", InAll::Plain),
     // No script: an example that needs nothing beside itself, so that it can be copied to where the GPU is.
     // `--peer`, beside Filament, is for it alone.
-    ("stage", STAGE, InAll::Plain),
-    ("bsdf", "bsdf_rate.py", InAll::WithPeer),
-    ("rays", "ray_rate.py", InAll::Plain),
-    ("fit", "fit_rate.py", InAll::Plain),
-    ("rti", "rti_rate.py", InAll::Plain),
+    Bench::new("stage", STAGE, InAll::Plain),
+    Bench::new("bsdf", "bsdf_rate.py", InAll::WithPeer),
+    Bench::new("rays", "ray_rate.py", InAll::Plain),
+    Bench::new("fit", "fit_rate.py", InAll::Plain),
+    Bench::new("rti", "rti_rate.py", InAll::Plain),
     // Its peers are Blender and Newton, 1.6 GB.
-    ("cloth", "cloth.py", InAll::Plain),
+    Bench::new("cloth", "cloth.py", InAll::Plain),
     // It installs Blender.
-    ("ink", "ink.py", InAll::No),
+    Bench::new("ink", "ink.py", InAll::No),
     // It measures no time.
-    ("ink_vectors", "ink_vectors.py", InAll::No),
+    Bench::new("ink_vectors", "ink_vectors.py", InAll::No),
     // It measures errors, not time, and draws for long.
-    ("calibrate", "calibrate.py", InAll::No),
+    Bench::new("calibrate", "calibrate.py", InAll::No),
 ];
 
 /// The example that times the passes of the real-time renderer.
@@ -285,27 +305,25 @@ fn bench(rest: &[String]) -> Outcome {
     let named = rest.first().filter(|word| !word.starts_with('-'));
     let (what, rest) = named.map_or(("render", rest), |word| (word.as_str(), &rest[1..]));
     let all = what == "all";
-    let chosen: Vec<_> = BENCHES
-        .iter()
-        .filter(|(name, _, in_all)| if all { *in_all != InAll::No } else { *name == what })
-        .collect();
+    let chosen: Vec<_> =
+        BENCHES.iter().filter(|b| if all { b.in_all != InAll::No } else { b.name == what }).collect();
     if chosen.is_empty() {
-        let names: Vec<&str> = BENCHES.iter().map(|(name, ..)| *name).collect();
+        let names: Vec<&str> = BENCHES.iter().map(|b| b.name).collect();
         return Err(format!("there is no benchmark '{what}'; expected all or one of {}", names.join(", ")));
     }
     if all && rest.iter().any(|word| word != "--peer") {
         return Err("bench all takes --peer and nothing else; name a benchmark to say more".into());
     }
-    for (name, script, in_all) in chosen {
-        let rest = if all && *in_all == InAll::Plain { &[] } else { rest };
-        let beside = *script == STAGE && rest.iter().any(|word| word == "--peer");
-        let script = &if beside { "stage_peer.py" } else { script };
+    for bench in chosen {
+        let rest = if all && bench.in_all == InAll::Plain { &[] } else { rest };
+        let beside = bench.script == STAGE && rest.iter().any(|word| word == "--peer");
+        let script = if beside { "stage_peer.py" } else { bench.script };
         let rest: Vec<&str> =
             rest.iter().map(String::as_str).filter(|word| !beside || *word != "--peer").collect();
-        if beside || matches!(*name, "render" | "denoise" | "realtime") {
+        if beside || bench.runs_yugen {
             cargo(&["build", "--profile", "dist", "--package", "yugen-cli"])?;
         }
-        if *script == STAGE {
+        if script == STAGE {
             cargo(&["build", "--profile", "dist", "--package", "yugen-realtime", "--example", STAGE])?;
             let program = root().join("target/dist/examples").join(STAGE);
             step(&format!("{} {}", program.display(), rest.join(" ")));
