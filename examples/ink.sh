@@ -1,15 +1,17 @@
 #!/bin/sh
-# Paints the pictures of docs/ink.md that take several commands: the landscape, the contact sheet, the mountings. Everything in them
-# is made here. Build first: cargo build --release --workspace. FAST=1 paints small ones into out/ink alone.
+# Paints the pictures of docs/ink.md that take several commands: the landscape, the contact sheet, the mountings, frames of a film, and
+# the slides' figures. Everything in them is made here. Build first: cargo build --release --workspace --bins --example footprints.
+# FAST=1 paints small ones into out/ink alone.
 set -eu
 cd "$(dirname "$0")/.."
-PATH="$PWD/target/release:$PATH"
+PATH="$PWD/target/release:$PWD/target/release/examples:$PATH"
 out=out/ink
 images=docs/images
 cell=400x300
 whole=1280x960
 scroll=260x400
-if [ -n "${FAST:-}" ]; then images=$out cell=160x120 whole=320x240 scroll=80x120; fi
+film=480x270
+if [ -n "${FAST:-}" ]; then images=$out cell=160x120 whole=320x240 scroll=80x120 film=160x90; fi
 mkdir -p "$out" "$images"
 
 landscape "$out/landscape.toml"
@@ -60,3 +62,26 @@ for mount in hanging album hand fan; do
     set -- "$@" "$out/mount-$mount.png"
 done
 sheet "$images/ink_mounts.jpg" 4 "$@"
+
+# Six frames of the dance.
+for frame in "$out"/film_*.png; do [ ! -e "$frame" ] || rm "$frame"; done
+yugen ink "$out/night.toml" --camera player --frames 96-101 --size "$film" -o "$out/film_%03d.png"
+sheet "$images/ink_film.jpg" 3 "$out"/film_*.png
+
+# The slides' figures by the slides' method: footprints and strokes; contours, wrinkles in light and in thick ink, with rubbing, with
+# colour; another pose; a scene.
+literally() {
+    name=$1 at=$2; shift 2
+    yugen ink "$out/dusk.toml" --camera front --at "$at" --size "$cell" --literal "$@" -o "$out/literal-$name.png"
+}
+footprints "$out/literal-masks.png" "$out/literal-strokes.png"
+literally contours 14 --set wrinkle=0 --set wash=0
+literally light 14 --set wash=0 --set wrinkle=0.5
+literally thick 14 --set wash=0 --set wrinkle=2
+literally rubbing 14 --set wash=0 --set rub=1
+literally colour 14
+literally pose 6
+yugen ink "$out/landscape.toml" --camera wide --size "$cell" --literal -o "$out/literal-scene.png"
+sheet "$images/ink_literal.jpg" 3 "$out"/literal-masks.png "$out"/literal-strokes.png "$out"/literal-contours.png \
+    "$out"/literal-light.png "$out"/literal-thick.png "$out"/literal-rubbing.png \
+    "$out"/literal-colour.png "$out"/literal-pose.png "$out"/literal-scene.png
