@@ -95,7 +95,7 @@ fn what_is_no_garment_is_told() {
     assert!(garment.cut(0.03).is_err());
 }
 
-/// Two measures at the ends of their ranges at once: told, or cut.
+/// Two measures at the ends of their ranges at once: told, or cut into what is a cloth.
 #[test]
 fn what_is_read_can_be_cut() {
     for cut in CUTS {
@@ -105,7 +105,12 @@ fn what_is_read_can_be_cut() {
             for (b, y) in &ends {
                 let text = format!("{} {a}={x} {b}={y}", cut.name);
                 match parse(&text) {
-                    Ok(garment) => assert!(garment.cut(0.03).is_ok(), "{text}"),
+                    Ok(garment) => {
+                        let cut = garment.cut(0.04).unwrap_or_else(|e| panic!("{text}: {e}"));
+                        // At no edge more than two triangles, all the same way round.
+                        let cloth = Cloth::new(cut.sheet, &PRESETS[0].fabric);
+                        assert!(cloth.is_ok(), "{text}: {:?}", cloth.err());
+                    }
                     Err(e) => {
                         assert!(e.to_string().contains("line 1"), "{text}: {e}");
                         told += 1;

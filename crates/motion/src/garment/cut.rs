@@ -3,6 +3,7 @@
 use super::{Edge, Garment, GarmentError, Panel, Seam, Side};
 use crate::cloth::Sheet;
 use glam::{Vec2, Vec3};
+use std::collections::HashMap;
 
 /// A garment in triangles, sewn.
 #[derive(Clone, Debug, Default)]
@@ -184,6 +185,7 @@ impl Garment {
             }
             cut.vertex.push(number[root]);
         }
+        cut.turn_shared_diagonals();
         cut.sheet = Sheet {
             positions: vec![Vec3::ZERO; vertices as usize],
             triangles: cut.triangles.iter().map(|t| t.map(|v| cut.vertex[v as usize])).collect(),
@@ -309,6 +311,43 @@ impl Cut {
             }
         }
         self.rows.push(rows);
+    }
+
+    /// Where panels are sewn along both sides of a corner, diagonals that cut the corner off in each would be one edge of four triangles.
+    /// All but the first, or all where the edge is also one of a seam, go to the corner instead.
+    fn turn_shared_diagonals(&mut self) {
+        // Triangles by edge of the sheet, in order.
+        let mut order = Vec::new();
+        let mut at: HashMap<[u32; 2], Vec<(usize, usize)>> = HashMap::new();
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            for corner in 0..3 {
+                let ends = [1, 2].map(|k| self.vertex[triangle[(corner + k) % 3] as usize]);
+                let triangles =
+                    at.entry([ends[0].min(ends[1]), ends[0].max(ends[1])]).or_insert_with_key(|edge| {
+                        order.push(*edge);
+                        Vec::with_capacity(2)
+                    });
+                triangles.push((t, corner));
+            }
+        }
+        for edge in order.iter().filter(|edge| at[*edge].len() > 2) {
+            let sides = &at[edge];
+            let ends = |(t, corner): (usize, usize)| [1, 2].map(|k| self.triangles[t][(corner + k) % 3]);
+            let reversed = |[a, b]: [u32; 2]| [b, a];
+            // Diagonals have a triangle of their own panel on either side.
+            let mut diagonals = Vec::new();
+            for (i, side) in sides.iter().enumerate() {
+                let other = sides[i + 1..].iter().find(|other| ends(**other) == reversed(ends(*side)));
+                diagonals.extend(other.map(|other| [*side, *other]));
+            }
+            let kept = usize::from(2 * diagonals.len() == sides.len());
+            for [(t, corner), (u, opposite)] in diagonals.into_iter().skip(kept) {
+                let [a, b] = [1, 2].map(|k| self.triangles[t][(corner + k) % 3]);
+                let (c, d) = (self.triangles[t][corner], self.triangles[u][opposite]);
+                self.triangles[t] = [a, d, c];
+                self.triangles[u] = [d, b, c];
+            }
+        }
     }
 
     /// Another garment's beside this one's.
