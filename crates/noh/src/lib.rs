@@ -20,6 +20,7 @@ pub mod player;
 mod preset;
 mod robe;
 mod roof;
+mod sash;
 mod sculpt;
 pub mod solid;
 mod timber;

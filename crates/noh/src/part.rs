@@ -55,7 +55,7 @@ pub enum Finish {
     Hannya,
     /// Hair of a wig.
     Hair,
-    /// Brocade of the band over a wig.
+    /// Brocade of the band over a wig, and of a sash.
     Band,
     /// Skin.
     Skin,

@@ -1,12 +1,13 @@
 //! A player who dances on the stage: parts at their joints, a robe that a simulation has moved.
 
+use crate::sash::Sash;
 use crate::view::SceneError;
 use crate::{Finish, FireLight, Hour, Stage};
 use glam::{Mat4, Vec2, Vec3};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use yugen_motion::SkeletalMotion;
-use yugen_motion::garment::{self, Body, Fitting, Garment, GarmentError};
+use yugen_motion::garment::{self, Body, Fitting, Form, Garment, GarmentError};
 use yugen_scene::{
     Attachment, Camera, Figure, Film, FovAxis, Geometry, Material, Mesh, Part, Projection, Scene, Shape,
     look_along,
@@ -21,11 +22,13 @@ pub struct Costume {
     pub samples: Arc<[Vec<Vec3>]>,
     /// Samples a second.
     pub rate: f64,
+    /// What it is made of.
+    pub finish: Finish,
 }
 
 impl Costume {
-    /// Garments put on the player, the innermost first, and danced in; of their frames every `keep`th is kept, all where that is 0, and
-    /// the last. `tell` hears which part of the work is done, and may end it.
+    /// Garments put on the player, the innermost first, and danced in, and the sash over a kariginu; of their frames every `keep`th is
+    /// kept, all where that is 0, and the last. `tell` hears which part of the work is done, and may end it.
     ///
     /// # Errors
     /// A garment or a fabric that is none.
@@ -62,11 +65,36 @@ impl Costume {
             from = range.end;
             costumes.push((mesh, range));
         }
+        let pose = |frame: usize| -> Result<_, GarmentError> {
+            let poses = dance.poses(frame).map_err(|e| GarmentError::Body(e.to_string()))?;
+            let pelvis = poses.get(body.pelvis).copied();
+            let pelvis = pelvis.ok_or_else(|| GarmentError::Body("has no pelvis".into()))?;
+            Ok((poses, pelvis))
+        };
+        // Over a kariginu; what else is worn outermost hangs loose or is drawn up over its belt.
+        let mut sash = None;
+        if let (Some(garment), Some((robe, range))) = (garments.last(), costumes.last())
+            && garment.wear.form == Form::Fastened
+        {
+            let panels = &cut.panels[cut.panels.len() - 1 - garment.panels.len()..];
+            let sleeve = |v: &u32| {
+                let panel = panels.partition_point(|first| *first <= range.start + *v as usize) - 1;
+                garment.panels[panel].name.contains("sleeve")
+            };
+            let below = robe.triangles.iter().filter(|t| !t.iter().any(sleeve)).copied().collect();
+            let held = |v: u32| worn.holds(cut.vertex[range.start + v as usize]);
+            let (_, pelvis) = pose(0)?;
+            if let Some(mut tied) = Sash::new(&robe.positions, &robe.triangles, below, held, &pelvis) {
+                let mesh = tied.mesh(&robe.positions, &pelvis);
+                sash = Some((tied, range.clone(), mesh, Vec::with_capacity(dance.frames / keep + 1)));
+            }
+        }
         let mut samples: Vec<Vec<Vec<Vec3>>> =
             vec![Vec::with_capacity(dance.frames / keep + 1); costumes.len()];
+        let mut kept = 0;
         for frame in 0..dance.frames {
+            let (poses, pelvis) = pose(frame)?;
             if frame > 0 {
-                let poses = dance.poses(frame).map_err(|e| GarmentError::Body(e.to_string()))?;
                 worn.step(&poses, Vec3::ZERO);
             }
             // The last may come a frame early, rather than the robe stop before the player.
@@ -75,14 +103,27 @@ impl Costume {
                 for ((_, range), samples) in costumes.iter().zip(&mut samples) {
                     samples.push(points[range.clone()].to_vec());
                 }
+                if let Some((sash, range, _, samples)) = &mut sash {
+                    let seconds = (frame - kept) as f32 * fitting.seconds;
+                    samples.push(sash.at(&points[range.clone()], &pelvis, seconds));
+                }
+                kept = frame;
             }
             if tell((dressing + (frame + 1) as f32) / all).is_break() {
                 return Err(GarmentError::Stopped);
             }
         }
         let rate = dance.rate / keep as f64;
-        let made = costumes.into_iter().zip(samples);
-        Ok(made.map(|((mesh, _), samples)| Self { mesh, samples: samples.into(), rate }).collect())
+        let outermost = costumes.len().saturating_sub(1);
+        let made = costumes.into_iter().zip(samples).enumerate().map(|(k, ((mesh, _), samples))| {
+            let finish = if k == outermost { Finish::Cloth } else { Finish::Lining };
+            Self { mesh, samples: samples.into(), rate, finish }
+        });
+        let sash = sash.map(|(_, _, mesh, samples)| {
+            let finish = Finish::Band;
+            Self { mesh, samples: samples.into(), rate, finish }
+        });
+        Ok(made.chain(sash).collect())
     }
 }
 
@@ -93,7 +134,7 @@ pub struct Performance {
     pub stage: Stage,
     /// Of the skeleton [`yugen_motion::dance::player`].
     pub dance: SkeletalMotion,
-    /// What the player wears, the innermost first.
+    /// What the player wears, the innermost first, then a sash.
     pub costume: Vec<Costume>,
     /// Coordinates of the dance to those of the stage.
     place: Mat4,
@@ -133,15 +174,19 @@ impl Performance {
             let part = Part::Shape { shape, to_joint: Mat4::IDENTITY, flips: false };
             attachments.push(Attachment { joint, part });
         }
-        let [cloth, lining] = [Finish::Cloth, Finish::Lining].map(|f| self.stage.material_of(f));
-        for (k, costume) in self.costume.iter().enumerate() {
-            let (Some(cloth), Some(lining)) = (cloth, lining) else { return Err(SceneError::NoPlayer) };
-            let outermost = k + 1 == self.costume.len();
+        for costume in &self.costume {
+            let of = |finish: Finish| self.stage.material_of(finish).ok_or(SceneError::NoPlayer);
             let shape = scene.shapes.len();
-            let front = if outermost { cloth } else { lining };
-            scene.materials.push(Material::TwoSided { front, back: lining });
-            let material = scene.materials.len() - 1;
-            let name = if outermost { ROBE } else { costume.mesh.name.as_str() };
+            let material = match costume.finish {
+                Finish::Cloth | Finish::Lining => {
+                    scene
+                        .materials
+                        .push(Material::TwoSided { front: of(costume.finish)?, back: of(Finish::Lining)? });
+                    scene.materials.len() - 1
+                }
+                other => of(other)?,
+            };
+            let name = if costume.finish == Finish::Cloth { ROBE } else { costume.mesh.name.as_str() };
             let mesh = Geometry::Mesh(Arc::new(costume.mesh.clone()));
             scene.shapes.push(Shape::new(name, mesh, self.place, material));
             scene.add_cache(shape, costume.samples.clone(), costume.rate, 0.0, Mat4::IDENTITY)?;

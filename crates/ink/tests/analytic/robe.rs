@@ -28,7 +28,7 @@ fn simulated() -> Scene {
     let garments = outfit("kosode", 1.0).unwrap();
     let fitting = Fitting { edge: EDGE, threads: 2, ..Fitting::default() };
     let worn = Costume::simulate(&garments, &moved, &fitting, 2, |_| ControlFlow::Continue(())).unwrap();
-    let Costume { mesh, samples, rate } = worn.into_iter().next_back().unwrap();
+    let Costume { mesh, samples, rate, .. } = worn.into_iter().next_back().unwrap();
     let cloth = Material::lambert(Value::Rgb(Vec3::splat(0.5)));
     let mut scene = Scene {
         materials: vec![cloth.clone(), cloth, Material::TwoSided { front: 0, back: 1 }],
