@@ -30,7 +30,7 @@
 //! | [`literal`] | the slides of Xu, Yang and Wu 2012 as they stand, for comparison |
 //! | [`control`], [`preset`] | what is steered, and ways of painting |
 //! | [`steering`] | what of single objects and strokes is otherwise |
-//! | [`mask`] | pictures that say where something is otherwise |
+//! | [`mask`] | pictures that say where something is otherwise; a brush that paints them |
 //! | [`place_controls`], [`texture_coordinates`] | the controls place by place; texture coordinates of places on lines |
 //! | [`painter`] | all of it in order |
 //!

@@ -3,13 +3,17 @@
 //! A mask lies on the picture, stretched over it, or on the surface of what it is for, by the texture coordinates of its mesh, and
 //! moves with that. Between black and white a control goes evenly from its value without the mask to that of the mask.
 
+pub mod brush;
+pub mod map;
+
 use crate::InkError;
 use crate::brush::lightness;
 use crate::control::Controls;
-use crate::steering::Changes;
+use crate::steering::{Changes, Names, fits};
 use glam::Vec2;
 use std::sync::Arc;
 use yugen_optics::Image;
+use yugen_scene::prepared::DrawRow;
 
 /// Most pixels of a side of its picture: as a texture of 4k, 64 MiB of numbers.
 pub const MOST: usize = 4096;
@@ -77,6 +81,17 @@ pub enum Ground {
 }
 
 impl Ground {
+    /// Whether a mask on it lies on a draw of a scene whose things are called so: on none without texture coordinates, if it lies on a
+    /// surface.
+    pub fn has(&self, draw: &DrawRow, names: &Names) -> bool {
+        match self {
+            Self::Picture => true,
+            _ if draw.flags & DrawRow::HAS_UVS == 0 => false,
+            Self::Object(name) => fits(name, names.object(draw)),
+            Self::Material(name) => names.materials(draw).iter().any(|m| fits(name, m)),
+        }
+    }
+
     /// As presets have it.
     pub fn parse(word: &str) -> Result<Self, InkError> {
         match word.split_once('.') {

@@ -2,7 +2,7 @@
 
 use crate::control::Controls;
 use crate::mask::{Ground, Mask, Place};
-use crate::steering::{Names, Steering, fits};
+use crate::steering::{Names, Steering};
 use yugen_scene::prepared::DrawRow;
 
 /// The controls of each draw and the masks that lie on it.
@@ -20,20 +20,13 @@ pub struct PlaceControls {
 impl PlaceControls {
     /// Of draws by a style's controls and tables.
     pub fn new(sheet: &Controls, steering: &Steering, draws: &[DrawRow], names: &Names) -> Self {
-        let object = |d: &DrawRow| names.objects.get(d.shape as usize - 1).map_or("", String::as_str);
-        let materials = |d: &DrawRow| names.materials.get(d.material as usize).map_or(&[][..], Vec::as_slice);
-        let lies_on = |mask: &Mask, draw: &DrawRow| match &mask.on {
-            Ground::Picture => true,
-            _ if draw.flags & DrawRow::HAS_UVS == 0 => false,
-            Ground::Object(name) => fits(name, object(draw)),
-            Ground::Material(name) => materials(draw).iter().any(|m| fits(name, m)),
-        };
         let masks_of = |draw: &DrawRow| {
-            (0u32..).zip(&steering.masks).filter(|(_, m)| lies_on(m, draw)).map(|(i, _)| i).collect()
+            (0u32..).zip(&steering.masks).filter(|(_, m)| m.on.has(draw, names)).map(|(i, _)| i).collect()
         };
+        let controls = |d: &DrawRow| steering.controls(sheet, names.object(d), names.materials(d));
         Self {
             sheet: *sheet,
-            of_draws: draws.iter().map(|d| steering.controls(sheet, object(d), materials(d))).collect(),
+            of_draws: draws.iter().map(controls).collect(),
             masks: steering.masks.clone(),
             of: draws.iter().map(masks_of).collect(),
         }

@@ -5,6 +5,7 @@ use crate::InkError;
 use crate::control::Controls;
 use crate::mask::{Ground, Mask};
 use std::collections::{BTreeMap, BTreeSet};
+use yugen_scene::prepared::DrawRow;
 use yugen_scene::{Scene, suggest};
 
 /// Values of some controls.
@@ -45,6 +46,11 @@ impl Changes {
             None => self.0.push((name.into(), value)),
         }
         Ok(())
+    }
+
+    /// Takes one away.
+    pub fn remove(&mut self, name: &str) {
+        self.0.retain(|(known, _)| known != name);
     }
 
     /// Names of controls and their values.
@@ -160,6 +166,16 @@ impl Names {
         };
         let hint = suggest(pattern, known.iter().copied());
         (!known.iter().any(|name| fits(pattern, name))).then(|| format!("{kind} '{pattern}'{hint}"))
+    }
+
+    /// The object that a draw is of.
+    pub fn object(&self, draw: &DrawRow) -> &str {
+        self.objects.get((draw.shape as usize).wrapping_sub(1)).map_or("", String::as_str)
+    }
+
+    /// The material of a draw, and what that is made of.
+    pub fn materials(&self, draw: &DrawRow) -> &[String] {
+        self.materials.get(draw.material as usize).map_or(&[], Vec::as_slice)
     }
 
     /// Those of a scene.

@@ -3,8 +3,10 @@
 use crate::command::{Bounces, Command, Compare, LightChange, Resolution};
 use crate::ink::{StrokeChange, Subject, TableChange};
 use crate::language::{Language, Words};
+use crate::mask::{MaskChange, MaskWay};
 use egui::{Key, Modifiers};
 use yugen_ink::control::CONTROLS;
+use yugen_ink::mask::Ground;
 use yugen_optics::tonemap::Curve;
 use yugen_realtime::Lighting;
 use yugen_scene::suggest;
@@ -542,6 +544,89 @@ pub const ACTIONS: &[Action] = &[
         },
     },
     Action {
+        name: "mask",
+        usage: "new|next|NAME [picture|object NAME|material NAME]|CONTROL VALUE|CONTROL plain|remove|off",
+        group: Group::Ink,
+        keys: &[key(Key::K, "next"), shift(Key::K, "new"), ctrl(Key::K, "off"), ctrl(Key::Delete, "remove")],
+        held: false,
+        does: [
+            "paint a mask with the mouse (drag; with Ctrl erase): the next one, a new one on what is selected (else on the picture), or by its name; the value that a control has where it is white",
+            "マスクをマウスで描く（ドラッグ、Ctrl で消す）：次のマスク、選んだもの（なければ画面）の新しいマスク、または名前で。白い所での調整値",
+        ],
+        parse: |w| {
+            let is_control = |name: &str| CONTROLS.iter().any(|c| c.name == name);
+            match w {
+                ["new"] => Some(MaskChange::New),
+                ["next"] => Some(MaskChange::Next),
+                ["remove"] => Some(MaskChange::Remove),
+                ["off"] => Some(MaskChange::Off),
+                [name, "plain"] if is_control(name) => Some(MaskChange::Set(name.to_string(), None)),
+                [name, value] if is_control(name) => {
+                    Some(MaskChange::Set(name.to_string(), Some(number(value)?)))
+                }
+                [name] if !is_control(name) => Some(MaskChange::Paint(name.to_string(), None)),
+                [name, "picture"] => Some(MaskChange::Paint(name.to_string(), Some(Ground::Picture))),
+                [name, subject, thing @ ..] if !thing.is_empty() => {
+                    let subject = Subject::ALL.iter().find(|(_, name)| name == subject)?.0;
+                    Some(MaskChange::Paint(name.to_string(), Some(subject.ground(&thing.join(" ")))))
+                }
+                _ => None,
+            }
+            .map(Command::Mask)
+        },
+    },
+    Action {
+        name: "brush",
+        usage: "RADIUS|smaller|larger|strength S|weaker|stronger|erase|add|other|undo",
+        group: Group::Ink,
+        keys: &[
+            key(Key::N, "smaller"),
+            shift(Key::N, "larger"),
+            key(Key::U, "weaker"),
+            shift(Key::U, "stronger"),
+            key(Key::J, "other"),
+            ctrl(Key::Z, "undo"),
+        ],
+        held: false,
+        does: [
+            "the brush of masks: its radius in pixels of a picture of 1080 lines, how far a stroke goes (strength, 0 to 1), whether it adds or erases (other: the other of the two); its last stroke undone",
+            "マスクの筆：半径（縦1080画素の画像での画素数）、一筆の強さ（0〜1）、描くか消すか（other は切り替え）、直前の一筆を取り消す",
+        ],
+        parse: |w| {
+            match w {
+                ["smaller"] => Some(MaskChange::Larger(0.8)),
+                ["larger"] => Some(MaskChange::Larger(1.25)),
+                ["strength", s] => number(s).filter(|s| (0.0..=1.0).contains(s)).map(MaskChange::Strength),
+                ["weaker"] => Some(MaskChange::Stronger(-0.1)),
+                ["stronger"] => Some(MaskChange::Stronger(0.1)),
+                ["erase"] => Some(MaskChange::Erase(Some(true))),
+                ["add"] => Some(MaskChange::Erase(Some(false))),
+                ["other"] => Some(MaskChange::Erase(None)),
+                ["undo"] => Some(MaskChange::Undo),
+                [radius] => number(radius).filter(|r| *r > 0.0).map(MaskChange::Radius),
+                _ => None,
+            }
+            .map(Command::Mask)
+        },
+    },
+    Action {
+        name: "draw",
+        usage: "ACROSS DOWN [ACROSS DOWN]…",
+        group: Group::Ink,
+        keys: &[],
+        held: false,
+        does: [
+            "a stroke of the brush of masks through places of the picture, 0 to 1 (drag)",
+            "マスクの筆で画像の位置（0〜1）を通る一筆を描く（ドラッグ）",
+        ],
+        parse: |w| {
+            let all: Option<Vec<f32>> = w.iter().map(|w| number(w)).collect();
+            let all = all.filter(|all| !all.is_empty() && all.len().is_multiple_of(2))?;
+            let places = all.chunks_exact(2).map(|p| [p[0], p[1]]).collect();
+            Some(Command::Mask(MaskChange::Draw(MaskWay { places, ..MaskWay::default() })))
+        },
+    },
+    Action {
         name: "literal",
         usage: "[on|off]",
         group: Group::Ink,
@@ -823,7 +908,8 @@ mod tests {
         let read = script(
             "orbit 30 10; wait  # a moment\n\nlight left lamp off;material ball alpha_x .1\nsave a b.png; \
              preset own one.toml; stroke 0f3a9c12; stroke ink 1.2; stroke pin; steer object wet rock 2
-             steer material pine* ink .5; steer object rock plain; quit",
+             steer material pine* ink .5; steer object rock plain; mask worn material wet rock; mask wash .5
+             draw .1 .2 .3 .4; quit",
         );
         let expected = [
             Command::Orbit([30.0, 10.0]),
@@ -838,6 +924,12 @@ mod tests {
             Command::Steer(Subject::Object, "wet rock 2".into(), TableChange::Choose),
             Command::Steer(Subject::Material, "pine*".into(), TableChange::Set("ink".into(), 0.5)),
             Command::Steer(Subject::Object, "rock".into(), TableChange::Plain),
+            Command::Mask(MaskChange::Paint("worn".into(), Some(Ground::Material("wet rock".into())))),
+            Command::Mask(MaskChange::Set("wash".into(), Some(0.5))),
+            Command::Mask(MaskChange::Draw(MaskWay {
+                places: vec![[0.1, 0.2], [0.3, 0.4]],
+                ..MaskWay::default()
+            })),
             Command::Quit,
         ];
         let read: Vec<Command> = read.expect("a script").into_iter().map(|s| s.command).collect();
@@ -852,6 +944,12 @@ mod tests {
             ("wait x", "expected `wait"),
             ("stroke 12", "expected `stroke hide|show|pin"),
             ("set ink", "expected `set CONTROL VALUE`"),
+            ("mask", "expected `mask new|next|NAME"),
+            ("mask ink", "expected `mask new|next|NAME"),
+            ("mask a lamp b", "expected `mask new|next|NAME"),
+            ("brush 0", "expected `brush RADIUS|smaller"),
+            ("brush strength 2", "expected `brush RADIUS|smaller"),
+            ("draw 1 2 3", "expected `draw ACROSS DOWN"),
             ("steer light lamp", "expected `steer object|material NAME"),
             ("steer object plain ink x", "expected `steer object|material NAME"),
             ("quit now", "expected `quit`"),

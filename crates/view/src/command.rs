@@ -2,6 +2,7 @@
 
 use crate::ink::{StrokeChange, Subject, TableChange};
 use crate::language::Language;
+use crate::mask::MaskChange;
 use yugen_optics::tonemap::Curve;
 use yugen_realtime::Lighting;
 
@@ -72,6 +73,8 @@ pub enum Command {
     Stroke(StrokeChange),
     /// Something of how an object or a material of this name is painted.
     Steer(Subject, String, TableChange),
+    /// Something of the masks that are painted by hand.
+    Mask(MaskChange),
     /// The painting beside that of the slides' method or alone; the other where absent.
     Literal(Option<bool>),
     /// The picture to a file: .png as it is seen, .exr as light; of a painting .svg and .toml as well.

@@ -34,6 +34,8 @@ pub struct InkReport {
     pub stroke: Option<(u32, Option<String>)>,
     /// What a table is looked at of: an object or a material, and its name.
     pub subject: Option<(&'static str, String)>,
+    /// The mask that is painted, and on what.
+    pub mask: Option<(String, String)>,
     /// Sentences about tables that changed nothing.
     pub unmet: Vec<String>,
 }
@@ -78,6 +80,9 @@ pub trait Files: Send + Sync {
 
     /// When a file was last written.
     fn changed(&self, path: &Path) -> Option<SystemTime>;
+
+    /// The file that something of the scene from file `scene` is written to at `path`, if it can be; names as of [`Files::save`].
+    fn output(&self, path: &Path, scene: &Path) -> Result<PathBuf, String>;
 
     /// Writes a picture of the scene from file `scene`. Where `path` is an extension only, as `.png`, the file gets a name of
     /// its own. Returns its name, or a sentence.

@@ -1,7 +1,9 @@
 //! How the scene is painted in ink: the preset, what was changed of it, and the stroke that is looked at.
 
+use crate::mask::MaskTable;
 use std::collections::HashSet;
 use yugen_ink::control::CONTROLS;
+use yugen_ink::mask::Ground;
 use yugen_ink::painter::Style;
 use yugen_ink::preset::{self, Preset};
 use yugen_ink::steering::{Changes, OF_STROKES, OF_THE_SHEET, StrokeEdit, Tables};
@@ -38,6 +40,14 @@ impl Subject {
     /// Its name.
     pub fn name(self) -> &'static str {
         Self::ALL[self as usize].1
+    }
+
+    /// On what a mask of it lies.
+    pub fn ground(self, name: &str) -> Ground {
+        match self {
+            Self::Object => Ground::Object(name.into()),
+            Self::Material => Ground::Material(name.into()),
+        }
     }
 }
 
@@ -82,6 +92,8 @@ pub struct Ink {
     pub subject: Option<(Subject, String)>,
     /// The object and the materials of what was clicked on.
     pub offered: Vec<(Subject, String)>,
+    /// Masks that are painted by hand.
+    pub masks: MaskTable,
     /// Beside the slides' method.
     pub literal: bool,
     /// Counts changes of the style, and of what it stands beside.
@@ -103,6 +115,7 @@ impl Default for Ink {
             stroke: None,
             subject: None,
             offered: Vec::new(),
+            masks: MaskTable::default(),
             literal: false,
             changes: 0,
         }
@@ -137,7 +150,14 @@ impl Ink {
         let mut strokes = std::mem::take(&mut self.style.steering.strokes);
         strokes.extend(std::mem::take(&mut style.steering.strokes));
         style.steering.strokes = strokes;
+        // So are masks that were painted here.
+        let mut masks = std::mem::take(&mut self.style.steering.masks);
+        masks.retain(|m| self.masks.own.contains(&m.name));
+        masks.retain(|m| style.steering.masks.iter().all(|of_file| of_file.name != m.name));
+        self.masks.own.retain(|name| masks.iter().any(|m| m.name == *name));
+        style.steering.masks.extend(masks);
         (self.name, self.doc, self.style) = (name, doc, style);
+        self.masks.keep_own();
         self.changes += 1;
     }
 
@@ -256,6 +276,7 @@ impl Ink {
     pub fn forget_scene(&mut self) {
         (self.stroke, self.subject) = (None, None);
         self.offered.clear();
+        self.masks.clear();
         if !self.style.steering.is_empty() {
             self.style.steering = Default::default();
             self.changes += 1;

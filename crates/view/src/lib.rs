@@ -3,7 +3,7 @@
 //! | part | what is in it |
 //! | --- | --- |
 //! | [`action`] | everything that can be done, in one table |
-//! | [`state`], [`eye`], [`edit`], [`ink`] | what is shown and how, from where, what was changed, and by which brush; no window |
+//! | [`state`], [`eye`], [`edit`], [`ink`], [`mask`] | what is shown and how, from where, what was changed, and by which brush; no window |
 //! | [`ui`] | panels and overlays (egui); says what is to be done and does nothing |
 //! | `maker`, [`reference`], `painting` | threads that prepare scenes, trace paths and paint |
 //! | `window` | the loop of events: winit, a surface, the stage |
@@ -20,6 +20,7 @@ pub mod ink;
 pub mod language;
 mod mailbox;
 mod maker;
+pub mod mask;
 mod painting;
 mod picture;
 pub mod reference;

@@ -6,6 +6,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::{Duration, Instant};
 use wgpu::{Device, Queue};
 use yugen_ink::InkError;
+use yugen_ink::mask::Ground;
+use yugen_ink::mask::map::MaskMap;
 use yugen_ink::painter::{Painter, Painting, Style};
 use yugen_optics::Image;
 use yugen_scene::{Camera, Scene};
@@ -29,6 +31,8 @@ pub struct Order {
     pub style: Style,
     /// By the slides' method as well.
     pub literal: bool,
+    /// Where a mask is seen that is painted on a surface: on what, and its pixels across and down.
+    pub mask: Option<(Ground, [usize; 2])>,
     /// What [`Painted`] will call it.
     pub number: u64,
 }
@@ -50,6 +54,8 @@ pub struct Picture {
     pub painting: Arc<Painting>,
     /// What the slides' method makes of the same, where that was asked for and is there.
     pub literal: Option<Arc<Image>>,
+    /// Where the mask of the order is seen, or why it is not.
+    pub mask: Option<Result<Arc<MaskMap>, String>>,
     /// Sentences about tables of the style that changed nothing.
     pub unmet: Arc<[String]>,
     /// In fewer pixels than were asked for; the whole one follows.
@@ -86,6 +92,16 @@ struct Bench {
     painting: Option<Arc<Painting>>,
     /// What the last whole painting shows.
     view: Option<([u64; 2], Arc<Scene>, Camera)>,
+    mask: Option<MaskSeen>,
+}
+
+/// Where a mask on a surface is seen.
+struct MaskSeen {
+    view: ([u64; 2], Arc<Scene>, Camera),
+    mask: (Ground, [usize; 2]),
+    /// By the depths of a smaller painting.
+    draft: bool,
+    map: Result<Arc<MaskMap>, String>,
 }
 
 /// A thread with a painter.
@@ -206,6 +222,7 @@ fn paint(
                     scene: order.scene.clone(),
                     painting: None,
                     view: None,
+                    mask: None,
                 }))
             }
         };
@@ -213,7 +230,7 @@ fn paint(
         if let (true, Some(bench)) = (*took > QUICK, ready) {
             let mut small = order.camera.clone();
             small.resize(small.film.width.div_ceil(part), small.film.height.div_ceil(part));
-            draft = Some(picture(bench, &small, true, &|| true)?);
+            draft = Some(picture(bench, order, &small, true, &|| true)?);
         }
     }
     let drawn = draft.is_some();
@@ -228,17 +245,13 @@ fn paint(
     let whole = {
         let mut bench = lock(bench);
         let Some(bench) = bench.as_mut() else { return Ok(()) };
-        let whole = picture(bench, &order.camera, false, &wanted)?;
+        let whole = picture(bench, order, &order.camera, false, &wanted)?;
         bench.painting = Some(whole.painting.clone());
         // What was seen before is not looked at again for another style, and says little of how long another view takes.
-        let view = Some((order.of, order.scene.clone(), order.camera.clone()));
-        let same = bench
-            .view
-            .as_ref()
-            .zip(view.as_ref())
-            .is_some_and(|(a, b)| a.0 == b.0 && Arc::ptr_eq(&a.1, &b.1) && a.2 == b.2);
+        let view = view_of(order);
+        let same = bench.view.as_ref().is_some_and(|known| is_same(known, &view));
         *took = if same { took.max(whole.seconds) } else { whole.seconds };
-        bench.view = view;
+        bench.view = Some(view);
         whole
     };
     // The window may ask for layers as soon as it knows, so the painter is free by then.
@@ -254,8 +267,37 @@ fn paint(
     Ok(())
 }
 
+fn view_of(order: &Order) -> ([u64; 2], Arc<Scene>, Camera) {
+    (order.of, order.scene.clone(), order.camera.clone())
+}
+
+fn is_same(a: &([u64; 2], Arc<Scene>, Camera), b: &([u64; 2], Arc<Scene>, Camera)) -> bool {
+    a.0 == b.0 && Arc::ptr_eq(&a.1, &b.1) && a.2 == b.2
+}
+
+/// Where the mask of an order is seen; what is known of the whole painting is good for a draft as well.
+fn mask_map(
+    bench: &mut Bench,
+    order: &Order,
+    camera: &Camera,
+    draft: bool,
+) -> Option<Result<Arc<MaskMap>, String>> {
+    let mask = order.mask.clone()?;
+    let view = view_of(order);
+    let known =
+        bench.mask.as_ref().filter(|m| m.mask == mask && is_same(&m.view, &view) && (draft || !m.draft));
+    if let Some(known) = known {
+        return Some(known.map.clone());
+    }
+    let map = bench.painter.mask_map(camera, &mask.0, mask.1).map(Arc::new).map_err(|e| e.to_string());
+    bench.mask = Some(MaskSeen { view, mask, draft, map: map.clone() });
+    Some(map)
+}
+
+/// What `camera`, which is that of the order or has fewer pixels, sees.
 fn picture(
     bench: &mut Bench,
+    order: &Order,
     camera: &Camera,
     draft: bool,
     wanted: &dyn Fn() -> bool,
@@ -266,9 +308,10 @@ fn picture(
     bench.painter.forget();
     let painting = bench.painter.paint_while(camera, wanted)?;
     let image = Arc::new(bench.painter.image(false)?);
+    let mask = mask_map(bench, order, camera, draft);
     let unmet = [bench.painter.unmet_names(), bench.painter.unmet_strokes()].concat().into();
     let seconds = begun.elapsed().as_secs_f64();
-    Ok(Picture { image, painting: Arc::new(painting), literal: None, unmet, draft, seconds })
+    Ok(Picture { image, painting: Arc::new(painting), literal: None, mask, unmet, draft, seconds })
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -5,6 +5,7 @@ use crate::edit::{Edits, MaterialItem, materials, models_of};
 use crate::eye::{Eye, first_camera};
 use crate::ink::{Ink, StrokeChange};
 use crate::language::{Language, Words};
+use crate::mask::MaskChange;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yugen_optics::tonemap::Curve;
@@ -309,6 +310,8 @@ impl State {
                 // What closes a list closes the one on top.
                 if which.is_none() && self.help {
                     self.help = false;
+                } else if which.is_none() && self.ink.on && self.ink.masks.mask.is_some() {
+                    self.ink.masks.put_down();
                 } else if which.is_none()
                     && self.ink.on
                     && (self.ink.stroke.is_some() || self.ink.subject.is_some())
@@ -387,6 +390,16 @@ impl State {
             }
             Command::Steer(subject, name, change) => {
                 self.ink.steer(*subject, name, change)?;
+                self.paint(true);
+            }
+            Command::Mask(change)
+                if !self.ink.on
+                    && !matches!(change, MaskChange::Paint(..) | MaskChange::New | MaskChange::Next) =>
+            {
+                return Err("no painting is seen whose masks could be changed: `ink` first".into());
+            }
+            Command::Mask(change) => {
+                self.ink.change_mask(change)?;
                 self.paint(true);
             }
             Command::Literal(on) => {
@@ -576,6 +589,13 @@ mod tests {
         assert!(state.ink.on && !state.ink.literal);
         run(&mut state, "ink off; literal");
         assert!(state.ink.on && state.ink.literal);
+        // A mask as well, and Escape puts its brush down.
+        run(&mut state, "mask corner; draw 0.5 0.5; select none");
+        assert!(state.ink.style.steering.masks.len() == 1 && state.ink.mask().is_none());
+        run(&mut state, "mask corner; mask remove; ink off");
+        let error = run(&mut state, "brush erase").remove(0).expect_err("nothing is painted");
+        assert!(error.contains("`ink` first"), "{error}");
+        run(&mut state, "ink");
         let error = run(&mut state, "stroke hide").remove(0).expect_err("no stroke is selected");
         assert!(error.contains("click on a contour"), "{error}");
         // The same file anew keeps strokes, another does not.

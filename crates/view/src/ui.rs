@@ -12,6 +12,7 @@ pub use look::set_look;
 use crate::action::of_key;
 use crate::command::{Command, Compare};
 use crate::language::Words;
+use crate::mask::{MaskChange, MaskWay};
 use crate::reference::Difference;
 use crate::state::State;
 use egui::{Align2, Color32, FontId, Pos2, Rect, Sense, Stroke, TextureId, Ui, pos2, vec2};
@@ -257,12 +258,44 @@ fn picture(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
         painter.rect_stroke(rect.shrink(6.0), 4.0, Stroke::new(2.0, look::LINE), egui::StrokeKind::Inside);
         tag(rect.center(), Align2::CENTER_CENTER, DROP);
     }
+    let masked = state.ink.on && state.ink.mask().is_some();
+    if masked {
+        brush(ui, state, seen, &painter, rect, response.hover_pos());
+    }
     let on_line = other.is_some() && state.compare == Compare::Split;
-    pointer(ui, &response, rect, on_line.then_some(line), asked);
+    pointer(ui, &response, rect, on_line.then_some(line), masked, asked);
 }
 
-/// What the pointer asks of the picture.
-fn pointer(ui: &Ui, response: &egui::Response, rect: Rect, line: Option<f32>, asked: &mut Asked) {
+/// The brush of masks where the pointer is, and the way of its last stroke until that is painted.
+fn brush(ui: &Ui, state: &State, seen: &Seen, painter: &egui::Painter, rect: Rect, at: Option<Pos2>) {
+    let masks = &state.ink.masks;
+    let points = |pixels: f32| pixels / 1080.0 * rect.height();
+    let (way, radius) = &masks.way;
+    if seen.painting && !way.is_empty() {
+        let way: Vec<Pos2> =
+            way.iter().map(|p| rect.min + vec2(p[0] * rect.width(), p[1] * rect.height())).collect();
+        let colour = look::LINE.gamma_multiply(0.3);
+        match way[..] {
+            [one] => painter.circle_filled(one, points(*radius), colour),
+            _ => painter.line(way, Stroke::new(2.0 * points(*radius), colour)),
+        };
+    }
+    if let Some(at) = at {
+        let erases = masks.erases != ui.input(|i| i.modifiers.command);
+        let colour = if erases { look::WRONG } else { look::LINE };
+        painter.circle_stroke(at, points(masks.radius), Stroke::new(1.5, colour));
+    }
+}
+
+/// What the pointer asks of the picture; `masked`: it is the brush of a mask.
+fn pointer(
+    ui: &Ui,
+    response: &egui::Response,
+    rect: Rect,
+    line: Option<f32>,
+    masked: bool,
+    asked: &mut Asked,
+) {
     let held = egui::Id::unique("the line is held");
     let near = |p: Option<Pos2>| p.zip(line).is_some_and(|(p, line)| (p.x - line).abs() < REACH);
     if response.drag_started() {
@@ -274,9 +307,19 @@ fn pointer(ui: &Ui, response: &egui::Response, rect: Rect, line: Option<f32>, as
     }
     let modifiers = ui.input(|i| i.modifiers);
     let by = response.drag_delta();
-    if response.dragged() && by != egui::Vec2::ZERO {
-        let on_line = ui.data(|d| d.get_temp(held)).unwrap_or(false);
-        let primary = response.dragged_by(egui::PointerButton::Primary);
+    let on_line = ui.data(|d| d.get_temp(held)).unwrap_or(false);
+    let primary = response.dragged_by(egui::PointerButton::Primary);
+    let part = |p: Pos2| [(p.x - rect.left()) / rect.width(), (p.y - rect.top()) / rect.height()];
+    let draw = |places: Vec<[f32; 2]>, goes_on: bool| {
+        Command::Mask(MaskChange::Draw(MaskWay { places, goes_on, inverted: modifiers.command }))
+    };
+    if masked && primary && !on_line && !modifiers.shift {
+        let begun = response.drag_started();
+        let from = ui.input(|i| i.pointer.press_origin()).filter(|_| begun);
+        if let Some(to) = response.interact_pointer_pos().filter(|_| begun || by != egui::Vec2::ZERO) {
+            asked.commands.push(draw(vec![part(from.unwrap_or(to - by)), part(to)], !begun));
+        }
+    } else if response.dragged() && by != egui::Vec2::ZERO {
         let (w, h) = (rect.width().max(1.0), rect.height().max(1.0));
         asked.commands.push(if on_line && primary {
             let x = response.interact_pointer_pos().map_or(0.0, |p| p.x);
@@ -294,9 +337,10 @@ fn pointer(ui: &Ui, response: &egui::Response, rect: Rect, line: Option<f32>, as
         && !near(response.interact_pointer_pos())
         && let Some(p) = response.interact_pointer_pos()
     {
-        asked
-            .commands
-            .push(Command::Pick([(p.x - rect.left()) / rect.width(), (p.y - rect.top()) / rect.height()]));
+        asked.commands.push(match masked {
+            true => draw(vec![part(p)], false),
+            false => Command::Pick(part(p)),
+        });
     }
     if response.hovered() {
         let wheel = ui.input(|i| i.smooth_scroll_delta().y);

@@ -6,14 +6,22 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use glam::{Mat4, Vec3};
 use std::path::Path;
+use std::sync::Arc;
 use yugen_ink::control::CONTROLS;
+use yugen_ink::depth::DepthMap;
+use yugen_ink::mask::Ground;
+use yugen_ink::mask::map::MaskMap;
+use yugen_ink::projection::Projection;
+use yugen_ink::steering::Names;
 use yugen_optics::tonemap::Curve;
 use yugen_reflectance::Kind;
+use yugen_scene::prepared::Rows;
 use yugen_scene::{Geometry, Light, Material, ModelBuilder, Scene, Shape, Value};
 use yugen_view::action::ACTIONS;
 use yugen_view::command::{Command, LightChange};
 use yugen_view::ink::Subject;
 use yugen_view::language::Language;
+use yugen_view::mask::{MaskChange, MaskWay};
 use yugen_view::state::State;
 use yugen_view::ui::{Asked, Seen, set_look, show};
 
@@ -225,6 +233,153 @@ fn a_painting_is_steered_by_the_controls_of_its_table() {
     h.run();
     let saved = h.state().done.iter().filter(|c| matches!(c, Command::Save(_))).count();
     assert_eq!(saved, 2, "{:?}", h.state().done);
+}
+
+/// Where a mask on an object is seen: what the window learns of its painter.
+fn see(h: &mut Harness<'static, World>, object: &str) {
+    let state = &mut h.state_mut().state;
+    let size = state.ink.mask().expect("one is painted").picture.size();
+    let camera = state.eye.camera();
+    let (rows, projection) = (Rows::new(&state.scene).unwrap(), Projection::new(camera).unwrap());
+    let depth = DepthMap::of(&rows, &projection, &|_| None, 1).expect("nothing is seen through");
+    let (on, names) = (Ground::Object(object.into()), Names::of(&state.scene));
+    let map = MaskMap::new(&on, size, &rows, &names, &projection, &depth).unwrap();
+    state.ink.masks.see(Some(Ok(Arc::new(map))));
+}
+
+/// Drags over the picture with the left button, in steps.
+fn drag(h: &mut Harness<'static, World>, from: egui::Pos2, to: egui::Pos2, modifiers: Modifiers) {
+    h.event(egui::Event::PointerMoved(from));
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers,
+    };
+    h.event_modifiers(button(from, true), modifiers);
+    h.step();
+    for i in 1..=4 {
+        h.event_modifiers(egui::Event::PointerMoved(from.lerp(to, i as f32 / 4.0)), modifiers);
+        h.step();
+    }
+    h.event_modifiers(button(to, false), modifiers);
+    h.run();
+}
+
+/// The mean of the mask that is painted.
+fn painted(h: &Harness<'static, World>) -> f32 {
+    let picture = h.state().state.ink.mask().expect("one is painted").picture.picture();
+    picture.data.iter().sum::<f32>() / picture.data.len() as f32
+}
+
+#[test]
+fn masks_are_begun_and_painted_with_the_mouse_and_by_keys() {
+    let mut h = harness(Language::English);
+    // All of the panel is to be seen.
+    h.set_size(Vec2::new(1100.0, 2000.0));
+    h.key_press(Key::I);
+    h.run();
+    // One on the picture, with a control and its value.
+    h.get_by_label("New mask on the picture").click_accesskit();
+    h.run();
+    assert_eq!(h.state().state.ink.mask().map(|m| m.name.as_str()), Some("mask-1"));
+    h.get_by_role_and_label(egui::Role::Slider, "mask ink").focus();
+    h.run();
+    h.key_press(Key::ArrowRight);
+    h.run();
+    h.get_by_role_and_label(egui::Role::ComboBox, "also of it").click();
+    h.run();
+    h.get_by_role_and_label(egui::Role::Button, "dryness").click();
+    h.run();
+    let changes = h.state().state.ink.mask().unwrap().changes.clone();
+    let names: Vec<&str> = changes.iter().map(|c| c.0).collect();
+    assert!(names == ["ink", "dryness"] && changes.iter().next().unwrap().1 > 0.0, "{changes:?}");
+    h.get_by_label("mask dryness As the others").click_accesskit();
+    h.run();
+    assert_eq!(h.state().state.ink.mask().unwrap().changes.iter().count(), 1);
+    // The mouse draws instead of turning the view; with Ctrl it erases, with Shift it moves the view.
+    let [a, b] = [egui::pos2(300.0, 300.0), egui::pos2(380.0, 310.0)];
+    let (before, view) = (h.state().done.len(), h.state().state.eye.position());
+    drag(&mut h, a, b, Modifiers::NONE);
+    let drawn = &h.state().done[before..];
+    let ways: Vec<&MaskWay> = drawn
+        .iter()
+        .map(|c| match c {
+            Command::Mask(MaskChange::Draw(way)) => way,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert!(ways.len() > 2 && !ways[0].goes_on && ways[1..].iter().all(|w| w.goes_on), "{ways:?}");
+    assert!(ways.windows(2).all(|w| w[0].places.last() == w[1].places.first()), "{ways:?}");
+    assert_eq!(h.state().state.eye.position(), view);
+    let once = painted(&h);
+    assert!(once > 0.001, "{once}");
+    drag(&mut h, a, b, Modifiers::COMMAND | Modifiers::CTRL);
+    let erased = painted(&h);
+    assert!(erased < 0.05 * once, "{erased} of {once}");
+    h.key_press_modifiers(Modifiers::COMMAND | Modifiers::CTRL, Key::Z);
+    h.run();
+    assert_eq!(painted(&h), once, "the last stroke is undone");
+    drag(&mut h, a, b, Modifiers::SHIFT);
+    assert!(h.state().state.eye.position() != view && painted(&h) == once);
+    // A click is a dab of the brush.
+    let far = egui::pos2(500.0, 600.0);
+    drag(&mut h, far, far, Modifiers::NONE);
+    assert!(painted(&h) > once && h.state().state.ink.stroke.is_none());
+    h.get_by_label("Undo the stroke").click_accesskit();
+    h.run();
+    assert_eq!(painted(&h), once);
+    // The brush, by keys and by sliders.
+    let (radius, strength) = (h.state().state.ink.masks.radius, h.state().state.ink.masks.strength);
+    h.key_press(Key::N);
+    h.key_press(Key::U);
+    h.key_press(Key::J);
+    h.run();
+    let brush = &h.state().state.ink.masks;
+    assert!(brush.radius < radius && brush.strength < strength && brush.erases);
+    h.get_by_role_and_label(egui::Role::CheckBox, "erase").click_accesskit();
+    for slider in ["brush radius", "brush strength"] {
+        h.get_by_role_and_label(egui::Role::Slider, slider).focus();
+        h.run();
+        h.key_press(Key::ArrowRight);
+        h.run();
+    }
+    let after = h.state().state.ink.masks.clone();
+    assert!(!after.erases && after.radius > 0.8 * radius && after.strength > strength - 0.1, "{after:?}");
+    // Escape leaves the slider, then it lays the brush down.
+    h.key_press(Key::Escape);
+    h.run();
+    h.key_press(Key::Escape);
+    h.run();
+    assert!(h.state().state.ink.mask().is_none() && h.state().state.ink.style.steering.masks.len() == 1);
+    h.key_press(Key::K);
+    h.run();
+    h.get_by_label("Remove the mask").click_accesskit();
+    h.run();
+    assert!(h.state().state.ink.style.steering.masks.is_empty());
+}
+
+#[test]
+fn a_mask_is_painted_on_the_surface_of_what_is_selected() {
+    let mut h = harness(Language::English);
+    h.key_press(Key::I);
+    h.run();
+    h.state_mut().state.ink.subject = Some((Subject::Object, "ball".into()));
+    h.run();
+    assert!(h.query_by_label("New mask on the object ball").is_some());
+    h.key_press_modifiers(Modifiers::SHIFT, Key::K);
+    h.run();
+    assert_eq!(h.state().state.ink.mask().map(|m| &m.on), Some(&Ground::Object("ball".into())));
+    see(&mut h, "ball");
+    // Over all of the picture: what is seen of the ball is painted, and what is behind is not.
+    for y in [150.0, 250.0, 350.0, 450.0, 550.0, 650.0, 750.0] {
+        drag(&mut h, egui::pos2(10.0, y), egui::pos2(780.0, y), Modifiers::NONE);
+    }
+    let all = painted(&h);
+    assert!((0.1..0.7).contains(&all), "{all}");
+    h.key_press_modifiers(Modifiers::COMMAND | Modifiers::CTRL, Key::Z);
+    h.run();
+    assert!(painted(&h) <= all);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use yugen_archive::formats::image::{ReadOptions, WriteOptions, can_write, is_for_display, read, write};
 use yugen_archive::formats::{self, load_scene};
-use yugen_archive::{atomic_write, read_bounded};
+use yugen_archive::{atomic_write, check_writable, read_bounded};
 use yugen_optics::{ColourSpace, Image};
 use yugen_scene::Scene;
 use yugen_view::{Files, Picture, Report};
@@ -27,6 +27,12 @@ impl Files for OnDisk {
 
     fn changed(&self, path: &Path) -> Option<SystemTime> {
         std::fs::metadata(path).and_then(|m| m.modified()).ok()
+    }
+
+    fn output(&self, path: &Path, scene: &Path) -> Result<PathBuf, String> {
+        let path = named(path, scene);
+        check_writable(&path).map_err(|e| e.to_string())?;
+        Ok(path)
     }
 
     fn save(&self, path: &Path, scene: &Path, picture: Picture) -> Result<PathBuf, String> {
@@ -99,6 +105,7 @@ impl Files for OnDisk {
                 "stroke": ink.stroke.as_ref().map(|(id, _)| format!("{id:08x}")),
                 "object": ink.stroke.as_ref().and_then(|(_, object)| object.as_ref()),
                 "steered": ink.subject.as_ref().map(|(kind, name)| format!("{kind} {name}")),
+                "mask": ink.mask.as_ref().map(|(name, on)| json!({"name": name, "on": on})),
                 "unmet": ink.unmet,
             })),
             "message": report.message,

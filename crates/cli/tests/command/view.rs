@@ -390,6 +390,27 @@ fn a_scene_is_painted_in_ink_and_one_of_its_strokes_is_hidden() {
     paint("--preset e.toml -o g.svg -o g.png");
     assert_eq!((text("e.svg"), picture("e.png").data), (text("g.svg"), picture("g.png").data));
 
+    // Masks that are painted, on the picture and on a surface: the preset and the pictures beside it say the same to `yugen ink`.
+    let said = view(
+        "panel off; ink; mask blank; brush 300; draw 0.2 0.5 0.4 0.6; brush erase; brush 60; draw 0.3 0.5
+         brush add; brush strength 0.5; mask worn object ball; mask ink 0.2; mask wash 2
+         brush 200; draw 0.5 0.2 0.5 0.8; wait; report; save m.png; save m.toml
+         brush undo; wait; save n.png; brush undo; brush undo; wait; save undone.png; quit",
+    );
+    assert_eq!(said[0]["ink"]["mask"], serde_json::json!({"name": "worn", "on": "object.ball"}));
+    assert!(text("m.toml").contains("[mask.\"blank\"]\nimage = \"m-blank.png\"\non = \"picture\"\nink = 0"));
+    paint("--preset m.toml -o o.png");
+    assert_eq!(picture("m.png").data, picture("o.png").data);
+    assert_eq!(picture("undone.png").data, picture("a.png").data);
+    let all = ["m.png", "n.png", "a.png"].map(picture);
+    assert!(apart(&all[0], &all[1]) > 0.002 && apart(&all[1], &all[2]) > 0.01);
+    // Of the ball's mask a band in front is white, as strong as the brush, and nothing of it behind.
+    let worn = picture("m-worn.png");
+    assert_eq!((worn.width, worn.height), (1024, 1024));
+    let white = worn.data.iter().filter(|v| **v > 0.2).count() as f32 / worn.data.len() as f32;
+    let most = worn.data.iter().copied().fold(0.0, f32::max);
+    assert!((0.02..0.4).contains(&white) && (0.2..0.23).contains(&most), "{white} {most}");
+
     // Beside the slides' method, left and right of a line.
     view(
         "panel off; ink; literal; wait; save both.png; compare reference; save slides.png; save both.exr
@@ -414,6 +435,10 @@ fn a_scene_is_painted_in_ink_and_one_of_its_strokes_is_hidden() {
         ("steer object ball bleed 1", "of the whole sheet"),
         ("preset none.toml", "none.toml"),
         ("ink; save ball.toml", "ball.toml"),
+        ("ink; draw 0.5 0.5", "no mask is painted"),
+        ("ink; mask a; mask bleed 0", "of the whole sheet"),
+        ("ink; mask a object bal; draw 0.5 0.5", "did you mean 'ball'?"),
+        ("draw 0.5 0.5", "`ink` first"),
     ] {
         let said = run(&mut display.view(&folder, &["ball.toml", "--do", script, "--size", "120x90"]));
         assert!(!said.success && said.err.contains(words), "{script}: {}", said.err);

@@ -17,7 +17,7 @@ const SIGHTS: usize = 2;
 
 /// What a camera sees: all that a painting needs of the real-time renderer.
 pub(super) struct Sight {
-    camera: Camera,
+    pub camera: Camera,
     /// Depth, shapes, normals.
     pub seen: Image,
     /// How light it is, in fewer pixels.

@@ -1,14 +1,17 @@
 //! What masks make of places that a painter paints.
 
 use super::Painter;
+use crate::InkError;
 use crate::contour::MeshPoint;
 use crate::control::Controls;
-use crate::mask;
+use crate::mask::map::MaskMap;
+use crate::mask::{self, Ground};
 use crate::place_controls::PlaceControls;
+use crate::projection::Projection;
 use crate::texture_coordinates::TextureCoordinates;
 use glam::Vec2;
-use yugen_scene::Aov;
 use yugen_scene::prepared::{DrawRow, MeshRow, VertexRow};
+use yugen_scene::{Aov, Camera};
 
 /// What has to be seen of surfaces. Texture coordinates where masks lie on some: wrinkles are longer than the place where they begin.
 pub(super) fn aovs(place_controls: &PlaceControls) -> Vec<Aov> {
@@ -29,6 +32,14 @@ impl Painter {
             )
         }));
         unmet
+    }
+
+    /// Where in the picture of a camera, of which one was painted in this pose, the pixels of a mask on a surface are seen.
+    pub fn mask_map(&self, camera: &Camera, on: &Ground, size: [usize; 2]) -> Result<MaskMap, InkError> {
+        let _span = tracing::info_span!("map_mask").entered();
+        let sight = self.sights.iter().find(|s| s.camera == *camera);
+        let map = &sight.ok_or_else(|| InkError::Preset("nothing is painted of this view yet".into()))?.map;
+        MaskMap::new(on, size, &self.rows, &self.names, &Projection::new(camera)?, map)
     }
 
     /// Texture coordinates of a place on a line of a draw.

@@ -5,12 +5,15 @@ use super::{Asked, OURS, SLIDES, Seen, look};
 use crate::command::Command;
 use crate::ink::{SelectedStroke, StrokeChange, Subject, TableChange};
 use crate::language::Words;
+use crate::mask::{MaskChange, RADII, WEAKEST};
 use crate::state::State;
 use egui::{ComboBox, Slider, SliderClamping, Ui};
 use yugen_ink::canvas::Layer;
 use yugen_ink::control::{CONTROLS, Control};
+use yugen_ink::mask::Ground;
 use yugen_ink::paper::PAPERS;
 use yugen_ink::pigment::PIGMENTS;
+use yugen_ink::steering::OF_THE_SHEET;
 use yugen_ink::wrinkle::MANNERS;
 
 /// The title.
@@ -34,6 +37,21 @@ const PINNED: Words = [
 ];
 const SUBJECTS: [Words; 2] = [["object", "物体"], ["material", "材質"]];
 const STEERED_THINGS: Words = ["steered objects and materials", "調整した物体と材質"];
+const MASKS: Words = ["masks", "マスク"];
+const MASK: Words = ["mask", "マスク"];
+const ON_PICTURE: Words = ["picture", "画面"];
+const NEW_MASK: Words = ["New mask on the", "新しいマスク："];
+const MASK_HELP: Words = [
+    "drag over the picture to paint the mask, with Ctrl to erase; where it is white its controls have these values",
+    "ドラッグしてマスクを描く（Ctrl で消す）。マスクの白い所で調整項目がこの値になる",
+];
+const HOLDS: Words = ["also of it", "項目を加える"];
+const RADIUS: Words = ["brush radius", "筆の半径"];
+const STRENGTH: Words = ["brush strength", "筆の強さ"];
+const ERASE: Words = ["erase", "消す"];
+const UNDO: Words = ["Undo the stroke", "一筆取り消す"];
+const STOP: Words = ["Stop painting", "描くのをやめる"];
+const REMOVE: Words = ["Remove the mask", "マスクを削除"];
 const BESIDE: Words = ["the slides' method beside it", "スライドの手法と比べる"];
 const PLAIN: Words = ["As the others", "ほかと同じに戻す"];
 const STEERED: Words = ["steered strokes", "調整した筆線"];
@@ -78,6 +96,7 @@ pub fn show(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
     ui.add_space(4.0);
     stroke(ui, state, asked);
     things(ui, state, asked);
+    masks(ui, state, asked);
     for sentence in seen.unmet.iter() {
         ui.colored_label(look::WRONG, sentence);
     }
@@ -179,6 +198,88 @@ fn things(ui: &mut Ui, state: &State, asked: &mut Asked) {
             }
         });
     }
+}
+
+/// The masks, and the one that is painted.
+fn masks(ui: &mut Ui, state: &State, asked: &mut Asked) {
+    let (l, ink) = (state.language, &state.ink);
+    let mut change = |change: MaskChange| asked.commands.push(Command::Mask(change));
+    let painted = ink.mask();
+    let of_ground = |on: &Ground| match on {
+        Ground::Picture => l.of(ON_PICTURE).to_string(),
+        Ground::Object(name) => format!("{} {name}", l.of(SUBJECTS[0])),
+        Ground::Material(name) => format!("{} {name}", l.of(SUBJECTS[1])),
+    };
+    ui.horizontal_wrapped(|ui| {
+        let all = &ink.style.steering.masks;
+        if !all.is_empty() {
+            ui.label(l.of(MASKS));
+        }
+        for mask in all {
+            let chosen = painted.is_some_and(|m| m.name == mask.name);
+            if ui.selectable_label(chosen, format!("{} ({})", mask.name, of_ground(&mask.on))).clicked() {
+                change(MaskChange::Paint(mask.name.clone(), None));
+            }
+        }
+        let selected = Some(ink.ground()).filter(|on| *on != Ground::Picture);
+        for on in [Ground::Picture].into_iter().chain(selected) {
+            if ui.button(format!("{} {}", l.of(NEW_MASK), of_ground(&on))).clicked() {
+                change(MaskChange::Paint(ink.free_name(), Some(on)));
+            }
+        }
+    });
+    let Some(mask) = painted else { return };
+    ui.weak(l.of(MASK_HELP));
+    for (name, now) in mask.changes.iter() {
+        let Some(control) = CONTROLS.iter().find(|c| c.name == name) else { continue };
+        ui.horizontal(|ui| {
+            if let Some(value) = slider(ui, control, &format!("{} {name}", l.of(MASK)), now) {
+                change(MaskChange::Set(name.into(), Some(value)));
+            }
+            let plain = ui.small_button("×").on_hover_text(l.of(PLAIN));
+            if named(plain, &format!("{} {name} {}", l.of(MASK), l.of(PLAIN))).clicked() {
+                change(MaskChange::Set(name.into(), None));
+            }
+        });
+    }
+    let held = |name: &str| mask.changes.iter().any(|(known, _)| known == name);
+    let all = CONTROLS.iter().filter(|c| !OF_THE_SHEET.contains(&c.name) && !held(c.name));
+    let all: Vec<_> = all.map(|c| (c.name, c.doc)).collect();
+    if let Some(name) = choice(ui, l.of(HOLDS), "", &all) {
+        let now = ink.style.controls.get(&name).unwrap_or_default();
+        change(MaskChange::Set(name, Some(now)));
+    }
+    let brush = |ui: &mut Ui, words: Words, mut value: f32, [least, most]: [f32; 2]| {
+        let before = value;
+        row(ui, l.of(words), |ui| {
+            let slider = Slider::new(&mut value, least..=most).logarithmic(most > 1.0);
+            let slider = slider.clamping(SliderClamping::Edits).custom_formatter(|v, _| short(v));
+            ui.spacing_mut().slider_width = 100.0;
+            named(ui.add(slider), l.of(words));
+        });
+        (value != before).then_some(value)
+    };
+    if let Some(radius) = brush(ui, RADIUS, ink.masks.radius, RADII) {
+        change(MaskChange::Radius(radius));
+    }
+    if let Some(strength) = brush(ui, STRENGTH, ink.masks.strength, [WEAKEST, 1.0]) {
+        change(MaskChange::Strength(strength));
+    }
+    ui.horizontal_wrapped(|ui| {
+        let mut erase = ink.masks.erases;
+        if ui.checkbox(&mut erase, l.of(ERASE)).changed() {
+            change(MaskChange::Erase(Some(erase)));
+        }
+        if ui.add_enabled(ink.masks.can_undo(), egui::Button::new(l.of(UNDO))).clicked() {
+            change(MaskChange::Undo);
+        }
+        if ui.button(l.of(STOP)).clicked() {
+            change(MaskChange::Off);
+        }
+        if ui.button(l.of(REMOVE)).clicked() {
+            change(MaskChange::Remove);
+        }
+    });
 }
 
 /// A list of names and what they are; the one that was chosen.

@@ -6,10 +6,13 @@ use super::{App, Wake};
 use crate::command::Resolution;
 use crate::error::ViewError;
 use crate::files::{InkReport, Picture};
+use crate::mask::file_names;
 use crate::painting::{AT_WORK, InkPainter, Order, Painted, Picture as Painting};
 use std::path::Path;
 use std::sync::Arc;
 use winit::event_loop::ActiveEventLoop;
+use yugen_ink::mask::map::MaskMap;
+use yugen_ink::mask::{Ground, Mask};
 use yugen_optics::ColourSpace;
 use yugen_optics::tonemap::Curve;
 use yugen_scene::Camera;
@@ -29,6 +32,8 @@ pub struct Easel {
     /// The order that was seen to last, and whether its whole painting is there.
     done: (u64, bool),
     shown: Option<Painting>,
+    /// Where the mask that is painted is seen, with which changes of the scene and from where.
+    mask: Option<(u64, Camera, Result<Arc<MaskMap>, String>)>,
 }
 
 impl App {
@@ -74,9 +79,22 @@ impl App {
             };
         }
         let view = self.ink_view();
+        if let Some(film) = view.as_ref().map(|v| &v.film) {
+            self.state.ink.masks.aspect = film.width as f32 / film.height.max(1) as f32;
+        }
+        self.take_painting(event_loop);
+        self.ask_for_ink(&view);
+        let fits = |(changes, camera, _): &&(u64, Camera, _)| {
+            *changes == self.shown_changes && view.as_ref().is_some_and(|v| same_view(camera, v))
+        };
+        self.state.ink.masks.see(self.easel.mask.as_ref().filter(fits).map(|(_, _, map)| map.clone()));
+    }
+
+    /// Shows what has been painted.
+    fn take_painting(&mut self, event_loop: &ActiveEventLoop) {
         let Some(graphics) = &mut self.graphics else { return };
         let Some(Painted { number, outcome }) = self.easel.painter.as_ref().and_then(InkPainter::take) else {
-            return self.ask_for_ink(view);
+            return;
         };
         let mut failure = None;
         match outcome {
@@ -86,6 +104,10 @@ impl App {
                 let compared = picture.literal.is_some() || !self.state.ink.literal;
                 self.easel.done = (number, !picture.draft && compared);
                 self.seen.unmet = picture.unmet.clone();
+                let newest = self.easel.asked.as_ref().filter(|_| number == self.easel.number);
+                if let Some(((changes, _, camera), map)) = newest.zip(picture.mask.clone()) {
+                    self.easel.mask = Some((*changes, camera.clone(), map));
+                }
                 self.seen.painted = Some(super::ui::Strokes {
                     size: [picture.image.width as u32, picture.image.height as u32],
                     strokes: picture.painting.strokes.len(),
@@ -105,16 +127,17 @@ impl App {
             Some(problem) => self.state.complain(problem),
             None => {}
         }
-        self.ask_for_ink(view);
     }
 
-    fn ask_for_ink(&mut self, view: Option<Camera>) {
-        let (Some(view), Some(graphics)) = (view, &self.graphics) else { return };
+    fn ask_for_ink(&mut self, view: &Option<Camera>) {
+        let (Some(view), Some(graphics)) = (view.clone(), &self.graphics) else { return };
         let want = (self.shown_changes, self.state.ink.changes);
         let easel = &mut self.easel;
         let same = |(changes, style, camera): &(u64, u64, Camera)| {
             (*changes, *style) == want && same_view(camera, &view)
         };
+        let painted = self.state.ink.mask().filter(|mask| mask.on != Ground::Picture);
+        let of_surface = painted.map(|mask| (mask.on.clone(), mask.picture.size()));
         if graphics.stage.is_some() && !easel.asked.as_ref().is_some_and(same) {
             easel.number += 1;
             let wake = self.proxy.clone();
@@ -130,6 +153,7 @@ impl App {
                 camera: view.clone(),
                 style: self.state.ink.style.clone(),
                 literal: self.state.ink.literal,
+                mask: of_surface,
                 number: easel.number,
             });
             easel.asked = Some((want.0, want.1, view));
@@ -165,9 +189,7 @@ impl App {
             file.extension().or(file.file_name()).unwrap_or_default().to_string_lossy().to_lowercase();
         let extension = extension.trim_start_matches('.');
         if extension == "toml" {
-            let name = self.files.save_text(file, &self.state.file, &self.state.ink.file())?;
-            self.saved(&name);
-            return Ok(());
+            return self.save_preset(file);
         }
         let painter = self.easel.painter.as_ref().filter(|_| self.ink_settled()).ok_or(AT_WORK)?;
         if extension == "svg" {
@@ -188,6 +210,26 @@ impl App {
         self.written(file, picture)
     }
 
+    /// The preset, and beside it the pictures of the masks that were painted here.
+    fn save_preset(&mut self, file: &Path) -> Result<(), String> {
+        let name = self.files.output(file, &self.state.file)?;
+        let stem = name.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let ink = &mut self.state.ink;
+        let own = |mask: &&mut Mask| ink.masks.own.contains(&mask.name);
+        let masks: Vec<&mut Mask> = ink.style.steering.masks.iter_mut().filter(own).collect();
+        let names: Vec<String> = masks.iter().map(|mask| mask.name.clone()).collect();
+        for (mask, picture) in masks.into_iter().zip(file_names(&stem, &names)) {
+            let image = mask.picture.picture();
+            let shown = Picture { image, space: ColourSpace::LinearSrgb, exposure: 0.0, curve: Curve::Clip };
+            self.files.save(&name.with_file_name(&picture), &self.state.file, shown)?;
+            // A preset names them as they lie beside it.
+            Arc::make_mut(&mut mask.picture).name = picture;
+        }
+        self.files.save_text(&name, &self.state.file, &self.state.ink.file())?;
+        self.saved(&name);
+        Ok(())
+    }
+
     /// What is painted, for the report.
     pub(super) fn ink_report(&self) -> Option<InkReport> {
         let shown = self.easel.shown.as_ref().filter(|_| self.state.ink.on)?;
@@ -201,6 +243,7 @@ impl App {
             seconds: shown.seconds,
             stroke: stroke.map(|id| (id, object.map(|o| o.name.clone()))),
             subject: self.state.ink.subject.as_ref().map(|(s, name)| (s.name(), name.clone())),
+            mask: self.state.ink.mask().map(|mask| (mask.name.clone(), mask.on.to_string())),
             unmet: shown.unmet.to_vec(),
         })
     }

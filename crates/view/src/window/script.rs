@@ -4,6 +4,7 @@ use super::App;
 use crate::action::Step;
 use crate::command::Command;
 use crate::error::ViewError;
+use crate::mask::MaskChange;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use winit::event_loop::ActiveEventLoop;
@@ -75,7 +76,9 @@ impl App {
     /// Goes on with the script as far as it can be.
     pub(super) fn follow_script(&mut self, event_loop: &ActiveEventLoop) {
         while let Some(command) = self.script.next() {
-            let stands_still = matches!(command, Command::Wait(_) | Command::Save(_) | Command::Pick(_));
+            let draws = matches!(command, Command::Mask(MaskChange::Draw(_)));
+            let stands_still =
+                draws || matches!(command, Command::Wait(_) | Command::Save(_) | Command::Pick(_));
             if self.state.playing() && stands_still {
                 self.script.done();
                 let failure = self.script.failed("what plays never comes to rest: `play off` first".into());
@@ -96,6 +99,8 @@ impl App {
                 }
                 Command::Save(_) | Command::Window(_) | Command::Pick(_) | Command::Report => self.settled(),
                 Command::Open(_) | Command::Reload => self.settled(),
+                // Where a surface is seen is known once it is painted.
+                _ if draws => self.settled(),
                 Command::Quit => self.loading.is_none(),
                 _ => true,
             } && self.graphics.as_ref().is_some_and(|g| g.wants_window.is_none());
