@@ -50,7 +50,8 @@ impl Brush {
         let found = photograph::find(&photo).with_context(|| self.photograph.display().to_string())?;
         let name = picture.file_name().unwrap_or_default().to_string_lossy().into_owned();
         preset.style.brush = Some(Arc::new(Bristles::new(&name, &found.strip)?));
-        for (control, value) in [("dryness", found.dryness), ("roughness", found.roughness)] {
+        let measured = [("dryness", Some(found.dryness)), ("roughness", found.roughness)];
+        for (control, value) in measured.into_iter().filter_map(|(control, value)| Some((control, value?))) {
             // To two digits: no photograph says more.
             preset.style.controls.set(control, (100.0 * value).round() / 100.0)?;
         }
@@ -64,20 +65,24 @@ impl Brush {
                 "length": found.length,
                 "half_width": found.half_width,
                 "white": found.white,
+                "ragged": found.ragged,
                 "dryness": found.dryness,
                 "roughness": found.roughness,
             }));
         } else {
             let [first, second, third] = found.white.map(|w| 100.0 * w);
+            let roughness = match found.roughness {
+                Some(roughness) => format!("roughness {roughness:.2}"),
+                None => "roughness not known of a stroke that is dry all along".into(),
+            };
             println!(
                 "{}, {}: a stroke of {:.0} x {:.0} pixels, white by thirds {first:.0}, {second:.0} and {third:.0} %; dryness {:.2}, \
-                 roughness {:.2}",
+                 {roughness}",
                 self.output.display(),
                 picture.display(),
                 found.length,
                 2.0 * found.half_width,
-                found.dryness,
-                found.roughness
+                found.dryness
             );
         }
         Ok(())

@@ -5,7 +5,6 @@
 
 use super::coverage;
 use crate::InkError;
-use crate::resolve::Resolve;
 use glam::{Mat2, Vec2, vec2};
 use yugen_optics::Image;
 use yugen_optics::colour::srgb_to_linear;
@@ -29,8 +28,17 @@ const COLUMNS: usize = 4096;
 const SMOOTH: f32 = 1.5;
 /// Coverage below which a place in a stroke is white.
 const WHITE: f32 = 0.3;
-/// Raggedness of edges, in half widths, at roughness 0 and 1; by eye.
-const RAGGED: [f32; 2] = [0.012, 0.075];
+/// The part of strokes of ours that a photograph shows white, and the control `dryness` that they were painted with; painted and
+/// photographed (tests/photograph.rs). Up to about .4 nothing is white: what has no white is taken for the middle of that.
+const DRY: &[[f32; 2]] =
+    &[[0.0, 0.2], [0.0022, 0.45], [0.0157, 0.6], [0.0309, 0.75], [0.0622, 0.9], [0.0975, 1.0]];
+/// Raggedness of their edges, in half widths, and the control `roughness`; likewise. Of strokes that are wet all along, and of the first
+/// third alone, where a brush is set down.
+const ROUGH: &[[f32; 2]] = &[[0.0124, 0.0], [0.0154, 0.25], [0.0194, 0.5], [0.0237, 0.75], [0.0282, 1.0]];
+const ROUGH_FIRST: &[[f32; 2]] =
+    &[[0.0168, 0.0], [0.0195, 0.25], [0.0232, 0.5], [0.0271, 0.75], [0.0311, 1.0]];
+/// The part of a third of a stroke up to which bristles that run dry do not fray its edges, and that above which edges say nothing.
+const WET: [f32; 2] = [0.01, 0.05];
 
 /// A stroke that was found.
 #[derive(Clone, Debug)]
@@ -43,10 +51,19 @@ pub struct Found {
     pub half_width: f32,
     /// The part of it that is white, in its first, second and last third.
     pub white: [f32; 3],
-    /// The control `dryness` of a stroke of ours that has as much white, by [`Resolve::touch`] with evenly spread ξ; 1 where none has.
+    /// How far its edges stray from a smooth line where it is wet, half widths, root mean square.
+    pub ragged: f32,
+    /// The control `dryness` of strokes of ours that have as much white; 1 where none has.
     pub dryness: f32,
-    /// The control `roughness` of one whose edges are as ragged.
-    pub roughness: f32,
+    /// The control `roughness` of strokes of ours whose edges are as ragged; where it is dry all along its edges do not say.
+    pub roughness: Option<f32>,
+}
+
+impl Found {
+    /// The part of all of it that is white.
+    pub fn all_white(&self) -> f32 {
+        self.white.iter().sum::<f32>() / 3.0
+    }
 }
 
 /// Something by pixel.
@@ -101,12 +118,19 @@ pub fn find(photograph: &Image) -> Result<Found, InkError> {
         pixel.fill(srgb_to_linear(1.0 - (d / wet).clamp(0.0, 1.0)));
     }
     let cover = coverage(&image).ok_or_else(|| wrong("no stroke was found: all of it is equally dark"))?;
-    let white = [0, 1, 2].map(|k| white(&cover, columns, [k * columns / 3, (k + 1) * columns / 3]));
-    let all = white.iter().sum::<f32>() / 3.0;
-    let [least, most] = RAGGED;
-    let roughness = ((ragged(&cover, columns) - least) / (most - least)).clamp(0.0, 1.0);
+    let third = |k: usize| [k * columns / 3, (k + 1) * columns / 3];
+    let white = [0, 1, 2].map(|k| white(&cover, columns, third(k)));
+    // Where bristles run dry they fray its edges too, however smooth the brush is.
+    let least = white.iter().copied().fold(1.0, f32::min);
+    let wet: Vec<usize> = (0..3).filter(|k| white[*k] <= least.max(WET[0])).collect();
+    let ragged = ragged(&cover, columns, wet.iter().map(|k| third(*k)));
+    // Between both tables for two of the thirds.
+    let [all, first] = [ROUGH, ROUGH_FIRST].map(|table| looked_up(table, ragged));
+    let roughness = (least <= WET[1]).then(|| first + (all - first) * (wet.len() as f32 - 1.0) / 2.0);
     let [length, half_width] = [length, half].map(|v| v * step as f32);
-    Ok(Found { strip: image, length, half_width, white, dryness: dryness(all), roughness })
+    let mut found = Found { strip: image, length, half_width, white, ragged, dryness: 0.0, roughness };
+    found.dryness = looked_up(DRY, found.all_white());
+    Ok(found)
 }
 
 /// How much darker each pixel is than the paper around, as a difference of logarithms; where it is large, of so many pixels a side
@@ -362,16 +386,16 @@ fn white(cover: &[f32], columns: usize, [from, to]: [usize; 2]) -> f32 {
     blank as f32 / all.max(1) as f32
 }
 
-/// How far its edges stray from a smooth line, in half widths, root mean square.
-fn ragged(cover: &[f32], columns: usize) -> f32 {
+/// How far the edges of stretches stray from a smooth line, in half widths, root mean square.
+fn ragged(cover: &[f32], columns: usize, stretches: impl Iterator<Item = [usize; 2]>) -> f32 {
     let all: Vec<Option<[usize; 2]>> = (0..columns).map(|x| edges(cover, columns, x)).collect();
     let reach = ROWS / 2;
     let (mut sum, mut count) = (0.0f64, 0usize);
-    for side in [0, 1] {
-        for x in reach..columns.saturating_sub(reach) {
+    for x in stretches.flat_map(|[from, to]| from.max(reach)..to.min(columns.saturating_sub(reach))) {
+        let Some(own) = all[x] else { continue };
+        for side in [0, 1] {
             let near: Vec<f32> =
                 all[x - reach..=x + reach].iter().flatten().map(|e| e[side] as f32).collect();
-            let Some(own) = all[x] else { continue };
             let mean = near.iter().sum::<f32>() / near.len().max(1) as f32;
             sum += f64::from((own[side] as f32 - mean) / (0.5 * ROWS as f32)).powi(2);
             count += 1;
@@ -380,15 +404,12 @@ fn ragged(cover: &[f32], columns: usize) -> f32 {
     (sum / count.max(1) as f64).sqrt() as f32
 }
 
-/// The control of a stroke of ours of which so much is white: what [`Resolve::touch`] leaves where ξ is even, on the mean of a
-/// stroke's way, on which dryness is about the control's value.
-fn dryness(white: f32) -> f32 {
-    let resolve = Resolve::default();
-    let share = |dryness: f32| {
-        (0..200).filter(|i| resolve.touch(1.0, 1.0, dryness, (*i as f32 + 0.5) / 200.0) < 0.05).count() as f32
-            / 200.0
-    };
-    (0..=100).map(|i| i as f32 / 100.0).find(|d| share(*d) >= white).unwrap_or(1.0)
+/// The second column of a table by the first, which grows, straight between its rows; beyond them as at its ends.
+fn looked_up(table: &[[f32; 2]], v: f32) -> f32 {
+    let [first, last] = [table[0], table[table.len() - 1]];
+    let between = table.windows(2).find(|w| v < w[1][0]);
+    let mix = |w: &[[f32; 2]]| w[0][1] + (w[1][1] - w[0][1]) * (v - w[0][0]) / (w[1][0] - w[0][0]);
+    between.map_or(last[1], mix).max(first[1])
 }
 
 #[cfg(test)]
@@ -439,7 +460,8 @@ mod tests {
                 "{turn} {bend}"
             );
             assert!(found.white.iter().all(|v| *v < 0.03), "{turn} {bend}: {:?}", found.white);
-            assert!(found.dryness < 0.7 && found.roughness < 0.35, "{} {}", found.dryness, found.roughness);
+            let roughness = found.roughness.expect("it is wet");
+            assert!(found.dryness < 0.7 && roughness < 0.35, "{} {roughness}", found.dryness);
             super::super::Bristles::new("found", strip).unwrap();
         }
     }
@@ -448,9 +470,24 @@ mod tests {
     fn the_dry_end_is_the_end_and_ragged_edges_are_rough() {
         let [wet, dry] = [0.1, 0.55].map(|d| find(&photograph(d, 0.4, 0.5, 0.0)).unwrap());
         assert!(dry.white[0] + 0.1 < dry.white[2], "{:?}", dry.white);
-        assert!(dry.dryness > wet.dryness + 0.05, "{} {}", dry.dryness, wet.dryness);
-        let rough = [0.0, 0.12, 0.4].map(|r| find(&photograph(0.0, 0.2, 0.0, r)).unwrap().roughness);
-        assert!(rough[0] + 0.1 < rough[1] && rough[1] + 0.1 < rough[2], "{rough:?}");
+        assert!(dry.dryness >= wet.dryness && dry.dryness > 0.7, "{} {}", dry.dryness, wet.dryness);
+        let [smooth, rough, rougher] =
+            [0.0, 0.06, 0.12].map(|r| find(&photograph(0.0, 0.2, 0.0, r)).unwrap());
+        println!("ragged {} {} {}", smooth.ragged, rough.ragged, rougher.ragged);
+        assert!(smooth.ragged + 0.003 < rough.ragged && rough.ragged + 0.003 < rougher.ragged);
+        assert!(smooth.roughness < Some(0.1) && rougher.roughness > Some(0.3), "{:?}", rougher.roughness);
+    }
+
+    #[test]
+    fn tables_are_looked_up_between_their_rows() {
+        let table = [[0.1, 0.2], [0.2, 0.4], [0.4, 1.0]];
+        let all = [0.0, 0.1, 0.15, 0.3, 0.4, 9.0].map(|v| looked_up(&table, v));
+        for (found, expected) in all.into_iter().zip([0.2, 0.2, 0.3, 0.7, 1.0, 1.0]) {
+            assert!((found - expected).abs() < 1e-6, "{all:?}");
+        }
+        for table in [DRY, ROUGH, ROUGH_FIRST] {
+            assert!(table.windows(2).all(|w| w[0][0] < w[1][0] && w[0][1] < w[1][1]));
+        }
     }
 
     #[test]
