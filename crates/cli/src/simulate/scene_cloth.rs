@@ -108,6 +108,7 @@ impl<'a> SceneCloth<'a> {
             seconds: (1.0 / verb.fps) as f32,
             substeps: verb.substeps.unwrap_or(SUBSTEPS),
             contact: !verb.no_contact,
+            lines: verb.no_contact,
             threads: argument::threads(verb.threads),
             ..Settings::default()
         };

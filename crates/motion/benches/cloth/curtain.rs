@@ -29,16 +29,23 @@ pub fn print(words: &[String]) -> Result<()> {
     }
     println!("{}, {threads} threads\n", fabric.name);
     println!(
-        "| hangs from | coarse levels | vertices | substeps | ms a frame | of processors | stretch p99.9 | worst |"
+        "| hangs from | coarse levels | lines | vertices | substeps | ms a frame | of processors | stretch p99.9 | worst |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
-    for (held, coarse) in [("an edge", true), ("an edge", false), ("two corners", true)] {
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    let rows = [
+        ("an edge", true, true),
+        ("an edge", true, false),
+        ("an edge", false, false),
+        ("two corners", true, true),
+        ("two corners", true, false),
+    ];
+    for (held, coarse, lines) in rows {
         let corner = Vec3::new(-0.5, 2.0, 0.0);
         let sheet = Sheet::rectangle(corner, Vec3::X, Vec3::Z, Vec2::ONE, [cells, cells]);
         let attached: Vec<u32> = if held == "an edge" { (0..=cells).collect() } else { vec![0, cells] };
         let targets: Vec<Vec3> = attached.iter().map(|v| sheet.positions[*v as usize]).collect();
         let cloth = Cloth::new(sheet, &fabric.fabric).expect("a rectangle is a cloth");
-        let settings = Settings { substeps, coarse, threads, ..Settings::default() };
+        let settings = Settings { substeps, coarse, lines, threads, ..Settings::default() };
         let mut solver = SmallSteps::new(cloth, &attached, settings).expect("its corners are its own");
         let (mut wall, mut cpu, mut worst) = (0.0, 0.0, [0.0f32; 2]);
         for frame in 0..FRAMES {
@@ -52,8 +59,9 @@ pub fn print(words: &[String]) -> Result<()> {
         }
         let per = |seconds: f64| seconds / f64::from(FRAMES) * 1e3;
         println!(
-            "| {held} | {} | {} | {} | {:.2} | {:.2} | {:.2} % | {:.1} % |",
+            "| {held} | {} | {} | {} | {} | {:.2} | {:.2} | {:.2} % | {:.1} % |",
             if coarse { "yes" } else { "no" },
+            if lines { "yes" } else { "no" },
             solver.positions().len(),
             solver.substeps(),
             per(wall),

@@ -25,6 +25,8 @@ pub(super) struct Lattices {
     levels: Vec<Level>,
     /// Of each place, nodes of the finest level.
     reach: Vec<Weights>,
+    /// Whether no node of any level is moved.
+    pub idle: bool,
 }
 
 struct Level {
@@ -192,7 +194,7 @@ impl Lattices {
             }
         }
         levels.reverse();
-        (!levels.is_empty()).then_some(Self { levels, reach })
+        (!levels.is_empty()).then_some(Self { levels, reach, idle: true })
     }
 
     /// Where nodes of the finest level are, [`BLOCK`] of them, for places that have moved by `u` from `x`.
@@ -211,19 +213,21 @@ impl Lattices {
             let level = &mut coarse[l];
             centre(&level.parts, &level.ends, 0, |p| fine[0].at[p], &mut level.at);
         }
+        self.idle = true;
         for l in 0..=finest {
             let (above, level) = self.levels.split_at_mut(l);
             let level = &mut level[0];
             let (parts, ends) = &level.anchors;
             centre(parts, ends, 0, |p| x[p] + u[p], &mut level.at[level.ends.len()..]);
             level.moved.fill(Vec4::ZERO);
-            if let Some(above) = above.last() {
+            if let Some(above) = above.last().filter(|_| !self.idle) {
                 for (moved, weights) in level.moved.iter_mut().zip(&level.coarser) {
                     *moved = blend(&above.moved, weights);
                 }
             }
             for _ in 0..SWEEPS {
-                level.threads.solve(&level.at, &mut level.moved);
+                // They have no stiffness: longer than they may be is all they cannot be.
+                self.idle &= !level.threads.tighten(&level.at, &mut level.moved);
             }
         }
     }

@@ -15,6 +15,7 @@ mod crossings;
 mod fabric;
 mod lattice;
 mod leaves;
+mod lines;
 mod measure;
 mod order;
 mod provot;

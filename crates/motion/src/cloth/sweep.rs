@@ -56,7 +56,7 @@ pub(super) struct Springs {
 }
 
 /// So short a spring has no direction.
-const SHORT: f32 = 1e-12;
+pub(super) const SHORT: f32 = 1e-12;
 
 impl Springs {
     /// For steps of `h` seconds, dampers acting for `calm` at a time.
@@ -111,8 +111,9 @@ impl Springs {
         }
     }
 
-    /// An extra pass over springs that are longer than they may be: few, and weight hangs at them.
-    pub fn tighten(&self, x: &[Vec4], u: &mut [Vec4]) {
+    /// An extra pass over springs that are longer than they may be: few, and weight hangs at them. Whether there are any.
+    pub fn tighten(&self, x: &[Vec4], u: &mut [Vec4]) -> bool {
+        let mut any = false;
         for four in &self.fours {
             let (from, to) = (four.from.map(|v| v as usize), four.to.map(|v| v as usize));
             let d = columns(x, &from, &to) + columns(u, &from, &to);
@@ -120,10 +121,12 @@ impl Springs {
             if square.cmple(four.longest * four.longest).all() {
                 continue;
             }
+            any = true;
             let length = square.sqrt();
             let by = (length - four.longest).max(Vec4::ZERO) / length.max(Vec4::splat(SHORT));
             apply(u, &from, &to, d, by, &four.share);
         }
+        any
     }
 
     /// Dampers act on velocities `v` at `x`.

@@ -28,13 +28,14 @@ impl Team {
             failed: AtomicBool::new(false),
         };
         if threads <= 1 {
-            return work(&Member { team: &team, phase: Cell::new(0) });
+            return work(&Member { team: &team, number: 0, phase: Cell::new(0) });
         }
         std::thread::scope(|scope| {
-            for _ in 1..threads {
-                scope.spawn(|| work(&Member { team: &team, phase: Cell::new(0) }));
+            let (team, work) = (&team, &work);
+            for number in 1..threads {
+                scope.spawn(move || work(&Member { team, number, phase: Cell::new(0) }));
             }
-            work(&Member { team: &team, phase: Cell::new(0) });
+            work(&Member { team, number: 0, phase: Cell::new(0) });
         });
     }
 }
@@ -42,6 +43,8 @@ impl Team {
 /// A thread of a team.
 pub(super) struct Member<'a> {
     team: &'a Team,
+    /// Its number in the team.
+    pub number: usize,
     phase: Cell<usize>,
 }
 
@@ -127,6 +130,18 @@ impl<'a, T> Parts<'a, T> {
         assert!(range.start <= range.end && range.end <= self.len);
         // SAFETY: within the slice by the line above; nobody writes by the promise.
         unsafe { std::slice::from_raw_parts(self.first.add(range.start), range.len()) }
+    }
+
+    /// One of them to read or write.
+    ///
+    /// # Safety
+    /// While it lives nobody else holds a part that overlaps; and there are more than `i`.
+    #[inline(always)]
+    #[allow(unsafe_code, clippy::mut_from_ref)]
+    pub unsafe fn one(&self, i: usize) -> &mut T {
+        debug_assert!(i < self.len);
+        // SAFETY: by the promise.
+        unsafe { &mut *self.first.add(i) }
     }
 
     /// How long the slice is.
