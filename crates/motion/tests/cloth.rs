@@ -260,7 +260,7 @@ fn a_strip_bends_by_its_bending_length() {
 
 #[test]
 fn a_sheet_stretched_both_ways_obeys_hooke() {
-    [false, true].map(stretch_both_ways);
+    [false, true].into_iter().for_each(stretch_both_ways);
 }
 
 fn stretch_both_ways(lines: bool) {
@@ -348,7 +348,7 @@ fn lines_keep_threads_from_stretching() {
 
 #[test]
 fn the_same_bits_for_any_number_of_threads() {
-    [false, true].map(run_by_threads);
+    [false, true].into_iter().for_each(run_by_threads);
 }
 
 fn run_by_threads(lines: bool) {
@@ -369,7 +369,7 @@ fn run_by_threads(lines: bool) {
 
 #[test]
 fn a_free_cloth_keeps_its_momentum() {
-    [false, true].map(fly_apart);
+    [false, true].into_iter().for_each(fly_apart);
 }
 
 fn fly_apart(lines: bool) {
@@ -427,7 +427,7 @@ fn what_is_no_cloth_is_told_in_a_sentence() {
 
 #[test]
 fn no_step_makes_it_explode() {
-    [false, true].map(jump);
+    [false, true].into_iter().for_each(jump);
 }
 
 fn jump(lines: bool) {

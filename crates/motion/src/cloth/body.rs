@@ -254,6 +254,8 @@ impl Solid {
 
     /// Signed distance from its surface, m, negative inside, and a unit direction away from it. Of a [`Field`], farther than three cells
     /// outside: no more than the distance, and any direction. Infinite where `p` is no number.
+    // Inline, so that who asks for the distance alone gets no direction made.
+    #[inline(always)]
     pub fn distance(&self, p: Vec3) -> (f32, Vec3) {
         match self {
             Self::Ground => (p.y, Vec3::Y),
