@@ -77,6 +77,11 @@ pub enum StageError {
     /// Where a light is sampled is said when the stage is made.
     #[error("a mesh that shines was moved or deformed: make the stage anew")]
     MovedLight,
+    /// Contact of cloth with cloth is not among the passes.
+    #[error(
+        "this cloth touches itself, which cloth on the GPU does not: make its solver without contact, or move it on the processor"
+    )]
+    ClothTouches,
     /// The scene cannot be traced.
     #[error(transparent)]
     Hierarchy(#[from] HierarchyError),

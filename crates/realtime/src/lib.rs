@@ -47,6 +47,7 @@
 //! eye and in mirrors only.
 
 pub mod aov;
+pub mod cloth;
 pub mod device;
 pub mod display;
 mod error;
@@ -66,6 +67,7 @@ pub mod timing;
 pub mod view;
 pub mod visibility;
 
+pub use cloth::{ClothPass, ClothState};
 pub use device::Gpu;
 pub use error::StageError;
 pub use frame::{Lighting, Options, Picked, Stage, Target};

@@ -3,10 +3,10 @@
 use glam::Vec4;
 
 /// Density of air, kg/m³, at 15 °C.
-const AIR: f32 = 1.225;
+pub(super) const AIR: f32 = 1.225;
 /// Drag coefficients of a plate across and along the wind: 1.17 for plates as long as wide (Hoerner 1965), .02 for
 /// turbulent friction on both sides (assumed).
-const DRAG: [f32; 2] = [1.17, 0.02];
+pub(super) const DRAG: [f32; 2] = [1.17, 0.02];
 
 /// Air in motion.
 #[derive(Clone, Copy)]

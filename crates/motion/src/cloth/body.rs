@@ -58,7 +58,7 @@ pub struct Field {
 
 impl Field {
     /// Cells on either side of the surface within which distances are exact.
-    const BAND: f32 = 3.0;
+    pub const BAND: f32 = 3.0;
     /// The most cells of a field, 64 MiB.
     const MOST: usize = 1 << 24;
 
@@ -109,6 +109,11 @@ impl Field {
             }
         }
         Ok(field)
+    }
+
+    /// Its first point, m; the edge of its cells, m; its points along each axis, and distances at them, m, x fastest.
+    pub fn grid(&self) -> (Vec3, f32, [usize; 3], &[f32]) {
+        (self.low, self.cell, self.size, &self.distances)
     }
 
     fn index(&self, [x, y, z]: [usize; 3]) -> usize {
@@ -285,6 +290,14 @@ impl Solid {
         }
     }
 
+    /// What it sweeps over from one stance to another lies within a sphere: its middle, its radius, and what [`Solid::moved`] says.
+    pub(super) fn swept(&self, from: &Stance, to: &Stance) -> (Vec3, f32, Option<f32>) {
+        let (middle, radius) = self.bounds();
+        let ends = [from, to].map(|s| s.rotation * middle + s.origin);
+        // A turn takes its middle around, at most half as far as a straight line is long.
+        (0.5 * (ends[0] + ends[1]), radius + ends[0].distance(ends[1]), self.moved(from, to))
+    }
+
     /// How far any of its points goes from one stance to another, as [`Placed::between`] takes it there, where that is easily told, m.
     pub(super) fn moved(&self, from: &Stance, to: &Stance) -> Option<f32> {
         let (middle, radius) = self.bounds();
@@ -298,7 +311,7 @@ impl Solid {
     }
 
     /// By how much its distance changes at the most over a metre.
-    pub(super) fn slope(&self) -> f32 {
+    pub fn slope(&self) -> f32 {
         match self {
             Self::Ground => 1.0,
             // Its radius changes along the axis too.
@@ -311,7 +324,7 @@ impl Solid {
     }
 
     /// Length of the steps in which a way is searched for a crossing, m: a fraction of what is thinnest.
-    fn stride(&self) -> f32 {
+    pub fn stride(&self) -> f32 {
         match self {
             Self::Ground => f32::INFINITY,
             Self::Capsule { radii, .. } => 0.5 * radii[0].min(radii[1]),
@@ -332,6 +345,11 @@ impl Placed {
     pub fn between(from: &Stance, to: &Stance, t: f32) -> Self {
         let rotation = from.rotation.slerp(to.rotation, t).normalize();
         Self { to_world: Mat3::from_quat(rotation), origin: from.origin.lerp(to.origin, t) }
+    }
+
+    /// Rotation and origin.
+    pub fn parts(&self) -> (Mat3, Vec3) {
+        (self.to_world, self.origin)
     }
 
     pub fn local(&self, p: Vec3) -> Vec3 {

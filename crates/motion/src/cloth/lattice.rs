@@ -9,13 +9,14 @@
 
 use super::Cloth;
 use super::order::Order;
+use super::rows::{LevelRows, split};
 use super::springs::{limit_along, panels};
 use super::sweep::{Link, Springs};
 use glam::{DVec2, Vec4};
 use std::collections::HashSet;
 
 /// Places, or nodes, and their weights.
-type Weights = ([u32; 4], [f32; 4]);
+type Weights = super::rows::Weights;
 
 /// A point in a triangle: places and weights.
 type Sample = ([u32; 3], [f32; 3]);
@@ -112,7 +113,7 @@ fn four(mut all: Vec<(u32, f64)>) -> Weights {
 /// than any cloth bears, and what one pass leaves comes on top.
 const SHARE: f64 = 0.6;
 /// Sweeps of a level. More made no difference to a hanging sheet.
-const SWEEPS: u32 = 2;
+pub(super) const SWEEPS: u32 = 2;
 /// Nodes of which the centres are found as one task.
 pub(super) const BLOCK: usize = 128;
 
@@ -236,6 +237,17 @@ impl Lattices {
     #[inline]
     pub fn moves(&self, place: usize) -> Vec4 {
         self.levels.last().map_or(Vec4::ZERO, |l| blend(&l.moved, &self.reach[place]))
+    }
+
+    /// Levels from the coarsest on, and of each place the nodes that move it.
+    pub fn rows(&self) -> (Vec<LevelRows>, Vec<Weights>) {
+        let row = |level: &Level| LevelRows {
+            parts: split(&level.parts, &level.ends),
+            anchors: split(&level.anchors.0, &level.anchors.1),
+            coarser: level.coarser.clone(),
+            threads: level.threads.rows(0),
+        };
+        (self.levels.iter().map(row).collect(), self.reach.clone())
     }
 
     /// How many nodes the finest level has.

@@ -19,6 +19,7 @@ mod lines;
 mod measure;
 mod order;
 mod provot;
+pub mod rows;
 mod small_steps;
 mod springs;
 mod sweep;

@@ -19,6 +19,7 @@ use super::contact::{BLOCKS, Contacts};
 use super::lattice::{BLOCK, Lattices};
 use super::lines::{self, Bundle, Kept};
 use super::order::Order;
+use super::rows::{Now, Rows, TaskRows};
 use super::sweep::{Hinges, Link, Springs};
 use super::team::{Parts, Team};
 use super::{Cloth, ClothError, Hinge, Step};
@@ -71,14 +72,14 @@ impl Settings {
 }
 
 /// Substeps between two goes of dampers and air, which act for all of them at once: they are implicit, and so stable.
-const CALM: u32 = 4;
+pub(super) const CALM: u32 = 4;
 /// Substeps for which pairs that touch are told from those within reach once: they slide by a fraction of the distance they keep.
 const TOUCHES: u32 = 2;
 /// Square of the highest frequency of bending times that of a substep, at the most. Explicit forces alone are stable below 4;
 /// together with springs that are solved by a single pass a hanging sheet trembled at 3, and not at 2.
 const STABLE: f32 = 1.6;
 /// How much farther than it flies a vertex may get in a step, m: a metre a second at sixty steps, six times over.
-const REACH: f32 = 0.1;
+pub(super) const REACH: f32 = 0.1;
 /// Substeps beyond which bending is softened rather than more of them done.
 const MOST: u32 = 64;
 /// How much what lies on a body gives way to cloth that presses on it: as if it were twenty times as heavy, so that the cloth
@@ -86,7 +87,7 @@ const MOST: u32 = 64;
 const LOADED: f32 = 0.05;
 /// Part of the way back that an attached vertex is drawn along a direction in which it slides: so little that it yields to the
 /// pull of threads, and enough that a belt does not creep around in a dance.
-const SLID: f32 = 0.02;
+pub(super) const SLID: f32 = 0.02;
 /// A body farther than this, m, is left out until vertex and bodies together may have moved the distance measured to it: what cloth and
 /// limbs go in a hundredth of a second, several times over.
 const AWAY: f32 = 0.02;
@@ -297,6 +298,47 @@ impl SmallSteps {
         self.order.place.iter().map(|p| self.v[*p as usize].truncate())
     }
 
+    /// Where the cloth is, in the order of [`SmallSteps::rows`].
+    pub fn now(&self) -> Now {
+        let points = |all: &[Vec4]| all.iter().map(|v| v.truncate()).collect();
+        Now {
+            places: [&self.x, &self.v, &self.lost].map(|all| points(all)),
+            targets: self.attached.iter().map(|a| a.2.truncate()).collect(),
+            stances: self.stances.clone(),
+        }
+    }
+
+    /// What is solved in which order.
+    pub fn rows(&self) -> Rows {
+        let tasks = [&self.strips, &self.borders].map(|tasks| {
+            let rows = |task: &Task| TaskRows {
+                places: task.range.clone(),
+                springs: task.springs.rows(task.range.start),
+                hinges: task.hinges.rows(task.range.start),
+            };
+            tasks.iter().map(rows).collect()
+        });
+        let (levels, reach) = self.lattices.as_ref().map(Lattices::rows).unwrap_or_default();
+        let place = |v: u32| self.order.place[v as usize];
+        Rows {
+            vertex: self.order.vertex.clone(),
+            triangles: self.cloth.sheet.triangles.iter().map(|t| t.map(place)).collect(),
+            inverse: self.inverse.clone(),
+            tasks,
+            levels,
+            reach,
+            attached: self.attached.iter().map(|a| a.0).collect(),
+            grip: self.settings.grip,
+            seconds: self.settings.seconds,
+            substeps: self.settings.substeps,
+            calm_seconds: self.settings.calm_seconds(),
+            friction: self.cloth.friction[0],
+            gap: 0.5 * self.cloth.thickness,
+            bodies: self.bodies.clone(),
+            contact: self.settings.contact,
+        }
+    }
+
     /// Substeps of a step.
     pub fn substeps(&self) -> u32 {
         self.settings.substeps
@@ -399,11 +441,7 @@ impl SmallSteps {
                 self.placed[b * (n as usize + 1) + s as usize] =
                     Placed::between(stance, &to, s as f32 / n as f32);
             }
-            let (middle, radius) = body.bounds();
-            let ends = [&*stance, &to].map(|s| s.rotation * middle + s.origin);
-            // A turn takes its middle around, at most half as far as a straight line is long.
-            sweeps[b] =
-                (0.5 * (ends[0] + ends[1]), radius + ends[0].distance(ends[1]), body.moved(stance, &to));
+            sweeps[b] = body.swept(stance, &to);
             *stance = to;
         }
         let (bodies, placed) = (&self.bodies, &self.placed);

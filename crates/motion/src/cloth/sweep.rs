@@ -1,6 +1,7 @@
 //! Springs and hinges as the default solver reads them: coloured, four at a time.
 
 use super::order::colours;
+use super::rows::{HingeRow, SpringRow};
 use super::{Hinge, Spring};
 use glam::{Mat4, Vec4};
 use std::ops::Range;
@@ -94,6 +95,20 @@ impl Springs {
             }
         }
         Self { fours }
+    }
+
+    /// In the order in which they are solved, their ends counted from nought again.
+    pub fn rows(&self, start: usize) -> Vec<SpringRow> {
+        let row = |four: &Four, lane: usize| SpringRow {
+            ends: [four.from[lane], four.to[lane]].map(|v| v + start as u32),
+            rest: four.rest[lane],
+            longest: four.longest[lane],
+            share: four.share[lane],
+            give: four.give[lane],
+            calm: four.calm[lane],
+        };
+        let all = self.fours.iter().flat_map(|four| (0..4).map(move |lane| row(four, lane)));
+        all.filter(|row| row.ends[0] != row.ends[1]).collect()
     }
 
     /// One pass: every spring is moved towards its length by as much as its stiffness gives in a step, and if that leaves it
@@ -197,6 +212,15 @@ impl Hinges {
             });
         }
         Self { bends }
+    }
+
+    /// In the order in which they act, their vertices counted from nought again.
+    pub fn rows(&self, start: usize) -> Vec<HingeRow> {
+        let row = |bend: &Bend| {
+            let at = bend.at.map(|v| v + start as u32);
+            HingeRow { at, slopes: bend.slopes, push: bend.push, calm: bend.calm }
+        };
+        self.bends.iter().map(row).collect()
     }
 
     /// Forces at `x`, for `h` seconds, added to velocities; or for h², to what vertices move by.

@@ -1,0 +1,368 @@
+//! Cloth that moves on the GPU: [`SmallSteps`], the default solver, as compute passes.
+//!
+//! It is the same solver, not another one with the same equations: it solves the same springs in the same order, for one pass over springs
+//! (Gauss and Seidel's) depends on the order, and so do the folds of a cloth. What the solver does at once on several threads, strips and the
+//! borders between them, are workgroups here; springs without a common place, which it takes four at a time, are the 256 invocations of
+//! one, and barriers lie between them. Everything else has an invocation for each place: forces of hinges, which are linear and gathered
+//! by each place for itself; bodies; the sum. So a substep is six dispatches, two more every fourth time, and a sheet of 16 641 vertices
+//! occupies 20 workgroups while springs are solved and 261 else. To colour springs over all of the cloth would keep more of a large
+//! GPU at work, but each of a dozen colours would be a dispatch of its own, and the CPU, whose caches hold strips, would be slower by it.
+//! Coarse levels, a few hundred nodes, are one workgroup.
+//!
+//! What differs is rounding: sums of a hinge's forces and of nodes' centres are taken in other orders, and compilers may fuse products and
+//! sums. For as long as a motion does not amplify such differences both are equal, to 1e-4 m over two seconds in `tests/cloth.rs`; where
+//! a cloth buckles they part as two runs of either that begin a rounding apart.
+//!
+//! **Cloth does not touch cloth here**: a solver with [`Settings::contact`](yugen_motion::cloth::Settings::contact) is refused.
+
+mod layout;
+
+use crate::StageError;
+use crate::device::{checked, map};
+use crate::pipelines::{layout as pipeline_layout, module};
+use crate::scene::{bind_layout, storage, storage_type};
+use glam::{Vec3, Vec4};
+use layout::{Layout, WIDE};
+use wgpu::{BufferUsages, Device, Queue, ShaderStages};
+use yugen_motion::cloth::rows::{Course, Now, Rows};
+use yugen_motion::cloth::{SmallSteps, Solid, Stance, Step};
+
+/// A cloth on the GPU. Allocates and compiles nothing after it was made; a step sends targets and stances, and brings nothing back.
+pub struct ClothPass {
+    device: Device,
+    queue: Queue,
+    pipelines: Pipelines,
+    group: wgpu::BindGroup,
+    state: wgpu::Buffer,
+    given: wgpu::Buffer,
+    shown: wgpu::Buffer,
+    /// Bytes between the uniforms of two substeps.
+    stride: u32,
+    bodies: Vec<Solid>,
+    stances: Vec<Stance>,
+    vertex: Vec<u32>,
+    inverse: Vec<f32>,
+    attached: usize,
+    substeps: u32,
+    seconds: f32,
+    targets: usize,
+    placed: usize,
+    goals: usize,
+    /// Workgroups: for places, for places or attachments, for strips, for borders, for nodes.
+    groups: [u32; 5],
+    /// What the next step is given.
+    next: Vec<Vec4>,
+}
+
+struct Pipelines {
+    start: wgpu::ComputePipeline,
+    calm_strips: wgpu::ComputePipeline,
+    calm_borders: wgpu::ComputePipeline,
+    predict: wgpu::ComputePipeline,
+    strips: wgpu::ComputePipeline,
+    borders: wgpu::ComputePipeline,
+    centres: wgpu::ComputePipeline,
+    lattices: wgpu::ComputePipeline,
+    finish: wgpu::ComputePipeline,
+    show: wgpu::ComputePipeline,
+}
+
+/// Where a cloth is, by vertices.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClothState {
+    /// m.
+    pub positions: Vec<Vec3>,
+    /// m/s.
+    pub velocities: Vec<Vec3>,
+}
+
+/// Invocations of a workgroup where each place has one.
+const GROUP: u32 = 64;
+/// Nodes of a workgroup that finds their centres.
+const NODES: u32 = 8;
+
+impl ClothPass {
+    /// Goes on from where `solver` is.
+    ///
+    /// # Errors
+    /// A cloth that touches itself, or that is too large for the device.
+    pub fn new(device: &Device, queue: &Queue, solver: &SmallSteps) -> Result<Self, StageError> {
+        let rows = solver.rows();
+        if rows.contact {
+            return Err(StageError::ClothTouches);
+        }
+        let mut pass = checked(device, || Self::make(device, queue, rows))?;
+        pass.write(solver.now());
+        Ok(pass)
+    }
+
+    fn make(device: &Device, queue: &Queue, rows: Rows) -> Result<Self, StageError> {
+        let layout = Layout::new(&rows);
+        let limits = device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let most = u64::from(limits.max_compute_workgroups_per_dimension) * u64::from(GROUP) * 16;
+        let sizes = [
+            ("places of a cloth", 16 * layout.state, limit),
+            ("springs of a cloth", size_of_val(&layout.rows[..]), limit),
+            ("lists of a cloth", size_of_val(&layout.tables[..]), limit),
+            ("distances of bodies", size_of_val(&layout.fields[..]), limit),
+            ("places of bodies", 16 * layout.given, limit),
+            ("vertices of a cloth", 16 * rows.vertex.len().max(rows.attached.len()), most),
+        ];
+        for (what, bytes, limit) in sizes {
+            if bytes as u64 > limit {
+                return Err(StageError::TooLarge { what, bytes: bytes as u64, limit });
+            }
+        }
+        let n = rows.vertex.len();
+        let state = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("cloth"),
+            size: 16 * layout.state as u64,
+            usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let fixed = BufferUsages::empty();
+        let springs = storage(device, "springs", &layout.rows, 16, fixed);
+        let tables = storage(device, "lists of a cloth", &layout.tables, 4, fixed);
+        let fields = storage(device, "distances of bodies", &layout.fields, 4, fixed);
+        let next = vec![Vec4::ZERO; layout.given];
+        let as_bytes: Vec<[f32; 4]> = vec![[0.0; 4]; layout.given];
+        let given = storage(device, "a step of a cloth", &as_bytes, 16, BufferUsages::COPY_DST);
+        let near = storage(device, "bodies near a cloth", &vec![[0u32; 2]; n], 8, fixed);
+        let vertices = vec![[0.0f32; 4]; 2 * n];
+        let shown = storage(device, "cloth by vertices", &vertices, 16, BufferUsages::COPY_SRC);
+        // A uniform for each substep.
+        let stride = limits.min_uniform_buffer_offset_alignment.max(16);
+        let mut uniforms = vec![0u8; (stride * rows.substeps) as usize];
+        for s in 0..rows.substeps {
+            let part = ((s + 1) as f32 / rows.substeps as f32).to_le_bytes();
+            let at = (s * stride) as usize;
+            uniforms[at..at + 4].copy_from_slice(&s.to_le_bytes());
+            uniforms[at + 4..at + 8].copy_from_slice(&part);
+        }
+        let uniform = wgpu::util::DeviceExt::create_buffer_init(
+            device,
+            &wgpu::util::BufferInitDescriptor {
+                label: Some("substeps"),
+                contents: &uniforms,
+                usage: BufferUsages::UNIFORM,
+            },
+        );
+        let types = [false, true, true, true, true, false, false].map(storage_type);
+        let by_substep = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: true,
+            min_binding_size: wgpu::BufferSize::new(8),
+        };
+        let binds =
+            bind_layout(device, "cloth", ShaderStages::COMPUTE, types.into_iter().chain([by_substep]));
+        let buffers = [&state, &springs, &tables, &given, &fields, &near, &shown];
+        let resources =
+            buffers.into_iter().map(wgpu::Buffer::as_entire_binding).chain([wgpu::BindingResource::Buffer(
+                wgpu::BufferBinding { buffer: &uniform, offset: 0, size: wgpu::BufferSize::new(8) },
+            )]);
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("cloth"),
+            layout: &binds,
+            entries: &entries,
+        });
+        let places = (n as u32).div_ceil(GROUP);
+        let [strips, borders] = [0, 1].map(|k: usize| rows.tasks[k].len() as u32);
+        Ok(Self {
+            pipelines: Pipelines::new(device, &layout.constants, &binds),
+            group,
+            state,
+            given,
+            shown,
+            stride,
+            groups: [
+                places,
+                places.max((rows.attached.len() as u32).div_ceil(GROUP)),
+                strips,
+                borders,
+                layout.nodes.div_ceil(NODES),
+            ],
+            bodies: rows.bodies,
+            stances: Vec::new(),
+            vertex: rows.vertex,
+            inverse: rows.inverse,
+            attached: rows.attached.len(),
+            substeps: rows.substeps,
+            seconds: rows.seconds,
+            targets: layout.targets,
+            placed: layout.placed,
+            goals: layout.goals,
+            next,
+            device: device.clone(),
+            queue: queue.clone(),
+        })
+    }
+
+    /// Goes on from where `solver` is now; whether it has as many vertices, attachments and bodies as the one that this was made from.
+    #[must_use]
+    pub fn resume(&mut self, solver: &SmallSteps) -> bool {
+        let now = solver.now();
+        let found = [now.places[0].len(), now.targets.len(), now.stances.len()];
+        let alike = found == [self.vertex.len(), self.attached, self.bodies.len()];
+        if alike {
+            self.write(now);
+        }
+        alike
+    }
+
+    /// What a step finds in the state: everything else there is computed before it is read.
+    fn write(&mut self, now: Now) {
+        let n = self.vertex.len();
+        let [x, v, lost] = &now.places;
+        let with = |points: &[Vec3]| points.iter().map(|p| p.extend(0.0)).collect::<Vec<Vec4>>();
+        let places = x.iter().zip(&self.inverse).map(|(x, w)| x.extend(*w)).collect();
+        let sections = [(0, places), (2 * n, with(v)), (3 * n, with(lost)), (self.goals, with(&now.targets))];
+        for (first, points) in sections {
+            self.queue.write_buffer(&self.state, 16 * first as u64, bytemuck::cast_slice(&points));
+        }
+        self.stances = now.stances;
+    }
+
+    /// One step, given to the device, which may still be at work on it when this returns.
+    pub fn step(&mut self, step: &Step<'_>) {
+        self.give(step);
+        self.queue.write_buffer(&self.given, 0, bytemuck::cast_slice(&self.next));
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let p = &self.pipelines;
+        let [places, all, strips, borders, nodes] = self.groups;
+        let mut run = |pipeline: &wgpu::ComputePipeline, groups: u32, substep: u32| {
+            if groups > 0 {
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, &self.group, &[substep * self.stride]);
+                pass.dispatch_workgroups(groups, 1, 1);
+            }
+        };
+        run(&p.start, all, 0);
+        for s in 0..self.substeps {
+            if Layout::calms(s) {
+                run(&p.calm_strips, strips, s);
+                run(&p.calm_borders, borders, s);
+            }
+            run(&p.predict, places, s);
+            run(&p.strips, strips, s);
+            run(&p.borders, borders, s);
+            run(&p.centres, nodes, s);
+            run(&p.lattices, nodes.min(1), s);
+            run(&p.finish, places, s);
+        }
+        run(&p.show, places, 0);
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
+    }
+
+    /// What shaders read of a step.
+    fn give(&mut self, step: &Step<'_>) {
+        let n = self.substeps;
+        self.next[0] = (step.gravity * (self.seconds / n as f32)).extend(0.0);
+        self.next[1] = step.wind.extend(0.0);
+        for (b, (solid, stance)) in self.bodies.iter().zip(&mut self.stances).enumerate() {
+            let to = step.stances.get(b).copied().unwrap_or(*stance);
+            let course = Course::new(solid, stance, &to, n);
+            *stance = to;
+            // As good as infinite, and squares of it are numbers.
+            let far = 1e18f32;
+            self.next[2 + 2 * b] = course.middle.extend(course.radius.min(far));
+            self.next[3 + 2 * b] = Vec4::new(course.moved.unwrap_or(far), 0.0, 0.0, 0.0);
+            let first = self.placed + 4 * b * (n as usize + 1);
+            for (to, (turn, origin)) in self.next[first..].chunks_exact_mut(4).zip(&course.placed) {
+                let columns = [turn.x_axis, turn.y_axis, turn.z_axis, *origin];
+                to.iter_mut().zip(columns).for_each(|(to, column)| *to = column.extend(0.0));
+            }
+        }
+        for i in 0..self.attached {
+            let at = self.targets + 2 * i;
+            self.next[at] = step.targets.get(i).map_or(Vec4::ZERO, |t| t.extend(1.0));
+            self.next[at + 1] = step.slides.get(i).map_or(Vec4::ZERO, |d| d.extend(0.0));
+        }
+    }
+
+    /// Where vertices are after the last step: as many `vec4<f32>` as there are vertices, x, y and z in m, then as many unit normals, of
+    /// the cloth's face. Before the first step all are nought.
+    pub fn vertices(&self) -> &wgpu::Buffer {
+        &self.shown
+    }
+
+    /// Waits, and fetches where the cloth is.
+    ///
+    /// # Errors
+    /// A device that is gone.
+    pub fn read(&self) -> Result<ClothState, StageError> {
+        let n = self.vertex.len();
+        let mut found = ClothState { positions: vec![Vec3::ZERO; n], velocities: vec![Vec3::ZERO; n] };
+        let all = self.fetch(&self.state, [0, 2 * n])?;
+        for (p, vertex) in self.vertex.iter().enumerate() {
+            let vertex = *vertex as usize;
+            (found.positions[vertex], found.velocities[vertex]) = (all[0][p], all[1][p]);
+        }
+        Ok(found)
+    }
+
+    /// Waits, and fetches what [`ClothPass::vertices`] holds: positions and normals.
+    ///
+    /// # Errors
+    /// A device that is gone.
+    pub fn read_vertices(&self) -> Result<[Vec<Vec3>; 2], StageError> {
+        self.fetch(&self.shown, [0, self.vertex.len()])
+    }
+
+    /// As many elements as there are vertices from each of two places of a buffer.
+    fn fetch(&self, buffer: &wgpu::Buffer, from: [usize; 2]) -> Result<[Vec<Vec3>; 2], StageError> {
+        let n = self.vertex.len();
+        let bytes = 16 * n as u64;
+        let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("cloth, read"),
+            size: 2 * bytes,
+            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        for (from, to) in from.into_iter().zip([0, bytes]) {
+            encoder.copy_buffer_to_buffer(buffer, 16 * from as u64, &copy, to, bytes);
+        }
+        self.queue.submit([encoder.finish()]);
+        let all: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&map(&self.device, &copy)?);
+        let points = |part: &[[f32; 4]]| part.iter().map(|[x, y, z, _]| Vec3::new(*x, *y, *z)).collect();
+        Ok([points(&all[..n]), points(&all[n..])])
+    }
+}
+
+impl Pipelines {
+    fn new(device: &Device, constants: &str, binds: &wgpu::BindGroupLayout) -> Self {
+        let module = module(device, "cloth", &[constants, include_str!("cloth.wgsl")]);
+        let layout = pipeline_layout(device, "cloth", &[binds]);
+        let make = |entry: &str| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                cache: None,
+            })
+        };
+        Self {
+            start: make("start"),
+            calm_strips: make("calm_strips"),
+            calm_borders: make("calm_borders"),
+            predict: make("predict"),
+            strips: make("strips"),
+            borders: make("borders"),
+            centres: make("centres"),
+            lattices: make("lattices"),
+            finish: make("finish"),
+            show: make("show"),
+        }
+    }
+}
+
+const _: () = assert!(WIDE <= 256, "the most that WebGPU promises");

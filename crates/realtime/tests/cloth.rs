@@ -1,0 +1,269 @@
+//! Cloth on the GPU beside the solver of which it is the twin.
+
+use glam::{Quat, Vec2, Vec3};
+use std::sync::Arc;
+use yugen_motion::cloth::{Cloth, Fabric, Field, Settings, Sheet, SmallSteps, Solid, Stance, Step};
+use yugen_realtime::{ClothPass, Gpu, StageError};
+
+/// A second of sixty steps.
+const SECOND: u32 = 60;
+/// What two seconds may leave between both, m.
+const EQUAL: f32 = 1e-4;
+/// What a step may, m: four times the worst that was seen, where silk is struck; half of its steps leave 1.4e-7.
+const ROUNDED: f32 = 3e-5;
+
+/// A sheet of `size` metres in so many cells a side, y up.
+fn sheet(corner: Vec3, warp: Vec3, size: f32, cells: u32) -> Sheet {
+    Sheet::rectangle(corner, Vec3::X, warp, Vec2::splat(size), [cells; 2])
+}
+
+fn fabric(name: &str) -> Fabric {
+    Fabric::preset(name).expect("a fabric").fabric
+}
+
+/// Farthest that two lists of points are apart; what is no number is far.
+fn apart(a: &[Vec3], b: &[Vec3]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    let far = |(a, b): (&Vec3, &Vec3)| if a.distance(*b).is_nan() { f32::INFINITY } else { a.distance(*b) };
+    a.iter().zip(b).map(far).fold(0.0, f32::max)
+}
+
+/// What is asked of a step at a time.
+#[derive(Default)]
+struct Given {
+    wind: Vec3,
+    targets: Vec<Vec3>,
+    slides: Vec<Vec3>,
+    stances: Vec<Stance>,
+}
+
+impl Given {
+    fn step(&self) -> Step<'_> {
+        let Self { wind, targets, slides, stances } = self;
+        Step { wind: *wind, targets, slides, stances, ..Step::default() }
+    }
+}
+
+/// A sheet in cells whose vertices lie `bend` beside a plane: what is quite flat buckles by its rounding.
+fn wavy(mut sheet: Sheet, size: f32, bend: Vec3) -> Sheet {
+    for (p, t) in sheet.positions.iter_mut().zip(0..) {
+        let row = (sheet.triangles.len() as f32 / 2.0).sqrt() as u32 + 1;
+        let [u, v] = [t % row, t / row].map(|k| k as f32 / (row - 1) as f32);
+        *p += bend * size * (2.5 * u - 0.95).cos() * (3.0 * v - 1.0).cos();
+    }
+    sheet
+}
+
+/// How far both are apart at the most in two seconds, and how far vertices went in the mean, m.
+fn both(
+    name: &str,
+    mut cpu: SmallSteps,
+    twin: &SmallSteps,
+    given: impl Fn(f32) -> Given,
+) -> Option<[f32; 2]> {
+    let gpu = Gpu::for_tests()?;
+    let mut pass = ClothPass::new(&gpu.device, &gpu.queue, twin).expect("a pass");
+    let first = cpu.positions().to_vec();
+    assert_eq!(pass.read().expect("a device").positions, first);
+    let (mut most, mut far) = (0.0f32, 0.0f32);
+    for frame in 1..=2 * SECOND {
+        let given = given(frame as f32 / SECOND as f32);
+        cpu.step(&given.step());
+        pass.step(&given.step());
+        most = most.max(apart(&pass.read().expect("a device").positions, cpu.positions()));
+        let way = first.iter().zip(cpu.positions()).map(|(a, b)| a.distance(*b)).sum::<f32>();
+        far = far.max(way / first.len() as f32);
+    }
+    println!("{name}: {} vertices, {most:.1e} m apart, {far:.2} m gone", first.len());
+    Some([most, far])
+}
+
+/// Hemp that hangs from two corners in the wind and is swung.
+fn swung(wind: Vec3, stiffer: f32) -> (SmallSteps, impl Fn(f32) -> Given) {
+    let cells = 40;
+    let sheet = wavy(sheet(Vec3::new(-0.3, 0.0, 0.0), Vec3::NEG_Y, 0.6, cells), 0.6, Vec3::Z * 0.1);
+    let held = [0, cells];
+    let ends = held.map(|v| sheet.positions[v as usize]);
+    let mut fabric = fabric("hemp");
+    fabric.bending_warp *= stiffer;
+    let cloth = Cloth::new(sheet, &fabric).expect("a cloth");
+    let solver = SmallSteps::new(cloth, &held, Settings::default()).expect("a solver");
+    let given = move |time: f32| Given {
+        wind,
+        targets: ends.map(|p| p + Vec3::Z * 0.2 * (1.0 - (3.0 * time).cos())).to_vec(),
+        ..Given::default()
+    };
+    (solver, given)
+}
+
+const WIND: Vec3 = Vec3::new(0.2, 0.0, 0.5);
+
+#[test]
+fn a_sheet_that_swings_is_where_the_processor_has_it() {
+    let (solver, given) = swung(WIND, 1.0);
+    // Strips with a border between them, and a coarse level.
+    let rows = solver.rows();
+    assert!(rows.tasks[0].len() > 1 && !rows.levels.is_empty());
+    assert!(rows.tasks[1].iter().any(|t| !t.springs.is_empty() && !t.hinges.is_empty()));
+    let Some([most, far]) = both("swung", swung(WIND, 1.0).0, &solver, given) else { return };
+    assert!(most < EQUAL && far > 0.3, "{most} {far}");
+}
+
+#[test]
+fn another_fabric_is_seen() {
+    let (solver, given) = swung(WIND, 1.0);
+    let Some([most, _]) = both("a hundredth stiffer", solver, &swung(WIND, 1.01).0, given) else { return };
+    assert!(most > 2.0 * EQUAL, "{most}");
+}
+
+/// A square of hemp above a ball on a floor.
+fn falling() -> SmallSteps {
+    let sheet = wavy(sheet(Vec3::new(-0.25, 0.35, -0.25), Vec3::Z, 0.5, 24), 0.5, Vec3::Y * 0.04);
+    let cloth = Cloth::new(sheet, &fabric("hemp")).expect("a cloth");
+    let ball = Solid::Capsule { ends: [Vec3::ZERO, Vec3::X * 0.1], radii: [0.3, 0.25] };
+    let floor = Stance { origin: Vec3::Y * -0.1, ..Stance::default() };
+    let bodies = vec![(ball, Stance::default()), (Solid::Ground, floor)];
+    let solver = SmallSteps::new(cloth, &[], Settings::default()).expect("a solver");
+    solver.with_bodies(bodies).expect("bodies")
+}
+
+#[test]
+fn a_sheet_that_falls_on_a_ball_lies_where_the_processor_has_it() {
+    let Some([most, far]) = both("fallen", falling(), &falling(), |_| Given::default()) else { return };
+    assert!(most < EQUAL && far > 0.1, "{most} {far}");
+}
+
+#[test]
+fn a_sheet_on_a_ball_that_moves_goes_along_as_on_the_processor() {
+    let given = |time: f32| {
+        let origin = Vec3::X * 0.05 * (1.0 - (2.0 * time).cos());
+        let ball = Stance { origin, rotation: Quat::from_rotation_y(0.3 * time) };
+        let floor = Stance { origin: Vec3::Y * -0.1, ..Stance::default() };
+        Given { stances: vec![ball, floor], ..Given::default() }
+    };
+    let Some([most, far]) = both("carried", falling(), &falling(), given) else { return };
+    assert!(most < EQUAL && far > 0.15, "{most} {far}");
+}
+
+/// A box as a field.
+fn block(half: Vec3) -> Solid {
+    let corner =
+        |i: usize| Vec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 1 { half[k] } else { -half[k] }));
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles: Vec<[u32; 3]> =
+        faces.iter().flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
+    let corners: Vec<Vec3> = (0..8).map(corner).collect();
+    Solid::Field(Arc::new(Field::new(&corners, &triangles, 0.02).expect("a field")))
+}
+
+/// How far both are apart at the most after one step, each from where the processor is: for what buckles, so that in two seconds a rounding
+/// becomes a fold.
+fn step_by_step(name: &str, mut cpu: SmallSteps, given: impl Fn(f32) -> Given) -> Option<f32> {
+    let gpu = Gpu::for_tests()?;
+    let mut pass = ClothPass::new(&gpu.device, &gpu.queue, &cpu).expect("a pass");
+    let mut most = [0.0f32; 2];
+    let mut all = Vec::new();
+    for frame in 1..=2 * SECOND {
+        assert!(pass.resume(&cpu));
+        let given = given(frame as f32 / SECOND as f32);
+        cpu.step(&given.step());
+        pass.step(&given.step());
+        let state = pass.read().expect("a device");
+        let velocities: Vec<Vec3> = cpu.velocities().collect();
+        let now = [apart(&state.positions, cpu.positions()), apart(&state.velocities, &velocities)];
+        most = [0, 1].map(|k| now[k].max(most[k]));
+        all.push(now[0]);
+    }
+    all.sort_by(f32::total_cmp);
+    println!(
+        "{name}: {:.1e} m and {:.1e} m/s apart after a step, half of them {:.1e} m",
+        most[0],
+        most[1],
+        all[all.len() / 2]
+    );
+    Some(most[0])
+}
+
+#[test]
+fn steps_among_bodies_are_those_of_the_processor() {
+    for coarse in [true, false] {
+        let cells = 64;
+        let sheet = sheet(Vec3::new(-0.5, 0.5, -0.5), Vec3::Z, 1.0, cells);
+        let held = [0, cells];
+        let ends = held.map(|v| sheet.positions[v as usize]);
+        let cloth = Cloth::new(sheet, &fabric("silk")).expect("a cloth");
+        let settings = Settings { coarse, substeps: 12, ..Settings::default() };
+        let arm = Solid::Capsule { ends: [Vec3::ZERO, Vec3::X], radii: [0.05, 0.02] };
+        let still = Stance::default();
+        let bodies = vec![(Solid::Ground, still), (block(Vec3::new(0.2, 0.1, 0.15)), still), (arm, still)];
+        let solver = SmallSteps::new(cloth, &held, settings).expect("a solver").with_bodies(bodies);
+        let given = |time: f32| {
+            let turn = Quat::from_rotation_z(4.0 * time);
+            let floor = Stance { origin: Vec3::Y * -0.3, ..still };
+            let thrust = Stance { origin: Vec3::Y * (0.5 * (5.0 * time).sin()), rotation: turn };
+            let strike =
+                Stance { origin: Vec3::new(-0.5, 0.3, 0.2), rotation: Quat::from_rotation_y(6.0 * time) };
+            Given {
+                wind: WIND,
+                targets: ends.map(|p| p + Vec3::Y * 0.1 * (7.0 * time).sin()).to_vec(),
+                stances: vec![floor, thrust, strike],
+                ..Given::default()
+            }
+        };
+        let solver = solver.expect("bodies");
+        assert_eq!(solver.rows().levels.len(), if coarse { 2 } else { 0 });
+        let Some(most) = step_by_step("struck", solver, given) else { return };
+        assert!(most < ROUNDED, "{most}");
+    }
+}
+
+#[test]
+fn what_a_grip_lets_slide_does_so_as_on_the_processor() {
+    let cells = 32;
+    let sheet = sheet(Vec3::new(-0.3, 0.0, 0.0), Vec3::NEG_Y, 0.6, cells);
+    // One of them twice, and half of them without a way to slide.
+    let held: Vec<u32> = (0..=cells).map(|i| 5 * (cells + 1) + i).chain([5 * (cells + 1)]).collect();
+    let places: Vec<Vec3> = held.iter().map(|v| sheet.positions[*v as usize]).collect();
+    let cloth = Cloth::new(sheet, &fabric("karaori")).expect("a cloth");
+    let settings = Settings { grip: 0.6, ..Settings::default() };
+    let solver = SmallSteps::new(cloth, &held, settings).expect("a solver");
+    let given = |time: f32| Given {
+        targets: places.iter().map(|p| *p + Vec3::Z * 0.3 * (4.0 * time).sin()).collect(),
+        slides: vec![Vec3::Y; 16],
+        ..Given::default()
+    };
+    let Some(most) = step_by_step("gripped", solver, given) else { return };
+    assert!(most < ROUNDED, "{most}");
+}
+
+#[test]
+fn vertices_are_shown_with_normals() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut pass = ClothPass::new(&gpu.device, &gpu.queue, &falling()).expect("a pass");
+    for _ in 0..30 {
+        pass.step(&Step::default());
+    }
+    let state = pass.read().expect("a device");
+    let [positions, normals] = pass.read_vertices().expect("a device");
+    assert_eq!(positions, state.positions);
+    let solver = falling();
+    let mut sums = vec![Vec3::ZERO; positions.len()];
+    for t in &solver.cloth().sheet.triangles {
+        let [a, b, c] = t.map(|v| positions[v as usize]);
+        t.iter().for_each(|v| sums[*v as usize] += (b - a).cross(c - a));
+    }
+    for (normal, sum) in normals.iter().zip(sums) {
+        assert!(normal.distance(sum.normalize()) < 1e-4, "{normal} {sum}");
+    }
+}
+
+#[test]
+fn cloth_that_touches_itself_is_refused() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let sheet = sheet(Vec3::ZERO, Vec3::Z, 0.5, 8);
+    let cloth = Cloth::new(sheet, &fabric("silk")).expect("a cloth");
+    let settings = Settings { contact: true, ..Settings::default() };
+    let solver = SmallSteps::new(cloth, &[], settings).expect("a solver");
+    let refused = ClothPass::new(&gpu.device, &gpu.queue, &solver).err();
+    assert_eq!(refused, Some(StageError::ClothTouches));
+}
