@@ -13,7 +13,7 @@ cargo xtask <what>
             bench [render] [--peer]   samples a second; with --peer, time to equal error beside Mitsuba 3
             bench denoise             error of denoised pictures, beside Open Image Denoise
             bench realtime            error of real-time pictures, beside the reference's
-            bench stage [PART]        milliseconds of the real-time passes, by pixels, triangles, lights and samples
+            bench stage [PART]        milliseconds of the real-time passes, by pixels, triangles, lights and samples, and of cloth
             bench stage --peer        error and time of a frame, beside Filament (PyPI: filly)
             bench bsdf [--peer]       nanoseconds to evaluate and sample each reflectance model
             bench rays [MESH.obj …]   rays a second, beside Mitsuba 3 (Embree)

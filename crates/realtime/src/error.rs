@@ -82,6 +82,24 @@ pub enum StageError {
         "this cloth touches itself, which cloth on the GPU does not: make its solver without contact, or move it on the processor"
     )]
     ClothTouches,
+    /// A vertex of a cloth that it has not.
+    #[error("vertex {vertex} of a mesh is to follow vertex {of} of a cloth, which has {vertices}")]
+    ClothVertex {
+        /// Of the mesh.
+        vertex: usize,
+        /// Of the cloth.
+        of: u32,
+        /// How many the cloth has.
+        vertices: usize,
+    },
+    /// Tangents would stay where they are.
+    #[error(
+        "mesh {mesh} has tangents of its own and cannot follow a cloth: leave them out, and they lie along u of its texture coordinates"
+    )]
+    ClothTangents {
+        /// Which mesh.
+        mesh: u32,
+    },
     /// The scene cannot be traced.
     #[error(transparent)]
     Hierarchy(#[from] HierarchyError),

@@ -2,6 +2,8 @@
 
 use crate::StageError;
 use crate::aov::aov_pass;
+use crate::cloth::ClothPass;
+use crate::cloth::drape::Drape;
 use crate::device::{checked, map};
 use crate::display::{DisplayPass, DisplaySettings};
 use crate::film::{Film, FilmPass, HALVES_PLANES, film_bytes_with};
@@ -125,6 +127,8 @@ pub struct Stage {
     /// another cannot be had by new values alone.
     shader: u64,
     flames: Option<Flames>,
+    /// Meshes that follow cloths.
+    drapes: Vec<Drape>,
     view: wgpu::Buffer,
     visibility: Visibility,
     primary_layout: wgpu::BindGroupLayout,
@@ -211,6 +215,7 @@ impl Stage {
                 scene,
                 shader: Fingerprint::of(wgsl_where(rows, &[]).as_bytes()),
                 flames,
+                drapes: Vec::new(),
                 view,
                 visibility,
                 primary_layout,
@@ -330,14 +335,52 @@ impl Stage {
     pub fn place(&mut self, draws: &[DrawRow]) -> Result<(), StageError> {
         self.check_alive()?;
         self.begin_pose();
-        self.scene.place(&self.queue, draws)
+        let placed = self.scene.place(&self.queue, draws);
+        self.hang();
+        placed
     }
 
     /// Deforms a mesh: all of its vertices. The picture then begins anew.
     pub fn deform(&mut self, mesh: u32, vertices: &[VertexRow]) -> Result<(), StageError> {
         self.check_alive()?;
         self.begin_pose();
-        self.scene.deform(&self.queue, mesh, vertices)
+        let deformed = self.scene.deform(&self.queue, mesh, vertices);
+        self.hang();
+        deformed
+    }
+
+    /// From now on a mesh is where a cloth of the same device is, at each [`Stage::follow`], whatever poses say of it. `of`: of each vertex
+    /// of the mesh that of the cloth, or [`NONE`](yugen_scene::prepared::NONE) for what stays where it is. The mesh's own coordinates are
+    /// the cloth's.
+    ///
+    /// # Errors
+    /// A mesh that shines or has tangents of its own, and vertices that are not there.
+    pub fn drape(&mut self, mesh: u32, cloth: &ClothPass, of: &[u32]) -> Result<(), StageError> {
+        self.check_alive()?;
+        let drape = checked(&self.device, || Drape::new(&self.device, &self.scene, mesh, cloth, of))?;
+        self.drapes.retain(|d| d.mesh() != mesh);
+        self.drapes.push(drape);
+        self.scene.drape(mesh);
+        Ok(())
+    }
+
+    /// Takes over where draped cloths are after their last steps, none of which passes through the processor. The picture then begins anew.
+    pub fn follow(&mut self) -> Result<(), StageError> {
+        self.check_alive()?;
+        self.begin_pose();
+        self.hang();
+        Ok(())
+    }
+
+    /// Puts draped meshes where their cloths are, and boxes around them.
+    fn hang(&self) {
+        if self.drapes.is_empty() {
+            return;
+        }
+        self.scene.rewrite_top(&self.queue);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        self.drapes.iter().for_each(|d| d.record(&self.queue, &mut encoder, &self.scene));
+        self.queue.submit([encoder.finish()]);
     }
 
     /// Takes over another pose of the scene: `rows` that [`Rows::pose`] has made of those of the stage, or new ones of the
@@ -385,6 +428,9 @@ impl Stage {
         let taken = self.scene.update(&self.queue, rows, textures)?;
         if let (true, Some(flames)) = (taken, &self.flames) {
             flames.send(&self.queue, rows);
+        }
+        if taken {
+            self.hang();
         }
         Ok(taken)
     }

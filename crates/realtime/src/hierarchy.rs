@@ -225,6 +225,53 @@ impl Hierarchy {
         Ok(nodes)
     }
 
+    /// Nodes of a mesh's tree, as their first rows over four: level by level, the deepest first; those whose children are leaves or lie
+    /// in levels before.
+    pub(crate) fn levels(&self, mesh: u32) -> Vec<Vec<u32>> {
+        let Some(tree) = self.meshes.get(mesh as usize).filter(|t| t.root != NOTHING) else {
+            return Vec::new();
+        };
+        let mut levels = vec![vec![tree.root]];
+        loop {
+            let children = |node: &u32| self.rows[4 * *node as usize + 1];
+            let next: Vec<u32> =
+                levels[levels.len() - 1].iter().flat_map(children).filter(|c| c & IS_LEAF == 0).collect();
+            if next.is_empty() {
+                break;
+            }
+            levels.push(next);
+        }
+        levels.reverse();
+        levels
+    }
+
+    /// Nodes of the top level that a mesh lies in, children before parents: each with what its four boxes are: [`IS_LEAF`] and a draw of
+    /// the mesh, the number of a node in this list, or [`NOTHING`] where it has nothing of the mesh.
+    pub(crate) fn above(&self, mesh: u32, draws: &[DrawRow]) -> Vec<[u32; 5]> {
+        let mut found = Vec::new();
+        self.find_above(0, mesh, draws, &mut found);
+        found
+    }
+
+    fn find_above(&self, node: u32, mesh: u32, draws: &[DrawRow], found: &mut Vec<[u32; 5]>) -> Option<u32> {
+        let children = self.rows[4 * node as usize + 1];
+        let mut entry = [node, NOTHING, NOTHING, NOTHING, NOTHING];
+        for (child, what) in children.into_iter().zip(&mut entry[1..]).filter(|(c, _)| *c != NOTHING) {
+            if child & IS_LEAF == 0 {
+                *what = self.find_above(child, mesh, draws, found).unwrap_or(NOTHING);
+            } else {
+                let draw = self.rows[(child & 0x1fff_ffff) as usize + 3][1];
+                if draws[draw as usize].mesh == mesh {
+                    *what = IS_LEAF | draw;
+                }
+            }
+        }
+        entry[1..].iter().any(|w| *w != NOTHING).then(|| {
+            found.push(entry);
+            found.len() as u32 - 1
+        })
+    }
+
     /// Fits the node at `row` and all below it to vertices `at` an index.
     fn refit(&mut self, row: usize, at: &dyn Fn(u32) -> Vec3) -> (Vec3, Vec3) {
         let children = self.rows[row + 1];

@@ -31,6 +31,8 @@
 //! | `guide.wgsl` | | what a denoiser is told |
 //! | `gbuffer.wgsl`, `preview.wgsl` | | what is shown while the sum is young |
 //! | `display.wgsl` | | exposure, gamut and curve |
+//! | `cloth/cloth.wgsl` | 0, its own | a step of a cloth ([`ClothPass`]) |
+//! | `cloth/drape.wgsl` | 0, its own | a mesh where a cloth is, and the boxes around it ([`Stage::drape`]) |
 //!
 //! # How to add a pass
 //!

@@ -23,6 +23,7 @@ pub struct SceneBuffers {
     layout: wgpu::BindGroupLayout,
     group: wgpu::BindGroup,
     vertices: wgpu::Buffer,
+    triangles: wgpu::Buffer,
     draws: wgpu::Buffer,
     hierarchy_rows: wgpu::Buffer,
     words: wgpu::Buffer,
@@ -33,6 +34,8 @@ pub struct SceneBuffers {
     /// Fingerprints of the vertices of each mesh that the device has; `None`: unknown.
     prints: Vec<Option<u64>>,
     placed: Vec<DrawRow>,
+    /// Of each mesh, whether it is where a cloth on the device is.
+    draped: Vec<bool>,
     /// An update failed on the way, so that the device has some of its rows and not others.
     half_sent: bool,
     plan: Plan,
@@ -128,6 +131,7 @@ impl SceneBuffers {
             layout,
             group,
             vertices,
+            triangles,
             draws,
             hierarchy_rows,
             words,
@@ -135,6 +139,7 @@ impl SceneBuffers {
             texels,
             hierarchy,
             prints: meshes.iter().map(|m| Some(fingerprint(of_mesh(rows, m)))).collect(),
+            draped: vec![false; meshes.len()],
             half_sent: false,
             meshes,
             placed: rows.draws.clone(),
@@ -163,7 +168,7 @@ impl SceneBuffers {
         for (mesh, row) in rows.meshes.iter().enumerate() {
             let vertices = of_mesh(rows, row);
             let print = Some(fingerprint(vertices));
-            if self.prints[mesh] != print {
+            if self.prints[mesh] != print && !self.draped[mesh] {
                 self.write_mesh(queue, mesh, vertices)?;
                 self.prints[mesh] = print;
             }
@@ -224,6 +229,26 @@ impl SceneBuffers {
     fn write_top(&self, queue: &Queue) {
         let top = &self.hierarchy.rows()[..self.hierarchy.top_rows()];
         queue.write_buffer(&self.hierarchy_rows, 0, bytemuck::cast_slice(top));
+    }
+
+    /// A mesh is from now on where a cloth on the device is: poses leave it there.
+    pub(crate) fn drape(&mut self, mesh: u32) {
+        self.draped[mesh as usize] = true;
+    }
+
+    /// Writes the top level as the processor has it.
+    pub(crate) fn rewrite_top(&self, queue: &Queue) {
+        self.write_top(queue);
+    }
+
+    /// Vertices, triangles, draws, and the rows of the hierarchy.
+    pub(crate) fn geometry(&self) -> [&wgpu::Buffer; 4] {
+        [&self.vertices, &self.triangles, &self.draws, &self.hierarchy_rows]
+    }
+
+    /// The processor's own.
+    pub(crate) fn hierarchy(&self) -> &Hierarchy {
+        &self.hierarchy
     }
 
     /// Of group 0.

@@ -81,7 +81,11 @@ fn both(
 /// Hemp that hangs from two corners in the wind and is swung.
 fn swung(wind: Vec3, stiffer: f32) -> (SmallSteps, impl Fn(f32) -> Given) {
     let cells = 40;
-    let sheet = wavy(sheet(Vec3::new(-0.3, 0.0, 0.0), Vec3::NEG_Y, 0.6, cells), 0.6, Vec3::Z * 0.1);
+    let mut sheet = sheet(Vec3::new(-0.3, 0.0, 0.0), Vec3::NEG_Y, 0.6, cells);
+    for p in &mut sheet.positions {
+        // Bowed, the more the lower.
+        p.z += 0.05 * (2.5 * p.x / 0.6 + 0.3).cos() * (1.0 - p.y / 0.6);
+    }
     let held = [0, cells];
     let ends = held.map(|v| sheet.positions[v as usize]);
     let mut fabric = fabric("hemp");

@@ -29,6 +29,8 @@ pub struct Layout {
     pub goals: usize,
     /// Nodes of the finest level.
     pub nodes: u32,
+    /// Springs in strips over the rounds that the longest of them takes.
+    pub springs_at_once: u32,
 }
 
 /// What grows.
@@ -72,6 +74,16 @@ impl Layout {
         // What is solved in which order.
         let tasks: Vec<Vec<u32>> =
             rows.tasks.iter().map(|tasks| tasks.iter().flat_map(|t| lists.task(t)).collect()).collect();
+        // Rounds of a batch as workgroups take it.
+        let rounds = |batch: u32| {
+            let start = |b: u32| lists.spring_batches.get(b as usize).copied();
+            let [from, to] = [batch, batch + 1].map(|b| start(b).unwrap_or(lists.springs.len() as u32 / 2));
+            (to - from).div_ceil(WIDE)
+        };
+        let strips = tasks[0].chunks_exact(6);
+        let longest = strips.map(|t| (t[2]..t[3]).map(rounds).sum::<u32>()).max().unwrap_or(1);
+        let inside: usize = rows.tasks[0].iter().map(|t| t.springs.len()).sum();
+        let springs_at_once = inside as u32 / longest.max(1);
         for (name, words) in ["STRIPS", "BORDERS"].into_iter().zip(&tasks) {
             lists.table(name, words);
         }
@@ -137,6 +149,7 @@ impl Layout {
             given: placed + 4 * bodies * (rows.substeps as usize + 1),
             goals: from + held,
             nodes: nodes_of_finest as u32,
+            springs_at_once,
         }
     }
 

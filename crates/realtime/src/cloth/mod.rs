@@ -15,6 +15,7 @@
 //!
 //! **Cloth does not touch cloth here**: a solver with [`Settings::contact`](yugen_motion::cloth::Settings::contact) is refused.
 
+pub(crate) mod drape;
 mod layout;
 
 use crate::StageError;
@@ -50,6 +51,7 @@ pub struct ClothPass {
     goals: usize,
     /// Workgroups: for places, for places or attachments, for strips, for borders, for nodes.
     groups: [u32; 5],
+    springs_at_once: u32,
     /// What the next step is given.
     next: Vec<Vec4>,
 }
@@ -196,6 +198,7 @@ impl ClothPass {
             targets: layout.targets,
             placed: layout.placed,
             goals: layout.goals,
+            springs_at_once: layout.springs_at_once,
             next,
             device: device.clone(),
             queue: queue.clone(),
@@ -225,6 +228,13 @@ impl ClothPass {
             self.queue.write_buffer(&self.state, 16 * first as u64, bytemuck::cast_slice(&points));
         }
         self.stances = now.stances;
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&self.pipelines.show);
+        pass.set_bind_group(0, &self.group, &[0]);
+        pass.dispatch_workgroups(self.groups[0], 1, 1);
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
     }
 
     /// One step, given to the device, which may still be at work on it when this returns.
@@ -287,9 +297,15 @@ impl ClothPass {
     }
 
     /// Where vertices are after the last step: as many `vec4<f32>` as there are vertices, x, y and z in m, then as many unit normals, of
-    /// the cloth's face. Before the first step all are nought.
+    /// the cloth's face.
     pub fn vertices(&self) -> &wgpu::Buffer {
         &self.shown
+    }
+
+    /// How many springs are solved at once, while strips are solved: at the most what a workgroup takes in each strip, and less where its
+    /// batches are small. What a large GPU is kept at work with.
+    pub fn springs_at_once(&self) -> u32 {
+        self.springs_at_once
     }
 
     /// Waits, and fetches where the cloth is.

@@ -1,5 +1,6 @@
 //! The stage on the software GPU, with the default limits of WebGPU and not one more.
 
+mod cloth;
 mod denoise;
 mod device;
 mod display;

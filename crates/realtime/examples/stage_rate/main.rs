@@ -1,13 +1,15 @@
 //! What a frame costs on the adapter at hand, from this one program alone.
 //!
 //! `stage_rate` prints the whole table, in a few minutes on a software GPU: passes, and how time grows with pixels,
-//! triangles, lights and samples of an environment, and with the fires of a Noh stage. `stage_rate passes`, `pixels`,
-//! `triangles`, `lights`, `environment` or `takigi` prints that part.
+//! triangles, lights and samples of an environment, and with the fires of a Noh stage; and what a frame of cloth does.
+//! `stage_rate passes`, `pixels`, `triangles`, `lights`, `environment`, `takigi` or `cloth [CELLS…]` prints that part.
 //! `stage_rate scene BOUNCES FRAMES SCENE…` prints the passes of scene files at 320 x 240.
 //! `stage_rate rays SCENE…` prints how many random rays a second shaders trace: nearest hit, and any hit.
 //! `stage_rate preview SCENE FOLDER` writes what is shown in the 1st, 4th and 16th frame, standing still and after a turn,
 //! with and without previews, and the mean of 512 frames; prints how far the former are from the latter.
 //! `stage_rate picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]` shows a scene and writes its picture and AOVs.
+
+mod cloth;
 
 use glam::{Mat4, Vec3};
 use std::path::Path;
@@ -47,7 +49,8 @@ fn main() -> Result<()> {
             triangles(&gpu)?;
             lights(&gpu)?;
             environment(&gpu)?;
-            takigi(&gpu)
+            takigi(&gpu)?;
+            cloth::print(&gpu, &CELLS)
         }
         ["passes"] => passes(&gpu),
         ["pixels"] => pixels(&gpu),
@@ -55,6 +58,11 @@ fn main() -> Result<()> {
         ["lights"] => lights(&gpu),
         ["environment"] => environment(&gpu),
         ["takigi"] => takigi(&gpu),
+        ["cloth"] => cloth::print(&gpu, &CELLS),
+        ["cloth", cells @ ..] => {
+            let cells = cells.iter().map(|n| n.parse()).collect::<std::result::Result<Vec<u32>, _>>()?;
+            cloth::print(&gpu, &cells)
+        }
         ["scene", bounces, frames, scenes @ ..] => {
             println!("{HEAD}");
             let (bounces, frames) = (bounces.parse()?, frames.parse()?);
@@ -68,11 +76,14 @@ fn main() -> Result<()> {
             let size = [number(3, 640)?, number(4, 480)?];
             picture(&gpu, Path::new(scene), Path::new(out), size, number(5, 16)?)
         }
-        _ => Err("usage: stage_rate [passes | pixels | triangles | lights | environment | takigi | scene BOUNCES FRAMES SCENE... | \
+        _ => Err("usage: stage_rate [passes | pixels | triangles | lights | environment | takigi | cloth [CELLS...] | scene BOUNCES FRAMES SCENE... | \
                   rays SCENE... | preview SCENE FOLDER | picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]]"
             .into()),
     }
 }
+
+/// Cells along a side of the cloth.
+const CELLS: [u32; 3] = [32, 64, 128];
 
 const AOVS: [Aov; 6] = [Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Position, Aov::Uv, Aov::Id];
 
