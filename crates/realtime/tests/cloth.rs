@@ -79,7 +79,7 @@ fn both(
 }
 
 /// Hemp that hangs from two corners in the wind and is swung.
-fn swung(wind: Vec3, stiffer: f32) -> (SmallSteps, impl Fn(f32) -> Given) {
+fn swung(stiffer: f32) -> (SmallSteps, impl Fn(f32) -> Given) {
     let cells = 40;
     let mut sheet = sheet(Vec3::new(-0.3, 0.0, 0.0), Vec3::NEG_Y, 0.6, cells);
     for p in &mut sheet.positions {
@@ -93,7 +93,7 @@ fn swung(wind: Vec3, stiffer: f32) -> (SmallSteps, impl Fn(f32) -> Given) {
     let cloth = Cloth::new(sheet, &fabric).expect("a cloth");
     let solver = SmallSteps::new(cloth, &held, Settings::default()).expect("a solver");
     let given = move |time: f32| Given {
-        wind,
+        wind: WIND,
         targets: ends.map(|p| p + Vec3::Z * 0.2 * (1.0 - (3.0 * time).cos())).to_vec(),
         ..Given::default()
     };
@@ -104,19 +104,19 @@ const WIND: Vec3 = Vec3::new(0.2, 0.0, 0.5);
 
 #[test]
 fn a_sheet_that_swings_is_where_the_processor_has_it() {
-    let (solver, given) = swung(WIND, 1.0);
+    let (solver, given) = swung(1.0);
     // Strips with a border between them, and a coarse level.
     let rows = solver.rows();
     assert!(rows.tasks[0].len() > 1 && !rows.levels.is_empty());
     assert!(rows.tasks[1].iter().any(|t| !t.springs.is_empty() && !t.hinges.is_empty()));
-    let Some([most, far]) = both("swung", swung(WIND, 1.0).0, &solver, given) else { return };
+    let Some([most, far]) = both("swung", swung(1.0).0, &solver, given) else { return };
     assert!(most < EQUAL && far > 0.3, "{most} {far}");
 }
 
 #[test]
 fn another_fabric_is_seen() {
-    let (solver, given) = swung(WIND, 1.0);
-    let Some([most, _]) = both("a hundredth stiffer", solver, &swung(WIND, 1.01).0, given) else { return };
+    let (solver, given) = swung(1.0);
+    let Some([most, _]) = both("a hundredth stiffer", solver, &swung(1.01).0, given) else { return };
     assert!(most > 2.0 * EQUAL, "{most}");
 }
 
@@ -190,13 +190,13 @@ fn step_by_step(name: &str, mut cpu: SmallSteps, given: impl Fn(f32) -> Given) -
 
 #[test]
 fn steps_among_bodies_are_those_of_the_processor() {
-    for coarse in [true, false] {
+    for (coarse, lines) in [(true, false), (false, false), (true, true)] {
         let cells = 64;
         let sheet = sheet(Vec3::new(-0.5, 0.5, -0.5), Vec3::Z, 1.0, cells);
         let held = [0, cells];
         let ends = held.map(|v| sheet.positions[v as usize]);
         let cloth = Cloth::new(sheet, &fabric("silk")).expect("a cloth");
-        let settings = Settings { coarse, substeps: 12, ..Settings::default() };
+        let settings = Settings { coarse, lines, substeps: 12, ..Settings::default() };
         let arm = Solid::Capsule { ends: [Vec3::ZERO, Vec3::X], radii: [0.05, 0.02] };
         let still = Stance::default();
         let bodies = vec![(Solid::Ground, still), (block(Vec3::new(0.2, 0.1, 0.15)), still), (arm, still)];
@@ -215,7 +215,9 @@ fn steps_among_bodies_are_those_of_the_processor() {
             }
         };
         let solver = solver.expect("bodies");
-        assert_eq!(solver.rows().levels.len(), if coarse { 2 } else { 0 });
+        let rows = solver.rows();
+        assert_eq!(rows.levels.len(), if coarse { 2 } else { 0 });
+        assert_eq!(rows.lines.each_ref().map(Vec::len), [if lines { cells as usize + 1 } else { 0 }; 2]);
         let Some(most) = step_by_step("struck", solver, given) else { return };
         assert!(most < ROUNDED, "{most}");
     }

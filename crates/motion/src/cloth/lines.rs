@@ -5,6 +5,7 @@
 //! of Deul, Kugelstadt, Weiler and Bender 2018, "Direct Position-Based Solver for Stiff Rods", for chains of springs. All threads
 //! of one direction are solved at once, eight at a time, then those of the other: line relaxation, as it is known from grids.
 
+use super::rows::LineRow;
 use super::sweep::{Link, SHORT};
 use super::team::Parts;
 use super::{Along, Cloth};
@@ -19,7 +20,7 @@ const FEWEST: usize = 3;
 /// Largest compliance of a link, 1/kg: of a spring without stiffness, so that sums stay finite.
 const LIMP: f32 = 1e30;
 /// Least part of its diagonal that is left of an equation, against rounding.
-const LEAST: f32 = 1e-6;
+pub(super) const LEAST: f32 = 1e-6;
 
 /// Vertices in their order, and the springs between them, one fewer.
 struct Line {
@@ -234,6 +235,24 @@ impl Bundle {
             row
         });
         Self { rows: rows.collect() }
+    }
+
+    /// Its lines one by one.
+    pub fn lines(&self) -> Vec<Vec<LineRow>> {
+        let of = |all: &Eight, lane: usize| if lane < 4 { all.0[lane] } else { all.1[lane - 4] };
+        let line = |lane: usize| {
+            let links = self.rows.iter().take_while(|row| of(&row.rest, lane) > 0.0).count();
+            let row = |row: &Row| LineRow {
+                place: row.at[lane],
+                inverse: of(&row.inverse, lane),
+                rest: of(&row.rest, lane),
+                longest: of(&row.longest, lane),
+                compliance: of(&row.compliance, lane),
+            };
+            // What fills it up has no links.
+            self.rows.iter().take(if links > 0 { links + 1 } else { 0 }).map(row).collect::<Vec<_>>()
+        };
+        (0..LANES).map(line).filter(|line| !line.is_empty()).collect()
     }
 
     /// How many rows of memory it needs.

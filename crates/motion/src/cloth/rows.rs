@@ -1,19 +1,21 @@
 //! [`super::SmallSteps`] as plain lists: what it does in a substep and in which order, for the same solver on a GPU.
 //!
-//! A place is where a vertex lies in the solver's memory ([`super::order`]). In each substep, in this order and all of one line at
+//! A place is where a vertex lies in the solver's memory: neighbours lie near each other. In each substep, in this order and all of one item at
 //! once:
 //!
 //! 1. Every fourth time: air on all places; then in each strip springs, then hinges, as dampers; then in each border.
 //! 2. Hinges of strips as forces, gravity, attachments: how far places would go.
 //! 3. In each strip one spring after the other; in each border hinges as forces, then one spring after the other.
-//! 4. Lattices: centres of nodes from the finest level to the coarsest, then threads from the coarsest to the finest, twice.
-//! 5. What lattices move places by; bodies; the new velocities and places.
+//! 4. With [`super::Settings::lines`], each line of the first direction, then of the other; what is in a line is not among the springs of 3.
+//! 5. Lattices: centres of nodes from the finest level to the coarsest, then threads from the coarsest to the finest, twice.
+//! 6. What lattices move places by; bodies; the new velocities and places.
 //!
 //! Neighbours in a list of springs or hinges mostly have no place in common. Contact of cloth with cloth is in none of this.
 
 use super::air::{AIR, DRAG};
 use super::body::{Placed, RECOVERY};
 use super::lattice::SWEEPS;
+use super::lines::LEAST;
 use super::small_steps::{CALM, REACH, SLID};
 use super::sweep::SHORT;
 use super::{Solid, Stance};
@@ -51,13 +53,30 @@ pub struct HingeRow {
     pub calm: f32,
 }
 
+/// A place of a line, and the link to the next place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineRow {
+    /// The place.
+    pub place: u32,
+    /// Its inverse mass, 1/kg.
+    pub inverse: f32,
+    /// Length of the link without force, m.
+    pub rest: f32,
+    /// Longest that it may be, m.
+    pub longest: f32,
+    /// 1/(k h²), 1/kg.
+    pub compliance: f32,
+}
+
 /// What is worked on alone: a strip or a border.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TaskRows {
     /// Its places.
     pub places: Range<usize>,
-    /// In the order in which they are solved.
+    /// In the order in which they act as dampers, and are solved where `loose` is none.
     pub springs: Vec<SpringRow>,
+    /// Those that are in no line, in the order in which they are solved.
+    pub loose: Option<Vec<SpringRow>>,
     /// In the order in which they act.
     pub hinges: Vec<HingeRow>,
 }
@@ -100,6 +119,8 @@ pub struct Rows {
     pub inverse: Vec<f32>,
     /// Strips, and borders between them.
     pub tasks: [Vec<TaskRows>; 2],
+    /// Lines of both directions; those of a direction have no place in common.
+    pub lines: [Vec<Vec<LineRow>>; 2],
     /// From the coarsest on; none without coarse levels.
     pub levels: Vec<LevelRows>,
     /// Of each place, nodes of the finest level that move it.
@@ -131,6 +152,7 @@ pub const LEVEL_SWEEPS: u32 = SWEEPS;
 /// The solver's numbers by their names.
 pub const NUMBERS: &[(&str, f32)] = &[
     ("SHORT", SHORT),
+    ("LEAST", LEAST),
     ("SLID", SLID),
     ("FLIGHT", REACH),
     ("RECOVERY", RECOVERY),

@@ -314,6 +314,7 @@ impl SmallSteps {
             let rows = |task: &Task| TaskRows {
                 places: task.range.clone(),
                 springs: task.springs.rows(task.range.start),
+                loose: task.loose.as_ref().map(|springs| springs.rows(task.range.start)),
                 hinges: task.hinges.rows(task.range.start),
             };
             tasks.iter().map(rows).collect()
@@ -325,6 +326,7 @@ impl SmallSteps {
             triangles: self.cloth.sheet.triangles.iter().map(|t| t.map(place)).collect(),
             inverse: self.inverse.clone(),
             tasks,
+            lines: [0, 1].map(|along| self.lines[along].iter().flat_map(Bundle::lines).collect()),
             levels,
             reach,
             attached: self.attached.iter().map(|a| a.0).collect(),

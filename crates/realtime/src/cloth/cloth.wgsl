@@ -129,18 +129,80 @@ fn bend(list: u32, p: u32) -> vec3<f32> {
 
 @compute @workgroup_size(WIDE)
 fn strips(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let task = STRIPS + 6u * group.x;
+    let task = STRIPS + 8u * group.x;
     sweep(tables[task + 2u], tables[task + 3u], lane, X, U);
 }
 
 @compute @workgroup_size(WIDE)
 fn borders(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let task = BORDERS + 6u * group.x;
+    let task = BORDERS + 8u * group.x;
     for (var p = tables[task] + lane; p < tables[task + 1u]; p += WIDE) {
         state[U + p] -= vec4<f32>(bend(ACROSS, p) * (H * H), 0.0);
     }
     storageBarrier();
     sweep(tables[task + 2u], tables[task + 3u], lane, X, U);
+}
+
+// Springs that follow each other along a thread, all at once: the equations of their forces are tridiagonal (Thomas' algorithm).
+
+fn solve_line(first: u32, last: u32) {
+    var normal = vec3<f32>(0.0);
+    var over = 0.0;
+    var right = 0.0;
+    for (var k = first; k + 1u < last; k++) {
+        let a = rows[LINES + 2u * k];
+        let b = rows[LINES + 2u * k + 2u];
+        let d = (state[X + b.x].xyz - state[X + a.x].xyz) + (state[U + b.x].xyz - state[U + a.x].xyz);
+        let far = length(d);
+        let along = d * (1.0 / max(far, SHORT));
+        let w = number(a.y);
+        let mass = w + number(b.y);
+        var compliance = number(rows[LINES + 2u * k + 1u].x);
+        var rest = number(a.z);
+        let longest = number(a.w);
+        // Where stiffness alone is not enough a link is rigid at its longest.
+        if compliance * far + mass * rest > longest * (mass + compliance) {
+            rest = longest;
+            compliance = 0.0;
+        }
+        let coupling = w * dot(normal, along);
+        let diagonal = mass + compliance;
+        let share = coupling * over;
+        right = (rest - far) + share * right;
+        over = 1.0 / max(diagonal - coupling * share, max(diagonal * LEAST, 1.2e-38));
+        normal = along;
+        state[KEPT + 2u * k] = vec4<f32>(normal, over);
+        state[KEPT + 2u * k + 1u] = vec4<f32>(right, coupling, 0.0, 0.0);
+    }
+    var force = 0.0;
+    var coupling = 0.0;
+    var pull = vec3<f32>(0.0);
+    for (var k = last - 1u; k > first; k--) {
+        let direction = state[KEPT + 2u * k - 2u];
+        let rest = state[KEPT + 2u * k - 1u];
+        force = direction.w * (rest.x + coupling * force);
+        coupling = rest.y;
+        let before = direction.xyz * force;
+        let row = rows[LINES + 2u * k];
+        state[U + row.x] += vec4<f32>(number(row.y) * (before - pull), 0.0);
+        pull = before;
+    }
+    let row = rows[LINES + 2u * first];
+    state[U + row.x] -= vec4<f32>(number(row.y) * pull, 0.0);
+}
+
+@compute @workgroup_size(32)
+fn wefts(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < WEFT_LINES {
+        solve_line(tables[WEFT + id.x], tables[WEFT + id.x + 1u]);
+    }
+}
+
+@compute @workgroup_size(32)
+fn warps(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < WARP_LINES {
+        solve_line(tables[WARP + id.x], tables[WARP + id.x + 1u]);
+    }
 }
 
 // Dampers.
@@ -170,7 +232,7 @@ fn calm_hinge(i: u32) {
 }
 
 fn calm(task: u32, lane: u32) {
-    for (var batch = tables[task + 2u]; batch < tables[task + 3u]; batch++) {
+    for (var batch = tables[task + 6u]; batch < tables[task + 7u]; batch++) {
         let end = tables[SPRING_BATCHES + batch + 1u];
         for (var i = tables[SPRING_BATCHES + batch] + lane; i < end; i += WIDE) {
             calm_spring(i);
@@ -194,7 +256,7 @@ fn drag(u: vec3<f32>, coefficient: f32) -> vec3<f32> {
 
 @compute @workgroup_size(WIDE)
 fn calm_strips(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let task = STRIPS + 6u * group.x;
+    let task = STRIPS + 8u * group.x;
     for (var p = tables[task] + lane; p < tables[task + 1u]; p += WIDE) {
         let normal = state[AREA + p].xyz;
         let size = length(normal);
@@ -214,7 +276,7 @@ fn calm_strips(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
 
 @compute @workgroup_size(WIDE)
 fn calm_borders(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    calm(BORDERS + 6u * group.x, lane);
+    calm(BORDERS + 8u * group.x, lane);
 }
 
 // How far a place would go by what pushes it, or where it is held.

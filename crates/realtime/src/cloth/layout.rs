@@ -2,13 +2,16 @@
 
 use std::fmt::Write;
 use yugen_motion::cloth::rows::{
-    CALM_EVERY, HingeRow, LEVEL_SWEEPS, LevelRows, NUMBERS, Rows, SpringRow, TaskRows, Weights,
+    CALM_EVERY, HingeRow, LEVEL_SWEEPS, LevelRows, LineRow, NUMBERS, Rows, SpringRow, TaskRows, Weights,
 };
 use yugen_motion::cloth::{Field, Solid};
 
 /// Invocations that work on a strip or border. A strip has about 800 places and so about 2500 springs in ten or a dozen batches: one
 /// for each.
 pub const WIDE: u32 = 256;
+
+/// Words of a strip or border: its places, and batches of springs that are solved, of hinges, and of springs that are dampers.
+const TASK: usize = 8;
 
 /// What shaders read and where.
 pub struct Layout {
@@ -44,8 +47,8 @@ struct Lists {
     spring_batches: Vec<u32>,
     hinges: Vec<[u32; 4]>,
     hinge_batches: Vec<u32>,
-    /// Of each place or node, the last batch of springs, and of hinges, in which it was, counted from one.
-    last: [Vec<usize>; 2],
+    /// Of each place or node, the first batch of springs, and of hinges, behind all in which it is.
+    next: [Vec<u32>; 2],
 }
 
 impl Layout {
@@ -54,10 +57,11 @@ impl Layout {
         let mut lists = Lists::default();
         let nodes: Vec<usize> = rows.levels.iter().map(|l| l.parts.len() + l.anchors.len()).collect();
         let all_nodes: usize = nodes.iter().sum();
-        lists.last = [0, 1].map(|_| vec![0; n.max(all_nodes)]);
+        lists.next = [0, 1].map(|_| vec![0; n.max(all_nodes)]);
         // The state.
         let (at, held) = (5 * n, rows.attached.len());
         let from = at + 2 * all_nodes;
+        let kept = from + 2 * held;
         let sections = [
             ("N", n),
             ("X", 0),
@@ -69,6 +73,7 @@ impl Layout {
             ("MOVED", at + all_nodes),
             ("FROM", from),
             ("GOAL", from + held),
+            ("KEPT", kept),
         ];
         sections.into_iter().for_each(|(name, value)| lists.count(name, value));
         // What is solved in which order.
@@ -80,9 +85,10 @@ impl Layout {
             let [from, to] = [batch, batch + 1].map(|b| start(b).unwrap_or(lists.springs.len() as u32 / 2));
             (to - from).div_ceil(WIDE)
         };
-        let strips = tasks[0].chunks_exact(6);
+        let strips = tasks[0].chunks_exact(TASK);
         let longest = strips.map(|t| (t[2]..t[3]).map(rounds).sum::<u32>()).max().unwrap_or(1);
-        let inside: usize = rows.tasks[0].iter().map(|t| t.springs.len()).sum();
+        let solved = |t: &TaskRows| t.loose.as_ref().unwrap_or(&t.springs).len();
+        let inside: usize = rows.tasks[0].iter().map(solved).sum();
         let springs_at_once = inside as u32 / longest.max(1);
         for (name, words) in ["STRIPS", "BORDERS"].into_iter().zip(&tasks) {
             lists.table(name, words);
@@ -90,6 +96,7 @@ impl Layout {
         for (name, tasks) in ["WITHIN", "ACROSS"].into_iter().zip(&rows.tasks) {
             lists.bends(name, tasks, n);
         }
+        lists.lines(&rows.lines);
         lists.levels(&rows.levels, &nodes);
         lists.weights("REACH", &rows.reach);
         // What a place is.
@@ -140,7 +147,7 @@ impl Layout {
         }
         Self {
             constants: lists.constants,
-            state: from + 2 * held,
+            state: kept + 2 * rows.lines.iter().flatten().map(Vec::len).sum::<usize>(),
             rows: lists.rows,
             tables: lists.tables,
             fields,
@@ -188,53 +195,39 @@ impl Lists {
         self.count(name, first as usize);
     }
 
-    /// Begins a batch at every stencil that has something in common with one of the batch before it: batches are solved one after the
-    /// other, and what is in one at once, so that the result is that of the list. Returns the first batch and the end of the last.
-    fn cut<const N: usize>(
-        starts: &mut Vec<u32>,
-        last: &mut [usize],
-        first: usize,
-        all: impl Iterator<Item = [u32; N]>,
-    ) -> [u32; 2] {
-        let from = starts.len();
-        for (i, stencil) in all.enumerate() {
-            let batch = starts.len();
-            if batch == from || stencil.iter().any(|v| last[*v as usize] == batch) {
-                starts.push((first + i) as u32);
-            }
-            stencil.iter().for_each(|v| last[*v as usize] = starts.len());
-        }
-        [from, starts.len()].map(|k| k as u32)
-    }
-
     /// Springs between places, or nodes from `base` on.
     fn springs(&mut self, springs: &[SpringRow], base: u32) -> [u32; 2] {
-        let first = self.springs.len() / 2;
         let ends = |s: &SpringRow| s.ends.map(|v| v + base);
-        for s in springs {
+        let batches = &mut self.spring_batches;
+        let first = batches.len() as u32;
+        for i in schedule(batches, self.springs.len() / 2, &mut self.next[0], springs.iter().map(ends)) {
+            let s = &springs[i];
             let [a, b] = ends(s);
             // Far beyond all cloth, and a number.
             let longest = s.longest.min(1e18);
             self.springs.push([a, b, s.rest.to_bits(), longest.to_bits()]);
             self.springs.push([s.share, s.give, s.calm, 0.0].map(f32::to_bits));
         }
-        Self::cut(&mut self.spring_batches, &mut self.last[0], first, springs.iter().map(ends))
+        [first, self.spring_batches.len() as u32]
     }
 
     /// Places and batches of a strip or border.
-    fn task(&mut self, task: &TaskRows) -> [u32; 6] {
-        let springs = self.springs(&task.springs, 0);
-        let first = self.hinges.len() / 3;
-        for hinge in &task.hinges {
+    fn task(&mut self, task: &TaskRows) -> [u32; TASK] {
+        let all = self.springs(&task.springs, 0);
+        let springs = task.loose.as_ref().map_or(all, |loose| self.springs(loose, 0));
+        let first = self.hinge_batches.len() as u32;
+        let stencils = task.hinges.iter().map(|h| h.at);
+        let at = self.hinges.len() / 3;
+        for i in schedule(&mut self.hinge_batches, at, &mut self.next[1], stencils) {
+            let hinge = &task.hinges[i];
             let [a, b, d] = hinge.slopes;
             self.hinges.push(hinge.at);
             self.hinges.push([a, b, d, hinge.calm].map(f32::to_bits));
             self.hinges.push(hinge.push.map(f32::to_bits));
         }
-        let stencils = task.hinges.iter().map(|h| h.at);
-        let hinges = Self::cut(&mut self.hinge_batches, &mut self.last[1], first, stencils);
+        let hinges = [first, self.hinge_batches.len() as u32];
         let places = [task.places.start, task.places.end].map(|p| p as u32);
-        [places[0], places[1], springs[0], springs[1], hinges[0], hinges[1]]
+        [places[0], places[1], springs[0], springs[1], hinges[0], hinges[1], all[0], all[1]]
     }
 
     /// Of each place, how forces of hinges depend on where others are relative to it: they are linear, so that each place may gather its own.
@@ -259,6 +252,28 @@ impl Lists {
         };
         let words: Vec<Vec<u32>> = of.iter().map(words).collect();
         self.lists(name, &words);
+    }
+
+    /// Lines of both directions.
+    fn lines(&mut self, lines: &[Vec<Vec<LineRow>>; 2]) {
+        let first = self.rows.len();
+        let mut count = 0u32;
+        for (name, lines) in ["WEFT", "WARP"].into_iter().zip(lines) {
+            let mut starts = vec![count];
+            for line in lines {
+                for row in line {
+                    // Far beyond all cloth, and sums of it with the largest compliance are numbers.
+                    let longest = row.longest.min(1e7);
+                    self.rows.push([row.place, row.inverse.to_bits(), row.rest.to_bits(), longest.to_bits()]);
+                    self.rows.push([row.compliance.to_bits(), 0, 0, 0]);
+                }
+                count += line.len() as u32;
+                starts.push(count);
+            }
+            self.count(&format!("{name}_LINES"), lines.len());
+            self.table(name, &starts);
+        }
+        self.count("LINES", first);
     }
 
     /// Levels from the coarsest on, with so many nodes and anchors each.
@@ -334,6 +349,33 @@ impl Lists {
     }
 }
 
+/// Shares a list of stencils out among batches, which are solved one after the other, and what is in one at once: each comes into the
+/// first batch behind those of all before it with which it has a place in common, so that the result is that of the list. Adds to `starts`
+/// where each batch begins, counted from `at` on, and returns the list in its new order.
+fn schedule<const N: usize>(
+    starts: &mut Vec<u32>,
+    at: usize,
+    next: &mut [u32],
+    all: impl Iterator<Item = [u32; N]>,
+) -> Vec<usize> {
+    let first = starts.len() as u32;
+    let batches: Vec<u32> = all
+        .map(|stencil| {
+            let batch = stencil.iter().map(|v| next[*v as usize]).fold(first, u32::max);
+            stencil.iter().for_each(|v| next[*v as usize] = batch + 1);
+            batch - first
+        })
+        .collect();
+    let mut order: Vec<usize> = (0..batches.len()).collect();
+    order.sort_by_key(|i| batches[*i]);
+    for (k, i) in order.iter().enumerate() {
+        if starts.len() as u32 == first + batches[*i] {
+            starts.push((at + k) as u32);
+        }
+    }
+    order
+}
+
 /// Numbers and weights, one after the other.
 fn words(parts: &[(u32, f32)]) -> Vec<u32> {
     parts.iter().flat_map(|(i, weight)| [*i, weight.to_bits()]).collect()
@@ -341,4 +383,36 @@ fn words(parts: &[(u32, f32)]) -> Vec<u32> {
 
 fn pair((nodes, weights): &Weights) -> [[u32; 4]; 2] {
     [*nodes, weights.map(f32::to_bits)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use yugen_optics::random::Pcg32;
+
+    #[test]
+    fn what_depends_on_each_other_keeps_its_order() {
+        let mut rng = Pcg32::new(1, 1);
+        let mut starts = vec![0, 3];
+        let mut next = vec![0; 40];
+        for at in [5, 205] {
+            let mut place = || (rng.next_f32() * 40.0) as u32;
+            let stencils: Vec<[u32; 3]> = (0..200).map(|_| [place(), place(), place()]).collect();
+            let first = starts.len();
+            let order = schedule(&mut starts, at, &mut next, stencils.iter().copied());
+            let mut sorted = order.clone();
+            sorted.sort_unstable();
+            assert!(sorted.into_iter().eq(0..200));
+            let batch = |k: usize| starts[first..].partition_point(|s| *s as usize <= at + k);
+            let mut batches = vec![0; 200];
+            order.iter().enumerate().for_each(|(k, i)| batches[*i] = batch(k));
+            for i in 0..200 {
+                for j in (0..i).filter(|j| stencils[*j].iter().any(|v| stencils[i].contains(v))) {
+                    assert!(batches[j] < batches[i], "{j} before {i}");
+                }
+            }
+            // Far fewer than stencils, and none of them empty.
+            assert!(starts.len() - first < 100 && starts[first..].is_sorted_by(|a, b| a < b));
+        }
+    }
 }

@@ -4,7 +4,8 @@
 //! (Gauss and Seidel's) depends on the order, and so do the folds of a cloth. What the solver does at once on several threads, strips and the
 //! borders between them, are workgroups here; springs without a common place, which it takes four at a time, are the 256 invocations of
 //! one, and barriers lie between them. Everything else has an invocation for each place: forces of hinges, which are linear and gathered
-//! by each place for itself; bodies; the sum. So a substep is six dispatches, two more every fourth time, and a sheet of 16 641 vertices
+//! by each place for itself; bodies; the sum; and each line along a thread is one. So a substep is six dispatches, two more every fourth time
+//! and two where threads are solved all at once, and a sheet of 16 641 vertices
 //! occupies 20 workgroups while springs are solved and 261 else. To colour springs over all of the cloth would keep more of a large
 //! GPU at work, but each of a dozen colours would be a dispatch of its own, and the CPU, whose caches hold strips, would be slower by it.
 //! Coarse levels, a few hundred nodes, are one workgroup.
@@ -51,6 +52,8 @@ pub struct ClothPass {
     goals: usize,
     /// Workgroups: for places, for places or attachments, for strips, for borders, for nodes.
     groups: [u32; 5],
+    /// Workgroups for lines along the weft, and along the warp.
+    lines: [u32; 2],
     springs_at_once: u32,
     /// What the next step is given.
     next: Vec<Vec4>,
@@ -63,6 +66,8 @@ struct Pipelines {
     predict: wgpu::ComputePipeline,
     strips: wgpu::ComputePipeline,
     borders: wgpu::ComputePipeline,
+    wefts: wgpu::ComputePipeline,
+    warps: wgpu::ComputePipeline,
     centres: wgpu::ComputePipeline,
     lattices: wgpu::ComputePipeline,
     finish: wgpu::ComputePipeline,
@@ -80,6 +85,8 @@ pub struct ClothState {
 
 /// Invocations of a workgroup where each place has one.
 const GROUP: u32 = 64;
+/// Lines of a workgroup: few, for each takes long and there are hundreds.
+const LINES: u32 = 32;
 /// Nodes of a workgroup that finds their centres.
 const NODES: u32 = 8;
 
@@ -188,6 +195,7 @@ impl ClothPass {
                 borders,
                 layout.nodes.div_ceil(NODES),
             ],
+            lines: [0, 1].map(|along| (rows.lines[along].len() as u32).div_ceil(LINES)),
             bodies: rows.bodies,
             stances: Vec::new(),
             vertex: rows.vertex,
@@ -261,6 +269,8 @@ impl ClothPass {
             run(&p.predict, places, s);
             run(&p.strips, strips, s);
             run(&p.borders, borders, s);
+            run(&p.wefts, self.lines[0], s);
+            run(&p.warps, self.lines[1], s);
             run(&p.centres, nodes, s);
             run(&p.lattices, nodes.min(1), s);
             run(&p.finish, places, s);
@@ -373,6 +383,8 @@ impl Pipelines {
             predict: make("predict"),
             strips: make("strips"),
             borders: make("borders"),
+            wefts: make("wefts"),
+            warps: make("warps"),
             centres: make("centres"),
             lattices: make("lattices"),
             finish: make("finish"),
