@@ -44,7 +44,7 @@ fn scene(tangents: bool) -> Scene {
         let (sin, cos) = (k as f32 * 1.2566).sin_cos();
         let at = Mat4::from_translation(Vec3::new(1.6 * sin, -0.6, 1.6 * cos));
         let ball = at * Mat4::from_scale(Vec3::splat(0.3));
-        shapes.push(Shape::new(&format!("ball {k}"), Geometry::Sphere, ball, 0));
+        shapes.push(Shape::new(format!("ball {k}"), Geometry::Sphere, ball, 0));
     }
     Scene {
         materials: vec![model(Kind::Lambert), model(Kind::MetallicRoughness)],
