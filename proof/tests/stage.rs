@@ -477,6 +477,6 @@ fn shading_normals_are_as_maps_turn_them() {
     let (ours, theirs) = (layer(&got, "shading_normal"), layer(&want, "shading_normal"));
     let [off, turned_by] = [apart(&ours, &theirs), apart(&theirs, &layer(&want, "normal"))];
     println!("off by {off}, maps turn by {turned_by}");
-    // Noise of outlines.
+    // Measured .0017, the noise of outlines, and .115.
     assert!(off < 0.004 && turned_by > 0.05, "{off} {turned_by}");
 }

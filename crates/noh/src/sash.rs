@@ -4,7 +4,7 @@
 //! whatever cloth the belt holds, and its ends on the cloth that hangs below, out of which they never stay behind.
 
 use glam::{Vec2, Vec3};
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::f32::consts::TAU;
 use yugen_motion::RigidPose;
 use yugen_scene::Mesh;
@@ -71,19 +71,21 @@ impl Sash {
         held: impl Fn(u32) -> bool,
         pelvis: &RigidPose,
     ) -> Option<Self> {
-        let mut under: HashSet<u32> = (0..points.len() as u32).filter(|v| held(*v)).collect();
-        let local = |v: &u32| into(pelvis, points[*v as usize]);
-        let middle = under.iter().map(local).sum::<Vec3>() / under.len().max(1) as f32;
-        for _ in 0..RINGS {
-            let touches = triangles.iter().filter(|t| t.iter().any(|v| under.contains(v)));
-            let more: Vec<u32> = touches.flatten().copied().collect();
-            under.extend(more);
-        }
+        let mut under: Vec<u32> = (0..points.len() as u32).filter(|v| held(*v)).collect();
         if under.is_empty() {
             return None;
         }
-        let mut under: Vec<u32> = under.into_iter().collect();
-        under.sort_unstable();
+        // In the order of vertices, so that its bits are always the same.
+        let local = |v: &u32| into(pelvis, points[*v as usize]);
+        let middle = under.iter().map(local).sum::<Vec3>() / under.len() as f32;
+        let mut is_under = vec![false; points.len()];
+        under.iter().for_each(|v| is_under[*v as usize] = true);
+        for _ in 0..RINGS {
+            let touches = |t: &&[u32; 3]| t.iter().any(|v| is_under[*v as usize]);
+            under = triangles.iter().filter(touches).flatten().copied().collect();
+            under.iter().for_each(|v| is_under[*v as usize] = true);
+        }
+        under = (0..points.len() as u32).filter(|v| is_under[*v as usize]).collect();
         Some(Self { under, below, middle, ends: None })
     }
 
@@ -348,6 +350,8 @@ mod tests {
         let mut sash = Sash::new(&points, &triangles, triangles.clone(), held, &pelvis).unwrap();
         let mesh = sash.mesh(&points, &pelvis);
         check_closed(&mesh).unwrap();
+        let mut other = Sash::new(&points, &triangles, triangles.clone(), held, &pelvis).unwrap();
+        assert_eq!(other.mesh(&points, &pelvis).positions, mesh.positions, "the same bits each time");
         let again = sash.at(&points, &pelvis, 0.0);
         let moved = again.iter().zip(&mesh.positions).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
         assert!(again.len() == mesh.positions.len() && moved < 1e-5, "{moved}");
