@@ -9,10 +9,20 @@ pub(crate) fn compute(
     pieces: &[&str],
     groups: &[&wgpu::BindGroupLayout],
 ) -> wgpu::ComputePipeline {
+    of_entry(device, &module(device, entry, pieces), &layout(device, entry, groups), entry)
+}
+
+/// The compute pipeline of one entry of a shader.
+pub(crate) fn of_entry(
+    device: &Device,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+    entry: &str,
+) -> wgpu::ComputePipeline {
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(entry),
-        layout: Some(&layout(device, entry, groups)),
-        module: &module(device, entry, pieces),
+        layout: Some(layout),
+        module,
         entry_point: Some(entry),
         compilation_options: Default::default(),
         cache: None,

@@ -5,19 +5,19 @@
 //! the top level stay as the processor wrote them: before every fit it writes them again, lest they grow.
 
 use super::ClothPass;
+use super::numbered::Numbered;
 use crate::StageError;
 use crate::hierarchy::HierarchyError;
-use crate::pipelines::{layout as pipeline_layout, module};
-use crate::scene::{SceneBuffers, bind_layout, storage, storage_type};
+use crate::pipelines::{layout as pipeline_layout, module, of_entry};
+use crate::scene::{SceneBuffers, storage};
 use std::fmt::Write;
-use wgpu::util::DeviceExt;
-use wgpu::{BufferUsages, Device, Queue, ShaderStages};
+use wgpu::{BufferUsages, Device, Queue};
 use yugen_scene::prepared::{DrawRow, GEOMETRY_WGSL, NONE};
 
 /// A mesh that follows a cloth.
 pub(crate) struct Drape {
     mesh: u32,
-    group: wgpu::BindGroup,
+    bound: Numbered,
     follow: wgpu::ComputePipeline,
     fit: wgpu::ComputePipeline,
     lift: wgpu::ComputePipeline,
@@ -25,8 +25,6 @@ pub(crate) struct Drape {
     /// Nodes of each level.
     levels: Vec<u32>,
     vertices: u32,
-    /// Bytes between the uniforms of two levels.
-    stride: u32,
 }
 
 /// Invocations of a workgroup.
@@ -80,63 +78,37 @@ impl Drape {
         let above = storage(device, "above a drape", &vec![0u32; 1 + 5 * room], 4, BufferUsages::COPY_DST);
         let corners = vec![[0.0f32; 4]; 2 * (nodes.len() + room)];
         let bounds = storage(device, "boxes of a drape", &corners, 16, BufferUsages::empty());
-        let stride = device.limits().min_uniform_buffer_offset_alignment.max(16);
-        let mut uniforms = vec![0u8; stride as usize * levels.len().max(1)];
-        let mut from = 0u32;
-        for (level, uniform) in levels.iter().zip(uniforms.chunks_exact_mut(stride as usize)) {
-            uniform[..4].copy_from_slice(&from.to_le_bytes());
-            uniform[4..8].copy_from_slice(&(level.len() as u32).to_le_bytes());
-            from += level.len() as u32;
-        }
-        let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("levels of a drape"),
-            contents: &uniforms,
-            usage: BufferUsages::UNIFORM,
+        let mut from = 0;
+        let words = levels.iter().map(|level| {
+            let count = level.len() as u32;
+            from += count;
+            [from - count, count]
         });
-        let types = [false, true, true, false, true, true, true, false].map(storage_type);
-        let by_level = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: true,
-            min_binding_size: wgpu::BufferSize::new(8),
-        };
-        let binds = bind_layout(device, "drape", ShaderStages::COMPUTE, types.into_iter().chain([by_level]));
+        let words: Vec<[u32; 2]> = words.collect();
         let [vertices, triangles, draws, hierarchy] = scene.geometry();
-        let buffers = [vertices, triangles, draws, hierarchy, cloth.vertices(), &tables, &above, &bounds];
-        let resources =
-            buffers.into_iter().map(wgpu::Buffer::as_entire_binding).chain([wgpu::BindingResource::Buffer(
-                wgpu::BufferBinding { buffer: &uniform, offset: 0, size: wgpu::BufferSize::new(8) },
-            )]);
-        let entries: Vec<_> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("drape"),
-            layout: &binds,
-            entries: &entries,
-        });
+        let buffers = [
+            (vertices, false),
+            (triangles, true),
+            (draws, true),
+            (hierarchy, false),
+            (cloth.vertices(), true),
+            (&tables, true),
+            (&above, true),
+            (&bounds, false),
+        ];
+        let bound = Numbered::new(device, "drape", &buffers, &words);
         let module = module(device, "drape", &[GEOMETRY_WGSL, &constants, include_str!("drape.wgsl")]);
-        let layout = pipeline_layout(device, "drape", &[&binds]);
-        let make = |entry: &str| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
+        let layout = pipeline_layout(device, "drape", &[&bound.layout]);
+        let make = |entry: &str| of_entry(device, &module, &layout, entry);
         Ok(Self {
             mesh,
-            group,
+            bound,
             follow: make("follow"),
             fit: make("fit"),
             lift: make("lift"),
             above,
             levels: levels.iter().map(|l| l.len() as u32).collect(),
             vertices: row.vertices,
-            stride,
         })
     }
 
@@ -154,7 +126,7 @@ impl Drape {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         let mut run = |pipeline: &wgpu::ComputePipeline, groups: u32, level: u32| {
             pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &self.group, &[level * self.stride]);
+            self.bound.bind(&mut pass, level);
             pass.dispatch_workgroups(groups, 1, 1);
         };
         run(&self.follow, self.vertices.div_ceil(GROUP), 0);

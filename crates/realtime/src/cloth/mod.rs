@@ -18,14 +18,16 @@
 
 pub(crate) mod drape;
 mod layout;
+mod numbered;
 
 use crate::StageError;
 use crate::device::{checked, map};
-use crate::pipelines::{layout as pipeline_layout, module};
-use crate::scene::{bind_layout, storage, storage_type};
+use crate::pipelines::{layout as pipeline_layout, module, of_entry};
+use crate::scene::storage;
 use glam::{Vec3, Vec4};
 use layout::{Layout, WIDE};
-use wgpu::{BufferUsages, Device, Queue, ShaderStages};
+use numbered::Numbered;
+use wgpu::{BufferUsages, Device, Queue};
 use yugen_motion::cloth::rows::{Course, Now, Rows};
 use yugen_motion::cloth::{SmallSteps, Solid, Stance, Step};
 
@@ -34,12 +36,10 @@ pub struct ClothPass {
     device: Device,
     queue: Queue,
     pipelines: Pipelines,
-    group: wgpu::BindGroup,
+    bound: Numbered,
     state: wgpu::Buffer,
     given: wgpu::Buffer,
     shown: wgpu::Buffer,
-    /// Bytes between the uniforms of two substeps.
-    stride: u32,
     bodies: Vec<Solid>,
     stances: Vec<Stance>,
     vertex: Vec<u32>,
@@ -140,54 +140,26 @@ impl ClothPass {
         let near = storage(device, "bodies near a cloth", &vec![[0u32; 2]; n], 8, fixed);
         let vertices = vec![[0.0f32; 4]; 2 * n];
         let shown = storage(device, "cloth by vertices", &vertices, 16, BufferUsages::COPY_SRC);
-        // A uniform for each substep.
-        let stride = limits.min_uniform_buffer_offset_alignment.max(16);
-        let mut uniforms = vec![0u8; (stride * rows.substeps) as usize];
-        for s in 0..rows.substeps {
-            let part = ((s + 1) as f32 / rows.substeps as f32).to_le_bytes();
-            let at = (s * stride) as usize;
-            uniforms[at..at + 4].copy_from_slice(&s.to_le_bytes());
-            uniforms[at + 4..at + 8].copy_from_slice(&part);
-        }
-        let uniform = wgpu::util::DeviceExt::create_buffer_init(
-            device,
-            &wgpu::util::BufferInitDescriptor {
-                label: Some("substeps"),
-                contents: &uniforms,
-                usage: BufferUsages::UNIFORM,
-            },
-        );
-        let types = [false, true, true, true, true, false, false].map(storage_type);
-        let by_substep = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: true,
-            min_binding_size: wgpu::BufferSize::new(8),
-        };
-        let binds =
-            bind_layout(device, "cloth", ShaderStages::COMPUTE, types.into_iter().chain([by_substep]));
-        let buffers = [&state, &springs, &tables, &given, &fields, &near, &shown];
-        let resources =
-            buffers.into_iter().map(wgpu::Buffer::as_entire_binding).chain([wgpu::BindingResource::Buffer(
-                wgpu::BufferBinding { buffer: &uniform, offset: 0, size: wgpu::BufferSize::new(8) },
-            )]);
-        let entries: Vec<_> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
-            .collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("cloth"),
-            layout: &binds,
-            entries: &entries,
-        });
+        let part = |s: u32| (s + 1) as f32 / rows.substeps as f32;
+        let words: Vec<[u32; 2]> = (0..rows.substeps).map(|s| [s, part(s).to_bits()]).collect();
+        let buffers = [
+            (&state, false),
+            (&springs, true),
+            (&tables, true),
+            (&given, true),
+            (&fields, true),
+            (&near, false),
+            (&shown, false),
+        ];
+        let bound = Numbered::new(device, "cloth", &buffers, &words);
         let places = (n as u32).div_ceil(GROUP);
         let [strips, borders] = [0, 1].map(|k: usize| rows.tasks[k].len() as u32);
         Ok(Self {
-            pipelines: Pipelines::new(device, &layout.constants, &binds),
-            group,
+            pipelines: Pipelines::new(device, &layout.constants, &bound.layout),
+            bound,
             state,
             given,
             shown,
-            stride,
             groups: [
                 places,
                 places.max((rows.attached.len() as u32).div_ceil(GROUP)),
@@ -239,7 +211,7 @@ impl ClothPass {
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&self.pipelines.show);
-        pass.set_bind_group(0, &self.group, &[0]);
+        self.bound.bind(&mut pass, 0);
         pass.dispatch_workgroups(self.groups[0], 1, 1);
         drop(pass);
         self.queue.submit([encoder.finish()]);
@@ -256,7 +228,7 @@ impl ClothPass {
         let mut run = |pipeline: &wgpu::ComputePipeline, groups: u32, substep: u32| {
             if groups > 0 {
                 pass.set_pipeline(pipeline);
-                pass.set_bind_group(0, &self.group, &[substep * self.stride]);
+                self.bound.bind(&mut pass, substep);
                 pass.dispatch_workgroups(groups, 1, 1);
             }
         };
@@ -366,16 +338,7 @@ impl Pipelines {
     fn new(device: &Device, constants: &str, binds: &wgpu::BindGroupLayout) -> Self {
         let module = module(device, "cloth", &[constants, include_str!("cloth.wgsl")]);
         let layout = pipeline_layout(device, "cloth", &[binds]);
-        let make = |entry: &str| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
+        let make = |entry: &str| of_entry(device, &module, &layout, entry);
         Self {
             start: make("start"),
             calm_strips: make("calm_strips"),
