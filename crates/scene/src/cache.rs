@@ -91,6 +91,23 @@ impl Scene {
     }
 }
 
+impl Scene {
+    /// Gives a cache one sample instead of those that it has: where a simulation is now. Shapes take it when they are posed.
+    ///
+    /// # Errors
+    /// No such cache, or a sample of another mesh.
+    pub fn set_sample(&mut self, cache: usize, points: Vec<Vec3>) -> Result<(), CacheError> {
+        let old = self.caches.get_mut(cache).ok_or(CacheError::Empty)?;
+        let expected = old.rest.positions.len();
+        if points.len() != expected {
+            let shape = self.shapes.get(old.shape).map_or(String::new(), |s| s.name.clone());
+            return Err(CacheError::Vertices { found: points.len(), expected, shape });
+        }
+        Arc::make_mut(old).samples = Arc::new([points]);
+        Ok(())
+    }
+}
+
 /// Of each vertex the first with its place and its normal.
 fn twins(mesh: &Mesh) -> Vec<u32> {
     let mut first = HashMap::new();

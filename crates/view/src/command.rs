@@ -3,6 +3,7 @@
 use crate::ink::{StrokeChange, Subject, TableChange};
 use crate::language::Language;
 use crate::mask::MaskChange;
+use glam::Vec3;
 use yugen_optics::tonemap::Curve;
 use yugen_realtime::Lighting;
 
@@ -55,6 +56,10 @@ pub enum Command {
     Seconds(f32),
     /// By so many seconds on.
     Step(f32),
+    /// Simulated cloth in air that moves at so many m/s.
+    Wind(Vec3),
+    /// What simulated cloth is made of.
+    Fabric(String),
     /// The reference on or off; the other where absent.
     Reference(Option<bool>),
     /// How both are seen; the next where absent.

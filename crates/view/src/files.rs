@@ -1,5 +1,6 @@
 //! What the window asks of whoever may open files.
 
+use crate::live::Live;
 use crate::reference::Difference;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -73,10 +74,18 @@ pub struct Report {
     pub message: String,
 }
 
+/// A scene that was read.
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// Cloth of it that is simulated.
+    pub live: Option<Box<dyn Live>>,
+}
+
 /// Reads scenes and writes pictures.
 pub trait Files: Send + Sync {
     /// A scene, or a sentence that says why not.
-    fn load(&self, path: &Path) -> Result<Scene, String>;
+    fn load(&self, path: &Path) -> Result<Loaded, String>;
 
     /// When a file was last written.
     fn changed(&self, path: &Path) -> Option<SystemTime>;

@@ -3,7 +3,7 @@
 //! | part | what is in it |
 //! | --- | --- |
 //! | [`action`] | everything that can be done, in one table |
-//! | [`state`], [`eye`], [`edit`], [`ink`], [`mask`] | what is shown and how, from where, what was changed, and by which brush; no window |
+//! | [`state`], [`eye`], [`edit`], [`live`], [`ink`], [`mask`] | what is shown and how, from where, what was changed, and by which brush; no window |
 //! | [`ui`] | panels and overlays (egui); says what is to be done and does nothing |
 //! | `maker`, [`reference`], `painting` | threads that prepare scenes, trace paths and paint |
 //! | `window` | the loop of events: winit, a surface, the stage |
@@ -18,6 +18,7 @@ pub mod eye;
 mod files;
 pub mod ink;
 pub mod language;
+pub mod live;
 mod mailbox;
 mod maker;
 pub mod mask;
@@ -29,5 +30,5 @@ pub mod ui;
 mod window;
 
 pub use error::ViewError;
-pub use files::{Files, InkReport, Picture, Report};
+pub use files::{Files, InkReport, Loaded, Picture, Report};
 pub use window::{Options, run};

@@ -1,8 +1,10 @@
 //! Makes stages and rows of scenes beside the window's own work.
 
 use crate::edit::Edits;
+use crate::live::{ClothSettings, SharedLive};
 use crate::mailbox::Mailbox;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
+use std::time::Duration;
 use yugen_realtime::{Lighting, Options, Preview, Stage, StageError};
 use yugen_scene::prepared::Rows;
 use yugen_scene::{Material, Scene};
@@ -13,6 +15,8 @@ pub struct Order {
     pub scene: Arc<Scene>,
     /// Where in which of its animations; as it was read where absent.
     pub moment: Option<(String, f32)>,
+    /// Cloth of it that is simulated, how, and for how long at once.
+    pub live: Option<(SharedLive, ClothSettings, Duration)>,
     /// What was changed of it.
     pub edits: Edits,
     /// What [`Made`] will call it.
@@ -31,6 +35,8 @@ pub struct Made {
     pub of: (u64, u32, Lighting),
     /// The changed scene and its rows or stage, or why there is none.
     pub outcome: Result<(Arc<Scene>, Ready), String>,
+    /// Simulated cloth has not come to where it should be: the same is to be ordered again.
+    pub behind: bool,
     /// How long it took.
     pub seconds: f64,
 }
@@ -96,8 +102,9 @@ struct Last {
 
 fn make(order: Order, last: &mut Option<Last>) -> Made {
     let started = std::time::Instant::now();
+    let mut behind = false;
     let made = || {
-        let mut scene = posed(&order)?;
+        let mut scene = posed(&order, &mut behind)?;
         // Its rows have no need of them.
         scene.figures.clear();
         scene.fires.clear();
@@ -139,13 +146,20 @@ fn make(order: Order, last: &mut Option<Last>) -> Made {
     // A fault in a scene must not leave the window waiting for ever.
     let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(made))
         .unwrap_or_else(|_| Err("the scene could not be prepared: this is a fault of the program".into()));
-    Made { number: order.number, of: order.of, outcome, seconds: started.elapsed().as_secs_f64() }
+    Made { number: order.number, of: order.of, outcome, behind, seconds: started.elapsed().as_secs_f64() }
 }
 
-fn posed(order: &Order) -> Result<Scene, String> {
+fn posed(order: &Order, behind: &mut bool) -> Result<Scene, String> {
     let mut scene = Scene::clone(&order.scene);
     if let Some((clip, seconds)) = &order.moment {
-        scene.pose(Some(clip), *seconds).map_err(|e| e.to_string())?;
+        let mut seconds = *seconds;
+        if let Some((cloth, settings, within)) = &order.live {
+            let mut cloth = cloth.lock().unwrap_or_else(PoisonError::into_inner);
+            let reached = cloth.play(&mut scene, seconds, settings, *within)?;
+            *behind = reached < seconds;
+            seconds = reached;
+        }
+        scene.pose(Some(clip), seconds).map_err(|e| e.to_string())?;
     }
     Ok(scene)
 }

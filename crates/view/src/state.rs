@@ -5,6 +5,7 @@ use crate::edit::{Edits, MaterialItem, materials, models_of};
 use crate::eye::{Eye, first_camera};
 use crate::ink::{Ink, StrokeChange};
 use crate::language::{Language, Words};
+use crate::live::{ALONE, Live, LiveState};
 use crate::mask::MaskChange;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,6 +44,9 @@ pub const NO_LIGHT: Words = [
     "nothing in the scene shines: a sun and a sky were added",
     "シーンに光源がないため、太陽と空を加えました",
 ];
+
+/// The strongest wind, m/s.
+pub const MOST_WIND: f32 = 100.0;
 
 /// All that the window remembers.
 pub struct State {
@@ -94,6 +98,8 @@ pub struct State {
     pub clips: Vec<(String, [f32; 2])>,
     /// Where the scene is in one of them; as its file has it where that is absent.
     pub time: Option<Time>,
+    /// Cloth that is simulated.
+    pub live: Option<LiveState>,
     /// Counts changes of what is seen: poses, materials, lights, how far light is followed.
     pub changes: u64,
     /// Counts scenes.
@@ -149,6 +155,7 @@ impl State {
             message: None,
             clips: Vec::new(),
             time: None,
+            live: None,
             changes: 0,
             scenes: 0,
         };
@@ -204,10 +211,35 @@ impl State {
             let clip = self.clips.iter().position(|(name, _)| *name == clips[t.clip].0)?;
             Some(Time { clip, ..t })
         });
+        self.live = None;
         self.scene = Arc::new(scene);
         self.file = file.to_path_buf();
         self.scenes += 1;
         self.changes += 1;
+    }
+
+    /// Cloth of the scene that is simulated: time is that of its animation, and begins where that does.
+    pub fn set_live(&mut self, cloth: Option<Box<dyn Live>>) {
+        let Some(cloth) = cloth else { return };
+        let clip = cloth.clip();
+        self.clips.retain(|(name, _)| clip.as_ref().is_none_or(|clip| clip == name));
+        for (_, [first, last]) in &mut self.clips {
+            // Nothing else moves, or for ever.
+            if last <= first || clip.is_none() {
+                *last = *first + ALONE;
+            }
+        }
+        self.live = Some(LiveState::new(cloth));
+        self.time =
+            self.clips.first().map(|(_, [first, _])| Time { clip: 0, seconds: *first, playing: false });
+        self.changes += 1;
+    }
+
+    /// Simulated cloth, to be changed.
+    fn live_mut(&mut self) -> Result<&mut LiveState, String> {
+        self.live.as_mut().ok_or_else(|| {
+            "no cloth is simulated here: open the scene with --cloth NAME or --garment CUT".to_string()
+        })
     }
 
     /// Notes what went wrong.
@@ -355,6 +387,22 @@ impl State {
                 time.playing = false;
                 self.go_on(*seconds);
             }
+            Command::Wind(wind) => {
+                if wind.length() > MOST_WIND {
+                    return Err(format!("wind is at most {MOST_WIND} m/s"));
+                }
+                self.live_mut()?.settings.wind = *wind;
+                self.changes += 1;
+            }
+            Command::Fabric(name) => {
+                let live = self.live_mut()?;
+                if !live.fabrics.contains(&name.as_str()) {
+                    let hint = suggest(name, live.fabrics.iter().copied());
+                    return Err(format!("there is no fabric '{name}'{hint}"));
+                }
+                live.settings.fabric.clone_from(name);
+                self.changes += 1;
+            }
             Command::Reference(on) => {
                 self.reference = on.unwrap_or(!self.reference);
                 self.ink.on &= !self.reference;
@@ -457,7 +505,9 @@ impl State {
 
     /// The animation and the seconds into it that the scene is to have.
     pub fn moment(&self) -> Option<(String, f32)> {
-        self.time.and_then(|t| Some((self.clips.get(t.clip)?.0.clone(), t.seconds)))
+        let rate = self.live.as_ref().map(|l| l.rate);
+        let frame = |s: f32| rate.map_or(s, |rate| ((f64::from(s) * rate).round() / rate) as f32);
+        self.time.and_then(|t| Some((self.clips.get(t.clip)?.0.clone(), frame(t.seconds))))
     }
 
     fn look_through(&mut self, name: Option<&str>) -> Result<(), String> {

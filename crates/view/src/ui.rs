@@ -58,6 +58,8 @@ pub struct Seen {
     pub preparing: bool,
     /// There is a font with Japanese characters.
     pub japanese: bool,
+    /// Of the speed of real time that simulated cloth plays at.
+    pub pace: Option<f32>,
     /// A file is being dragged over the window.
     pub dropping: bool,
 }

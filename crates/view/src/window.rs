@@ -11,7 +11,7 @@ mod stage;
 use crate::action::Step;
 use crate::command::Command;
 use crate::error::ViewError;
-use crate::files::{Files, Picture};
+use crate::files::{Files, Loaded, Picture};
 use crate::language::{Language, Words};
 use crate::maker::Maker;
 use crate::reference::{Difference, Finding, Reference};
@@ -37,8 +37,8 @@ use yugen_scene::{Camera, Scene};
 
 /// What the window is opened with.
 pub struct Options {
-    /// The scene.
-    pub scene: Scene,
+    /// The scene, and cloth of it that is simulated.
+    pub loaded: Loaded,
     /// Its file.
     pub file: PathBuf,
     /// Pixels of the window.
@@ -53,6 +53,8 @@ pub struct Options {
 
 /// Between two looks at whether the device is done.
 const LOOK: Duration = Duration::from_millis(3);
+/// Simulated cloth goes on by at least this before it is shown, s, or by what has passed.
+const LIVE_STRIDE: f32 = 1.0 / 30.0;
 /// Frame times that are remembered.
 const HISTORY: usize = 120;
 
@@ -105,6 +107,10 @@ struct App {
     /// The scene as it is shown.
     changed_scene: Arc<Scene>,
     prepared: f64,
+    /// Simulated cloth has not come to where it should be.
+    behind: bool,
+    /// By how much it last went on, s.
+    stride: f32,
     camera: Option<Camera>,
     moved: Instant,
     /// Of how many pixels one is computed since nothing moves, so that a frame that takes longer than others starts nothing anew.
@@ -137,7 +143,9 @@ impl App {
             (None, Language::Japanese) => Language::English,
             (_, language) => language,
         };
-        let mut state = State::new(options.scene, &options.file, language);
+        let Loaded { scene, live } = options.loaded;
+        let mut state = State::new(scene, &options.file, language);
+        state.set_live(live);
         if language != options.language {
             state.complain(NO_FONT[0]);
         }
@@ -161,6 +169,8 @@ impl App {
             stage_bounces: u32::MAX,
             stage_lighting: Lighting::default(),
             prepared: 0.0,
+            behind: false,
+            stride: 0.0,
             camera: None,
             moved: Instant::now(),
             rest_part: None,
@@ -246,10 +256,19 @@ impl App {
         }
         // A pose that is still being made is not overtaken: what is slow is slow to play, and loses nothing.
         if let Some(since) = since {
-            if self.maker.busy() {
+            if self.maker.busy() || self.behind {
                 self.played = Some(since);
             } else {
-                self.state.go_on(since.elapsed().as_secs_f32().min(0.25));
+                let elapsed = since.elapsed().as_secs_f32();
+                let mut stride = elapsed.min(0.25);
+                if self.state.live.is_some() {
+                    // As fast as the last one was computed, in half of the time: what is slow plays slowly.
+                    let half = 0.5 * elapsed * self.stride / self.prepared as f32;
+                    stride = stride.min(half.max(LIVE_STRIDE));
+                    self.stride = stride;
+                    self.seen.pace = Some(stride / elapsed);
+                }
+                self.state.go_on(stride);
                 self.moved = Instant::now();
                 self.rest_part = None;
             }

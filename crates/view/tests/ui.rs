@@ -21,6 +21,7 @@ use yugen_view::action::ACTIONS;
 use yugen_view::command::{Command, LightChange};
 use yugen_view::ink::Subject;
 use yugen_view::language::Language;
+use yugen_view::live::{ClothSettings, Live};
 use yugen_view::mask::{MaskChange, MaskWay};
 use yugen_view::state::State;
 use yugen_view::ui::{Asked, Seen, set_look, show};
@@ -64,6 +65,61 @@ fn harness(language: Language) -> Harness<'static, World> {
         },
         world,
     )
+}
+
+/// Cloth that is where it is.
+struct Still;
+
+impl Live for Still {
+    fn clip(&self) -> Option<String> {
+        None
+    }
+
+    fn rate(&self) -> f64 {
+        10.0
+    }
+
+    fn settings(&self) -> ClothSettings {
+        ClothSettings { fabric: "silk".into(), wind: Vec3::ZERO }
+    }
+
+    fn fabrics(&self) -> Vec<&'static str> {
+        vec!["silk", "hemp"]
+    }
+
+    fn play(
+        &mut self,
+        _: &mut Scene,
+        seconds: f32,
+        _: &ClothSettings,
+        _: std::time::Duration,
+    ) -> Result<f32, String> {
+        Ok(seconds)
+    }
+}
+
+#[test]
+fn simulated_cloth_has_a_fabric_and_a_wind() {
+    let mut h = harness(Language::English);
+    assert!(h.query_by_label("fabric").is_none(), "nothing is cloth");
+    let state = &mut h.state_mut().state;
+    state.clips = vec![("cache".into(), [0.0, 0.0])];
+    state.set_live(Some(Box::new(Still)));
+    assert_eq!(state.moment(), Some(("cache".into(), 0.0)));
+    state.go_on(1.26);
+    assert_eq!(state.moment(), Some(("cache".into(), 1.3)), "a frame that is computed");
+    state.go_on(60.0);
+    assert_eq!(state.moment(), Some(("cache".into(), 1.3)), "a minute, again and again");
+    h.run();
+    h.get_by_role_and_label(egui::Role::ComboBox, "fabric").click();
+    h.run();
+    h.get_by_label("hemp").click();
+    h.run();
+    h.get_by_label("wind, m/s z").focus();
+    h.key_press(Key::ArrowUp);
+    h.run();
+    let settings = h.state().state.live.as_ref().map(|live| live.settings.clone()).expect("cloth");
+    assert!(settings.fabric == "hemp" && settings.wind.z > 0.0 && settings.wind.x == 0.0, "{settings:?}");
 }
 
 #[test]

@@ -25,6 +25,12 @@ impl Interrupt {
         Ok(Self(wish))
     }
 
+    /// One that never comes: Ctrl-C ends the program at once.
+    #[cfg(feature = "view")]
+    pub fn never() -> Self {
+        Self(Arc::default())
+    }
+
     /// Whether it has come.
     pub fn came(&self) -> bool {
         self.0.load(Ordering::Relaxed)

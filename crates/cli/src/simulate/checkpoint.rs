@@ -50,7 +50,8 @@ impl Checkpoint {
             );
         }
         let mut print = Fingerprint::default();
-        verb.fingerprint(&mut print);
+        verb.options.fingerprint(&mut print);
+        print.debug(&verb.up);
         if wanted || verb.resume {
             scene.parts().into_iter().for_each(|(_, hash)| print.word(hash));
             print.debug(&scene.figures);

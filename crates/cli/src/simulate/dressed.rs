@@ -1,8 +1,8 @@
 //! A garment cut from a text, on a figure that moves.
 
+use super::options::GIRTH;
 use super::output::Surface;
-use super::subject::Subject;
-use super::{GIRTH, Simulate};
+use super::subject::{Subject, Task};
 use crate::render::interrupt::{self, Interrupt};
 use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
@@ -33,18 +33,19 @@ fn world(figure: &Figure, joints: &[Mat4]) -> Vec<Mat4> {
 impl Dressed {
     /// The figure of the scene that has the most joints, in its garment; from a memory where there is one.
     pub fn new(
-        verb: &Simulate,
+        task: &Task,
         text: &str,
         scene: &Scene,
         fabric: &Fabric,
         memory: Option<&[f32]>,
         interrupt: &Interrupt,
     ) -> Result<Self> {
-        let name = verb.animation.as_deref();
+        let options = &task.options;
+        let name = options.animation.as_deref();
         let playing = scene.figures.iter().filter_map(|f| Some((f.clone(), f.plays(name)?)));
         let Some((figure, clip)) = playing.max_by_key(|(f, _)| f.skeleton.joints().len()) else {
-            let file = verb.scene.display();
-            match &verb.animation {
+            let file = task.file.display();
+            match &options.animation {
                 Some(name) => {
                     let all = scene.clips();
                     let hint = suggest(name, all.iter().map(|(n, _)| n.as_str()));
@@ -62,38 +63,39 @@ impl Dressed {
             format!(
                 "the figure of {} cannot wear a garment (--joint says which joint is what; yugen motion solve makes a skeleton of markers \
                  and rigid bodies)",
-                verb.scene.display()
+                task.file.display()
             )
         };
-        let mut wearer = Wearer::new(&figure.skeleton, &rest, &first, &verb.joint).with_context(cannot)?;
+        let mut wearer = Wearer::new(&figure.skeleton, &rest, &first, &options.joint).with_context(cannot)?;
         wearer.fill(skin(&figure, &still, &rest));
-        if last_frame(&figure, clip, verb.fps) > 0 {
-            wearer.begin_moving(&poses(&figure, clip, (1.0 / verb.fps) as f32)?, (1.0 / verb.fps) as f32);
+        if last_frame(&figure, clip, options.fps) > 0 {
+            wearer
+                .begin_moving(&poses(&figure, clip, (1.0 / options.fps) as f32)?, (1.0 / options.fps) as f32);
         }
-        if let Some(girth) = verb.girth {
+        if let Some(girth) = options.girth {
             wearer.body = wearer.body.thicker(girth);
         }
         let garments = argument::outfit(text, wearer.size)?;
         let defaults = Fitting::default();
         let fitting = Fitting {
-            edge: 1e-3 * verb.edge.unwrap_or(25.0),
+            edge: 1e-3 * options.edge.unwrap_or(25.0),
             fabric: *fabric,
-            seconds: (1.0 / verb.fps) as f32,
-            substeps: verb.substeps.unwrap_or(defaults.substeps),
-            threads: argument::threads(verb.threads),
-            floor: Some(verb.ground.unwrap_or(wearer.sole())),
+            seconds: (1.0 / options.fps) as f32,
+            substeps: options.substeps.unwrap_or(defaults.substeps),
+            threads: argument::threads(options.threads),
+            floor: Some(options.ground.unwrap_or(wearer.sole())),
             ..defaults
         };
-        let frames = last_frame(&figure, clip, verb.fps) + 1;
-        let span = verb.frames.unwrap_or(frames).min(frames);
+        let frames = last_frame(&figure, clip, options.fps) + 1;
+        let span = task.frames.unwrap_or(frames).min(frames);
         let of = |frame: u32| {
-            let mut poses = poses(&figure, clip, (f64::from(frame) / verb.fps) as f32)?;
+            let mut poses = poses(&figure, clip, (f64::from(frame) / options.fps) as f32)?;
             wearer.own(&mut poses);
             Ok(poses)
         };
         if memory.is_none() {
             let arm_gap = fitting.arm_gap(&garments);
-            tell_overlap(&wearer.body, verb.girth.unwrap_or(1.0), &figure, span, arm_gap, of, interrupt)?;
+            tell_overlap(&wearer.body, options.girth.unwrap_or(1.0), &figure, span, arm_gap, of, interrupt)?;
         }
         let costume = match memory {
             Some(memory) => {
@@ -101,7 +103,7 @@ impl Dressed {
                     .context("the checkpoint is of another garment; --restart throws it away")?
             }
             None => {
-                let bar = progress::bar(1000, verb.json);
+                let bar = progress::bar(1000, task.quiet);
                 bar.set_message("putting it on");
                 let dressed = Costume::dress(
                     &garments,
@@ -119,13 +121,13 @@ impl Dressed {
                 }
                 let mut costume = dressed?;
                 // Into the movement of the first frame.
-                let steps = (f64::from(wearer.leads()) * verb.fps).round() as u32;
-                let wind = wearer.own_direction(verb.wind.unwrap_or(Vec3::ZERO));
+                let steps = (f64::from(wearer.leads()) * options.fps).round() as u32;
+                let wind = wearer.own_direction(options.wind.unwrap_or(Vec3::ZERO));
                 for before in (0..steps).rev() {
                     if interrupt.came() {
                         stop();
                     }
-                    costume.step(&wearer.lead((f64::from(before) / verb.fps) as f32), wind);
+                    costume.step(&wearer.lead((f64::from(before) / options.fps) as f32), wind);
                 }
                 let crossed = costume.solver().cloth().crossings(costume.solver().positions()).len();
                 if crossed > 0 {
@@ -146,8 +148,8 @@ impl Dressed {
             sheet: cut.sheet.triangles.clone(),
             scale: None,
         };
-        let wind = wearer.own_direction(verb.wind.unwrap_or(Vec3::ZERO));
-        Ok(Self { figure, clip, fps: verb.fps, wearer, costume, surface, wind })
+        let wind = wearer.own_direction(options.wind.unwrap_or(Vec3::ZERO));
+        Ok(Self { figure, clip, fps: options.fps, wearer, costume, surface, wind })
     }
 }
 
@@ -281,12 +283,20 @@ impl Subject for Dressed {
         self.costume.memory()
     }
 
+    fn recall(&mut self, memory: &[f32]) -> bool {
+        self.costume.restore(memory)
+    }
+
     fn search_anew(&mut self) {
         self.costume.search_anew();
     }
 
     fn frames(&self) -> u32 {
         last_frame(&self.figure, self.clip, self.fps) + 1
+    }
+
+    fn blow(&mut self, wind: Vec3) {
+        self.wind = self.wearer.own_direction(wind);
     }
 
     fn points(&self) -> Vec<Vec3> {

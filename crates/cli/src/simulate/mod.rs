@@ -2,29 +2,30 @@
 
 mod checkpoint;
 mod dressed;
+#[cfg(feature = "view")]
+mod live;
+mod options;
 mod output;
 mod scene_cloth;
 mod subject;
 
 use crate::render::checkpoint::{Pace, command_to_go_on};
 use crate::render::interrupt::{self, Interrupt};
-use crate::render::rate;
 use crate::{argument, json, progress};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use checkpoint::{Checkpoint, Progress};
 use clap::Args;
-use dressed::Dressed;
+#[cfg(feature = "view")]
+pub use live::LiveCloth;
+pub use options::ClothOptions;
 use output::Output;
-use scene_cloth::SceneCloth;
 use serde_json::json;
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use subject::Subject;
+pub use subject::Task;
 use yugen_archive::formats::{self, mesh};
 use yugen_archive::{check_outputs, check_writable};
-use yugen_motion::cloth::{Along, Fabric, PRESETS, Spring};
-use yugen_optics::{Fingerprint, Vec2, Vec3};
-use yugen_scene::{Scene, suggest};
+use yugen_motion::cloth::{Along, Spring};
 
 /// Lets cloth of a scene fall, hang and lie, or puts a garment on a figure that moves, and writes where it goes.
 ///
@@ -47,76 +48,12 @@ pub struct Simulate {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
-    /// Shapes of which the name begins so are cloth [default: all that a mesh file holds].
-    #[arg(long, value_name = "NAME")]
-    cloth: Option<String>,
-
-    /// Garments for the figure that has the most joints, the innermost first: of each a cut, measures that differ from its own and its
-    /// fabric if it is another one, as in "okuchi hemp choken length=1.1", or a file with these words. Measures that are not given fit
-    /// the figure.
-    #[arg(long, value_name = "CUT", conflicts_with_all = ["cloth", "pattern", "pin", "no_contact"])]
-    garment: Option<String>,
-
-    /// Edges of the garment's triangles, mm; half as long takes some eight times as long [default: 25].
-    #[arg(long, value_name = "MM", value_parser = argument::edge, requires = "garment")]
-    edge: Option<f32>,
-
-    /// Which joint of the figure is what, where its name does not tell, as in left_upper_arm=Bone7: the joint at which that part begins;
-    /// may be repeated.
-    #[arg(long = "joint", value_name = "PART=JOINT", value_parser = joint, requires = "garment")]
-    joint: Vec<(String, String)>,
-
-    /// So many times as thick as its mesh, or as a player of Noh where it has none, the figure is under the garment.
-    #[arg(long, value_name = "F", value_parser = girth, requires = "garment")]
-    girth: Option<f32>,
-
-    /// What it is made of.
-    #[arg(long, default_value = Fabric::DEFAULT, value_parser = PRESETS.iter().map(|p| p.name).collect::<Vec<_>>(), value_name = "FABRIC")]
-    fabric: String,
-
-    /// Another number of the fabric, as in areal_mass=0.2; may be repeated.
-    #[arg(long = "set", value_name = "QUANTITY=VALUE")]
-    set: Vec<String>,
-
-    /// Metres for a unit of u and of v [default: those that fit the mesh best].
-    #[arg(long, value_name = "U,V", value_parser = scale)]
-    pattern: Option<Vec2>,
-
-    /// Vertices within R metres of X,Y,Z are attached, and go where the scene takes them; may be repeated.
-    #[arg(long, value_name = "X,Y,Z,R", value_parser = pin, allow_hyphen_values = true)]
-    pin: Vec<[f32; 4]>,
-
-    /// A ground at this height, m [default: none; of a garment that on which the figure stands in the first frame].
-    #[arg(long, value_name = "Y", allow_hyphen_values = true)]
-    ground: Option<f32>,
-
-    /// Velocity of the air, m/s.
-    #[arg(long, value_name = "X,Y,Z", value_parser = velocity, allow_hyphen_values = true)]
-    wind: Option<Vec3>,
+    #[command(flatten)]
+    options: ClothOptions,
 
     /// Frames [default: 120; of a garment as many as the animation has].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: Option<u32>,
-
-    /// Frames a second.
-    #[arg(long, default_value = "60", value_name = "F", value_parser = rate)]
-    fps: f64,
-
-    /// The scene's animation to play [default: the first].
-    #[arg(long, value_name = "NAME")]
-    animation: Option<String>,
-
-    /// Substeps of a frame, at the least [default: 20; of a garment 64].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
-    substeps: Option<u32>,
-
-    /// Cloth does not touch cloth: faster, where it does not fold.
-    #[arg(long)]
-    no_contact: bool,
-
-    /// Threads [default: as many as there are cores]; the result does not depend on them.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
-    threads: Option<u16>,
 
     /// Which way is up of a mesh file.
     #[arg(long, value_name = "AXIS", value_parser = ["y", "z"])]
@@ -140,36 +77,6 @@ pub struct Simulate {
     /// A report as JSON.
     #[arg(long)]
     json: bool,
-}
-
-fn scale(text: &str) -> Result<Vec2, String> {
-    let both = argument::numbers::<2>(text).or_else(|| text.parse().ok().map(|v| [v; 2]));
-    let both = both.filter(|v| v.iter().all(|v| *v > 0.0 && v.is_finite())).map(Vec2::from_array);
-    both.ok_or_else(|| "expected metres for a unit of u and of v, as in 0.38,3.5".into())
-}
-
-fn pin(text: &str) -> Result<[f32; 4], String> {
-    let good = argument::numbers::<4>(text).filter(|p| p[3] > 0.0);
-    good.ok_or_else(|| "expected a place and a radius above zero, as in 0,1.5,0,0.05".into())
-}
-
-fn velocity(text: &str) -> Result<Vec3, String> {
-    let good = argument::numbers::<3>(text).map(Vec3::from_array).filter(|v| v.length() <= 100.0);
-    good.ok_or_else(|| "expected a velocity of at most 100 m/s, as in 0,0,-3".into())
-}
-
-fn joint(text: &str) -> Result<(String, String), String> {
-    let pair = text.split_once('=').filter(|(part, joint)| !part.is_empty() && !joint.is_empty());
-    let pair = pair.map(|(part, joint)| (part.to_string(), joint.to_string()));
-    pair.ok_or_else(|| "expected PART=JOINT, as in left_upper_arm=Bone7".into())
-}
-
-/// What `--girth` takes.
-const GIRTH: RangeInclusive<f32> = 0.2..=3.0;
-
-fn girth(text: &str) -> Result<f32, String> {
-    let number = text.parse().ok().filter(|v: &f32| GIRTH.contains(v));
-    number.ok_or_else(|| format!("expected a number from {} to {}, as in 1.1", GIRTH.start(), GIRTH.end()))
 }
 
 /// Frames after which pairs of contact are found anew whatever is known of them, so that a simulation may go on from there.
@@ -196,26 +103,25 @@ impl Worst {
 impl Simulate {
     /// Does it.
     pub fn run(self) -> Result<()> {
-        let fabric = self.fabric()?;
-        let output = Output::of(&self.output, self.garment.is_some())?;
+        let task = Task {
+            options: self.options.clone(),
+            file: self.scene.clone(),
+            frames: self.frames,
+            quiet: self.json,
+        };
+        let output = Output::of(&self.output, task.options.garment.is_some())?;
         for file in output.files(1) {
             check_writable(&file)?;
         }
         let mut options = self.reading.options();
         options.up = self.up.as_deref().map(|up| if up == "z" { mesh::Up::Z } else { mesh::Up::Y });
-        let mut scene = formats::load_scene(&self.scene, &options)?;
+        let scene = formats::load_scene(&self.scene, &options)?;
         let checkpoint = Checkpoint::beside(&self.output, &self, &scene)?;
         let begun = if self.resume { checkpoint.resume(self.json)? } else { None };
         let mut done = begun.unwrap_or_default();
         let memory = (done.frames > 0).then_some(&done.memory[..]);
         let interrupt = Interrupt::listen()?;
-        let mut subject: Box<dyn Subject + '_> = match &self.garment {
-            Some(text) => Box::new(Dressed::new(&self, text, &scene, &fabric, memory, &interrupt)?),
-            None => {
-                self.pose(&mut scene, 0.0)?;
-                Box::new(SceneCloth::new(&self, scene, &fabric, memory)?)
-            }
-        };
+        let mut subject = task.begin(scene, memory, &interrupt)?;
         let frames = self.frames.unwrap_or(subject.frames());
         if done.frames > frames {
             bail!(
@@ -285,7 +191,7 @@ impl Simulate {
         }
         bar.finish_and_clear();
         let seconds = start.elapsed().as_secs_f64();
-        output.finish(subject.surface(), samples, self.fps)?;
+        output.finish(subject.surface(), samples, self.options.fps)?;
         checkpoint.remove()?;
         self.tell(&*subject, &worst, frames, seconds * 1e3 / f64::from((frames - begin).max(1)));
         Ok(())
@@ -318,72 +224,5 @@ impl Simulate {
                 most.1
             );
         }
-    }
-
-    /// Takes in every option on which the result depends.
-    fn fingerprint(&self, print: &mut Fingerprint) {
-        print.debug(&(
-            &self.cloth,
-            &self.garment,
-            self.edge,
-            &self.joint,
-            self.girth,
-            &self.fabric,
-            &self.set,
-        ));
-        print.debug(&(
-            self.pattern,
-            &self.pin,
-            self.ground,
-            self.wind,
-            self.fps,
-            &self.animation,
-            self.substeps,
-        ));
-        print.debug(&(self.no_contact, &self.up));
-        let words = self.garment.as_deref().map(argument::garment_words);
-        print.debug(&words.and_then(Result::ok));
-    }
-
-    fn fabric(&self) -> Result<Fabric> {
-        let preset = Fabric::preset(&self.fabric).context("a fabric of the list was expected")?;
-        let mut fabric = preset.fabric;
-        for text in &self.set {
-            let pair =
-                text.split_once('=').and_then(|(k, v)| Some((k.trim(), v.trim().parse::<f32>().ok()?)));
-            let Some((name, value)) = pair else {
-                bail!("--set {text}: expected QUANTITY=VALUE with a number, as in areal_mass=0.2");
-            };
-            let Some(quantity) = yugen_motion::cloth::QUANTITIES.iter().find(|q| q.name == name) else {
-                let known = yugen_motion::cloth::QUANTITIES.iter().map(|q| q.name);
-                bail!("a fabric has no quantity '{name}'{}", suggest(name, known));
-            };
-            *(quantity.place)(&mut fabric) = value;
-        }
-        fabric.check()?;
-        Ok(fabric)
-    }
-
-    fn pose(&self, scene: &mut Scene, seconds: f64) -> Result<()> {
-        if !scene.figures.is_empty() || !scene.caches.is_empty() {
-            scene.pose(self.animation.as_deref(), seconds as f32)?;
-        } else if let Some(name) = &self.animation {
-            bail!("there is no animation called '{name}': nothing in {} moves", self.scene.display());
-        }
-        Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_of_the_command_line_are_read_or_told() {
-        assert_eq!(scale("0.5"), Ok(Vec2::splat(0.5)));
-        assert_eq!(scale("0.38,3.5"), Ok(Vec2::new(0.38, 3.5)));
-        assert!(scale("0,1").is_err() && scale("x").is_err());
-        assert_eq!(pin("0,1.5,0,0.05"), Ok([0.0, 1.5, 0.0, 0.05]));
-        assert!(pin("0,1.5,0,0").is_err() && velocity("1,2").is_err() && velocity("1e9,0,0").is_err());
     }
 }

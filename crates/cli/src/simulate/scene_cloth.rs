@@ -1,8 +1,7 @@
 //! Cloth that is in a scene: its meshes and rectangles, and the shapes that are bodies.
 
-use super::Simulate;
 use super::output::Surface;
-use super::subject::Subject;
+use super::subject::{Subject, Task};
 use crate::argument;
 use anyhow::{Context, Result, bail};
 use std::sync::Arc;
@@ -47,8 +46,8 @@ struct Body {
 const CELLS: f32 = 96.0;
 
 /// Cloth of a scene in motion.
-pub struct SceneCloth<'a> {
-    verb: &'a Simulate,
+pub struct SceneCloth {
+    task: Task,
     scene: Scene,
     pieces: Pieces,
     surface: Surface,
@@ -57,23 +56,26 @@ pub struct SceneCloth<'a> {
     solver: SmallSteps,
     /// Of each attached vertex one of the mesh, which says where it goes.
     follows: Vec<usize>,
+    wind: Vec3,
     crossed: usize,
 }
 
 /// Substeps of a frame where none are asked for.
 const SUBSTEPS: u32 = 20;
 
-impl<'a> SceneCloth<'a> {
-    /// The cloth of a scene that is posed at its beginning; from a memory where there is one.
-    pub fn new(verb: &'a Simulate, scene: Scene, fabric: &Fabric, memory: Option<&[f32]>) -> Result<Self> {
-        let pieces = verb.pieces(&scene)?;
+impl SceneCloth {
+    /// The cloth of a scene; from a memory where there is one.
+    pub fn new(task: Task, mut scene: Scene, fabric: &Fabric, memory: Option<&[f32]>) -> Result<Self> {
+        let options = &task.options;
+        options.pose(&task.file, &mut scene, 0.0)?;
+        let pieces = task.pieces(&scene)?;
         if pieces.mesh.uvs.is_empty() {
             bail!(
                 "the cloth has no (u, v): they are its pattern, without which nobody knows where its threads run"
             );
         }
         let welded =
-            Sheet::welded(&pieces.mesh.positions, &pieces.mesh.uvs, &pieces.mesh.triangles, verb.pattern);
+            Sheet::welded(&pieces.mesh.positions, &pieces.mesh.uvs, &pieces.mesh.triangles, options.pattern);
         let Some(welded) = welded else {
             bail!(
                 "the (u, v) of the cloth are no pattern: no scale makes them as large as the mesh; give --pattern"
@@ -83,14 +85,14 @@ impl<'a> SceneCloth<'a> {
         if welded.dropped > 0 {
             eprintln!("yugen: {} triangles of the cloth have no area and are left out", welded.dropped);
         }
-        let crossed = if verb.no_contact { 0 } else { tell_crossings(&cloth, &welded, &pieces) };
+        let crossed = if options.no_contact { 0 } else { tell_crossings(&cloth, &welded, &pieces) };
         let attached: Vec<u32> = (0..welded.sheet.positions.len() as u32)
             .filter(|v| {
                 let p = welded.sheet.positions[*v as usize];
-                verb.pin.iter().any(|[x, y, z, r]| p.distance(Vec3::new(*x, *y, *z)) <= *r)
+                options.pin.iter().any(|[x, y, z, r]| p.distance(Vec3::new(*x, *y, *z)) <= *r)
             })
             .collect();
-        if attached.is_empty() && !verb.pin.is_empty() {
+        if attached.is_empty() && !options.pin.is_empty() {
             bail!(
                 "no vertex of the cloth lies within a --pin; its first is at {}",
                 welded.sheet.positions[0]
@@ -103,16 +105,16 @@ impl<'a> SceneCloth<'a> {
             }
         }
         let follows = attached.iter().map(|v| follows[*v as usize]).collect();
-        let bodies = verb.bodies(&scene, &pieces, fabric.thickness)?;
+        let bodies = task.bodies(&scene, &pieces, fabric.thickness)?;
         let settings = Settings {
-            seconds: (1.0 / verb.fps) as f32,
-            substeps: verb.substeps.unwrap_or(SUBSTEPS),
-            contact: !verb.no_contact,
-            lines: verb.no_contact,
-            threads: argument::threads(verb.threads),
+            seconds: (1.0 / options.fps) as f32,
+            substeps: options.substeps.unwrap_or(SUBSTEPS),
+            contact: !options.no_contact,
+            lines: options.no_contact,
+            threads: argument::threads(options.threads),
             ..Settings::default()
         };
-        let ground = verb.ground.map(|y| Stance { origin: Vec3::Y * y, ..Stance::default() });
+        let ground = options.ground.map(|y| Stance { origin: Vec3::Y * y, ..Stance::default() });
         let solids = bodies.iter().map(|b| (b.solid.clone(), stance(&scene, b.shape)));
         let solids = solids.chain(ground.map(|g| (Solid::Ground, g))).collect();
         let mut solver = SmallSteps::new(cloth, &attached, settings)?.with_bodies(solids)?;
@@ -137,7 +139,18 @@ impl<'a> SceneCloth<'a> {
             sheet: welded.sheet.triangles,
             scale: Some(welded.scale),
         };
-        Ok(Self { verb, scene, pieces, surface, bodies, ground, solver, follows, crossed })
+        Ok(Self {
+            wind: options.wind.unwrap_or(Vec3::ZERO),
+            task,
+            scene,
+            pieces,
+            surface,
+            bodies,
+            ground,
+            solver,
+            follows,
+            crossed,
+        })
     }
 }
 
@@ -159,13 +172,21 @@ fn tell_crossings(cloth: &Cloth, welded: &Welded, pieces: &Pieces) -> usize {
     crossed.len()
 }
 
-impl Subject for SceneCloth<'_> {
+impl Subject for SceneCloth {
     fn surface(&self) -> &Surface {
         &self.surface
     }
 
     fn solver(&self) -> &SmallSteps {
         &self.solver
+    }
+
+    fn recall(&mut self, memory: &[f32]) -> bool {
+        self.solver.recall(memory)
+    }
+
+    fn shapes(&self) -> Vec<usize> {
+        self.pieces.shapes.iter().map(|(shape, ..)| *shape).collect()
     }
 
     fn search_anew(&mut self) {
@@ -176,13 +197,18 @@ impl Subject for SceneCloth<'_> {
         120
     }
 
+    fn blow(&mut self, wind: Vec3) {
+        self.wind = wind;
+    }
+
     fn points(&self) -> Vec<Vec3> {
         let own = self.surface.vertex.iter().zip(&self.pieces.mesh.positions);
         own.map(|(v, p)| v.map_or(*p, |v| self.solver.positions()[v as usize])).collect()
     }
 
     fn step(&mut self, frame: u32) -> Result<()> {
-        self.verb.pose(&mut self.scene, f64::from(frame) / self.verb.fps)?;
+        let options = &self.task.options;
+        options.pose(&self.task.file, &mut self.scene, f64::from(frame) / options.fps)?;
         let scene = &self.scene;
         for body in &self.bodies {
             if let (Geometry::Mesh(now), Some(then)) = (&scene.shapes[body.shape].geometry, &body.mesh)
@@ -203,8 +229,7 @@ impl Subject for SceneCloth<'_> {
             let now = positions(scene, &self.pieces);
             self.follows.iter().map(|i| now[*i]).collect()
         };
-        let wind = self.verb.wind.unwrap_or(Vec3::ZERO);
-        self.solver.step(&Step { wind, targets: &targets, stances: &stances, ..Step::default() });
+        self.solver.step(&Step { wind: self.wind, targets: &targets, stances: &stances, ..Step::default() });
         Ok(())
     }
 
@@ -216,16 +241,16 @@ impl Subject for SceneCloth<'_> {
     }
 }
 
-impl Simulate {
+impl Task {
     fn is_cloth(&self, name: &str) -> bool {
-        self.cloth.as_ref().is_none_or(|cloth| name.starts_with(cloth.as_str()))
+        self.options.cloth.as_ref().is_none_or(|cloth| name.starts_with(cloth.as_str()))
     }
 
     fn pieces(&self, scene: &Scene) -> Result<Pieces> {
         let is_mesh = |g: &Geometry| matches!(g, Geometry::Mesh(_) | Geometry::Rectangle);
-        let extension = self.scene.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let extension = self.file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let alone = formats::MESH_FORMATS.iter().any(|(_, e)| e.contains(&extension.as_str()));
-        if self.cloth.is_none() && !alone {
+        if self.options.cloth.is_none() && !alone {
             let names = scene.shapes.iter().filter(|s| is_mesh(&s.geometry)).map(|s| s.name.as_str());
             bail!(
                 "which shapes are cloth? Give --cloth with the beginning of their names{}",
@@ -240,7 +265,7 @@ impl Simulate {
                 _ => continue,
             };
             // A mesh file by itself is framed on a floor of ours.
-            if !self.is_cloth(&shape.name) || (alone && self.cloth.is_none() && mesh.uvs.is_empty()) {
+            if !self.is_cloth(&shape.name) || (alone && self.options.cloth.is_none() && mesh.uvs.is_empty()) {
                 continue;
             }
             let first = pieces.mesh.positions.len() as u32;
@@ -250,11 +275,11 @@ impl Simulate {
             pieces.shapes.push((i, shape.name.clone(), mesh));
         }
         if pieces.shapes.is_empty() {
-            let name = self.cloth.clone().unwrap_or_default();
+            let name = self.options.cloth.clone().unwrap_or_default();
             let known = scene.shapes.iter().filter(|s| is_mesh(&s.geometry)).map(|s| s.name.as_str());
             bail!(
                 "no mesh or rectangle of {} has a name that begins with '{name}'{}",
-                self.scene.display(),
+                self.file.display(),
                 suggest(&name, known)
             );
         }
@@ -267,7 +292,7 @@ impl Simulate {
     /// `thickness` of the cloth, m: a field is known to three cells, and cloth keeps half of it.
     fn bodies(&self, scene: &Scene, pieces: &Pieces, thickness: f32) -> Result<Vec<Body>> {
         let mut bodies = Vec::new();
-        if self.cloth.is_none() {
+        if self.options.cloth.is_none() {
             return Ok(bodies);
         }
         for (i, shape) in scene.shapes.iter().enumerate() {

@@ -1,6 +1,9 @@
 //! Files of the window.
 
+use crate::render::interrupt::Interrupt;
+use crate::simulate::{ClothOptions, LiveCloth, Task};
 use crate::{json, output};
+use anyhow::Result;
 use serde_json::{Map, json};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -8,8 +11,8 @@ use yugen_archive::formats::image::{ReadOptions, WriteOptions, can_write, is_for
 use yugen_archive::formats::{self, load_scene};
 use yugen_archive::{atomic_write, check_writable, read_bounded};
 use yugen_optics::{ColourSpace, Image};
-use yugen_scene::Scene;
-use yugen_view::{Files, Picture, Report};
+use yugen_view::live::Live;
+use yugen_view::{Files, Loaded, Picture, Report};
 
 /// Most bytes of a preset: a page of text.
 const MOST: u64 = 1 << 16;
@@ -18,11 +21,27 @@ const MOST: u64 = 1 << 16;
 pub struct OnDisk {
     /// How scenes are read.
     pub options: formats::Options,
+    /// Of the scene in this file cloth is simulated, as these say.
+    pub cloth: Option<(PathBuf, ClothOptions)>,
+}
+
+impl OnDisk {
+    /// A scene, and its cloth.
+    pub fn open(&self, path: &Path) -> Result<Loaded> {
+        let mut scene = load_scene(path, &self.options)?;
+        let cloth = self.cloth.as_ref().filter(|(file, _)| file == path);
+        let live = cloth.map(|(file, options)| -> Result<Box<dyn Live>> {
+            let task = Task { options: options.clone(), file: file.clone(), frames: None, quiet: false };
+            Ok(Box::new(LiveCloth::new(task, &mut scene, &Interrupt::never())?))
+        });
+        let live = live.transpose()?;
+        Ok(Loaded { scene, live })
+    }
 }
 
 impl Files for OnDisk {
-    fn load(&self, path: &Path) -> Result<Scene, String> {
-        load_scene(path, &self.options).map_err(|e| e.to_string())
+    fn load(&self, path: &Path) -> Result<Loaded, String> {
+        self.open(path).map_err(|e| format!("{e:#}"))
     }
 
     fn changed(&self, path: &Path) -> Option<SystemTime> {

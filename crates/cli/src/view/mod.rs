@@ -11,6 +11,7 @@ pub use without_window::View;
 #[cfg(feature = "view")]
 mod with_window {
     use super::files::OnDisk;
+    use crate::simulate::ClothOptions;
     use crate::{argument, font};
     use anyhow::{Context, Result, bail};
     use clap::Args;
@@ -19,9 +20,9 @@ mod with_window {
     use yugen_archive::formats::mesh::Up;
     use yugen_archive::formats::{self};
     use yugen_archive::read_bounded;
+    use yugen_view::Options;
     use yugen_view::action::script;
     use yugen_view::language::Language;
-    use yugen_view::{Files, Options};
 
     /// Most bytes of a script.
     const SCRIPT: u64 = 1 << 20;
@@ -61,6 +62,12 @@ mod with_window {
         #[command(flatten)]
         reading: argument::Reading,
 
+        #[command(
+            flatten,
+            next_help_heading = "Cloth that is simulated in the window, as `yugen simulate` does"
+        )]
+        cloth: ClothOptions,
+
         /// Which way is up in a mesh (.obj, .ply, .serialized) or motion (.bvh, .c3d, …) [default: y; of motion as its file
         /// says].
         #[arg(long, value_name = "AXIS", value_parser = ["y", "z"])]
@@ -82,8 +89,15 @@ mod with_window {
                 (Err(problem), None) => bail!("--do: {problem}"),
             };
             let up = self.up.as_deref().map(|axis| if axis == "z" { Up::Z } else { Up::Y });
-            let files = OnDisk { options: formats::Options { up, ..self.reading.options() } };
-            let scene = files.load(&self.scene).map_err(anyhow::Error::msg)?;
+            let moves = self.cloth.cloth.is_some() || self.cloth.garment.is_some();
+            if !moves && (!self.cloth.pin.is_empty() || self.cloth.wind.is_some()) {
+                bail!("which shapes are cloth? Give --cloth with the beginning of their names");
+            }
+            let files = OnDisk {
+                options: formats::Options { up, ..self.reading.options() },
+                cloth: moves.then(|| (self.scene.clone(), self.cloth)),
+            };
+            let loaded = files.open(&self.scene)?;
             let language = self
                 .language
                 .as_deref()
@@ -95,7 +109,7 @@ mod with_window {
             if let Some(font) = &font {
                 tracing::info!("Japanese characters are from {}", font.name);
             }
-            let options = Options { scene, file: self.scene, size: self.size, language, font, script };
+            let options = Options { loaded, file: self.scene, size: self.size, language, font, script };
             Ok(yugen_view::run(options, Arc::new(files))?)
         }
     }

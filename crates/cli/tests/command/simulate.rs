@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// A level sheet of 0.6 m above a ball, with (u, v) from 0 to 1; the ball is a sphere of the scene.
-fn scene(folder: &Path) {
+pub(crate) fn scene(folder: &Path) {
     let n = 16;
     let mut text = String::from("o sheet\n");
     let at = |i: usize| i as f32 / n as f32;

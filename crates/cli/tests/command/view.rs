@@ -482,3 +482,59 @@ fn an_animation_is_stepped_and_played() {
         assert!(off < 0.1 * of, "{off} {of}");
     }
 }
+
+#[test]
+fn cloth_is_simulated_while_it_is_looked_at() {
+    let Some(display) = Xvfb::start() else { return };
+    let folder = scratch("view_cloth");
+    crate::simulate::scene(&folder);
+    let rest = "\n[camera]\nfrom = [0.3, 0.8, 1.6]\nto = [0, 0, 0]\nfov = 40\n\n[[light]]\ntype = \"point\"\nat = [-1, 2, 1]\nintensity = 5\n\n\
+                [[light]]\ntype = \"constant\"\nradiance = 0.3\n";
+    let scene = std::fs::read_to_string(folder.join("a.toml")).expect("a scene") + rest;
+    std::fs::write(folder.join("a.toml"), &scene).expect("it can be written");
+    let cached = scene.replace(
+        "file = \"sheet.obj\"",
+        "file = \"sheet.obj\"\ncache = { file = \"a.pc2\", fps = 60, space = \"world\" }",
+    );
+    std::fs::write(folder.join("cached.toml"), cached).expect("it can be written");
+    let cloth = ["--cloth", "cloth", "--ground", "-0.2", "--fabric", "silk"];
+    let simulated = yugen_in(&folder, &format!("simulate a.toml {} --frames 61 -o a.pc2", cloth.join(" ")));
+    assert!(simulated.success, "{}", simulated.err);
+    let view = |scene: &str, more: &[&str], script: &str| {
+        let script = format!("panel off; resolution full; {script}; report; quit");
+        let arguments = [&[scene, "--size", "200x150", "--do", &script], more].concat();
+        let done = run(&mut display.view(&folder, &arguments));
+        assert!(done.success, "{}", done.err);
+        reports(&done.out).remove(0)
+    };
+    let moments = "seconds 0; wait 8; save NAME-0.exr; seconds 1; wait 8; save NAME-60.exr; seconds .5; wait 8; save NAME-30.exr";
+    view("cached.toml", &[], &moments.replace("NAME", "cached"));
+    let changes = "; wind 3 0 0; seconds 1; wait 8; save wind.exr; wind 0 0 0; seconds .5; wait 8; save back.exr; fabric hemp; seconds 1; wait 8; save hemp.exr; \
+                   seconds 0; play; pause .5; play off; wait 8";
+    let played = view("a.toml", &cloth, &(moments.replace("NAME", "live") + changes));
+    let picture = |name: &str| read(&folder.join(name));
+    let [calm, wind, hemp] = ["live-60.exr", "wind.exr", "hemp.exr"].map(picture);
+    let changed = apart(&calm, &wind).min(apart(&calm, &hemp)).min(apart(&calm, &picture("live-30.exr")));
+    for frame in [0, 30, 60] {
+        // What `yugen simulate` writes, also where time has gone back; pictures have eight frames or nine.
+        let [live, cached] = ["live", "cached"].map(|name| picture(&format!("{name}-{frame}.exr")));
+        let off = apart(&live, &cached);
+        println!("frame {frame}: {off}, where wind, fabric or time make {changed}");
+        assert!(off < 0.3 * changed, "frame {frame}: {off}");
+    }
+    let seconds = played["seconds"].as_f64().expect("seconds");
+    assert!(
+        seconds > 0.0 && (seconds * 60.0 - (seconds * 60.0).round()).abs() < 1e-3,
+        "whole frames: {played}"
+    );
+    for (arguments, words) in [
+        (&["a.toml", "--do", "wind 1 0 0"][..], "no cloth is simulated here"),
+        (&["a.toml", "--wind", "1,0,0"], "--cloth"),
+        (&["a.toml", "--cloth", "clth"], "'clth'"),
+        (&["a.toml", "--cloth", "cloth", "--do", "fabric sil"], "did you mean 'silk'?"),
+        (&["a.toml", "--cloth", "cloth", "--do", "wind 900 0 0"], "at most 100 m/s"),
+    ] {
+        let said = run(&mut display.view(&folder, arguments));
+        assert!(!said.success && said.err.contains(words), "{arguments:?}: {}", said.err);
+    }
+}

@@ -305,14 +305,19 @@ impl Costume {
             worn = Some(costume);
         }
         let mut costume = worn.ok_or(GarmentError::Nothing)?;
-        let Some((ties, solver)) = memory.split_at_checked(TIE * costume.held.len()) else { return Ok(None) };
-        if ties.iter().any(|v| !v.is_finite()) || !costume.solver.recall(solver) {
-            return Ok(None);
+        Ok(costume.restore(memory).then_some(costume))
+    }
+
+    /// Goes back to where it was when [`Costume::memory`] was asked; false, and nothing changes, where that was another one.
+    pub fn restore(&mut self, memory: &[f32]) -> bool {
+        let Some((ties, solver)) = memory.split_at_checked(TIE * self.held.len()) else { return false };
+        if ties.iter().any(|v| !v.is_finite()) || !self.solver.recall(solver) {
+            return false;
         }
-        for (tie, v) in costume.held.iter_mut().zip(ties.chunks_exact(TIE)) {
+        for (tie, v) in self.held.iter_mut().zip(ties.chunks_exact(TIE)) {
             *tie = Tie { to: Vec3::from_slice(v), along: Vec3::from_slice(&v[3..]) };
         }
-        Ok(Some(costume))
+        true
     }
 
     /// What it needs besides how it was made to go on with the same bits, as [`SmallSteps::memory`]: where its belts hold it, then that.

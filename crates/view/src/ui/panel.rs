@@ -4,6 +4,7 @@ use super::{Asked, Seen, ink, look};
 use crate::command::{Bounces, Command, Compare, LightChange, Resolution};
 use crate::edit::{Edits, MaterialItem, shown};
 use crate::language::{Language, Words};
+use crate::live::LiveState;
 use crate::state::State;
 use egui::{CollapsingHeader, ComboBox, RichText, Slider, SliderClamping, Ui};
 use yugen_optics::tonemap::Curve;
@@ -20,6 +21,10 @@ const LIGHT_PATHS: Words = ["light", "光"];
 const ALL_LIGHT: Words = ["all", "全部"];
 const PAPER: Words = ["Wakita et al.", "脇田ら"];
 const DIRECT: Words = ["direct only", "直接光のみ"];
+const CLOTH: Words = ["Cloth", "布"];
+const FABRIC: Words = ["fabric", "生地"];
+const WIND: Words = ["wind, m/s", "風、m/s"];
+const PACE: Words = ["of real time", "（実時間比）"];
 const CAMERA: Words = ["Camera", "カメラ"];
 const FRAME: Words = ["Frame all", "全体を収める"];
 const LIGHTS: Words = ["Lights", "光源"];
@@ -57,6 +62,9 @@ pub fn show(ui: &mut Ui, state: &State, seen: &Seen, asked: &mut Asked) {
             };
             section(ui, PICTURE, &mut |ui, asked| picture(ui, state, asked));
             section(ui, ink::INK, &mut |ui, asked| ink::show(ui, state, seen, asked));
+            if let Some(live) = &state.live {
+                section(ui, CLOTH, &mut |ui, asked| cloth(ui, state, seen, live, asked));
+            }
             section(ui, CAMERA, &mut |ui, asked| camera(ui, state, asked));
             section(ui, LIGHTS, &mut |ui, asked| lights(ui, state, asked));
             section(ui, MATERIALS, &mut |ui, asked| materials(ui, state, asked));
@@ -133,6 +141,36 @@ fn picture(ui: &mut Ui, state: &State, asked: &mut Asked) {
             asked.commands.push(Command::Lighting(Some(Lighting::Paper)));
         }
     });
+}
+
+fn cloth(ui: &mut Ui, state: &State, seen: &Seen, live: &LiveState, asked: &mut Asked) {
+    let l = state.language;
+    row(ui, l.of(FABRIC), |ui| {
+        let now = live.settings.fabric.as_str();
+        let list = ComboBox::from_id_salt("fabric").selected_text(now).show_ui(ui, |ui| {
+            for name in &live.fabrics {
+                if ui.selectable_label(*name == now, *name).clicked() {
+                    asked.commands.push(Command::Fabric((*name).into()));
+                }
+            }
+        });
+        named(list.response, l.of(FABRIC));
+    });
+    row(ui, l.of(WIND), |ui| {
+        let mut wind = live.settings.wind.to_array();
+        let mut changed = false;
+        for (axis, v) in ["x", "y", "z"].into_iter().zip(&mut wind) {
+            let drag = egui::DragValue::new(v).range(-20.0..=20.0).speed(0.05).max_decimals(2);
+            let drag = ui.add(drag.clamp_existing_to_range(false));
+            changed |= named(drag, &format!("{} {axis}", l.of(WIND))).changed();
+        }
+        if changed {
+            asked.commands.push(Command::Wind(wind.into()));
+        }
+    });
+    if let Some(pace) = seen.pace {
+        ui.weak(format!("{:.0} % {}", 100.0 * pace, l.of(PACE)));
+    }
 }
 
 fn camera(ui: &mut Ui, state: &State, asked: &mut Asked) {

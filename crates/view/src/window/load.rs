@@ -2,11 +2,11 @@
 
 use super::{App, Wake};
 use crate::error::ViewError;
+use crate::files::Loaded;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::time::{Duration, Instant, SystemTime};
 use winit::event_loop::ActiveEventLoop;
-use yugen_scene::Scene;
 
 /// Between two looks at whether the file has changed.
 pub(super) const WATCH: Duration = Duration::from_millis(500);
@@ -18,7 +18,7 @@ pub(super) struct Loading {
     pub(super) changed: Option<SystemTime>,
     /// Somebody wants it; else the file has changed.
     pub(super) asked: bool,
-    pub(super) scene: mpsc::Receiver<Result<Scene, String>>,
+    pub(super) scene: mpsc::Receiver<Result<Loaded, String>>,
 }
 
 impl App {
@@ -52,8 +52,9 @@ impl App {
                 self.watched = changed;
             }
             match loaded {
-                Ok(scene) => {
+                Ok(Loaded { scene, live }) => {
                     self.state.set_scene(scene, &path);
+                    self.state.set_live(live);
                     if let Some(graphics) = &self.graphics {
                         graphics.set_title(&path);
                     }

@@ -74,6 +74,7 @@ impl App {
             && self.ink_settled()
             && self.shown_changes == self.state.changes
             && !self.maker.busy()
+            && !self.behind
             && self.at_rest()
             && self.frames > 0
             && self.view(true).is_some_and(|v| self.camera.as_ref().is_some_and(|c| same_view(c, &v)))
@@ -91,6 +92,13 @@ impl App {
             || self.stage_bounces != self.state.most_bounces()
             || self.stage_lighting != self.state.lighting;
         self.ask(anew);
+    }
+
+    /// How long cloth is simulated before what it has come to is shown: not much shorter than what showing it takes; a script
+    /// wants to see where it ends.
+    fn patience(&self) -> Duration {
+        let shown = Duration::from_secs_f64(2e-3 * self.frame_milliseconds.clamp(0.0, 1e4));
+        if self.script.is_empty() { shown.max(Duration::from_millis(250)) } else { Duration::MAX }
     }
 
     pub(super) fn ask(&mut self, anew: bool) {
@@ -113,6 +121,7 @@ impl App {
         self.maker.ask(Order {
             scene: self.state.scene.clone(),
             moment: self.state.moment(),
+            live: self.state.live.as_ref().map(|l| (l.cloth.clone(), l.settings.clone(), self.patience())),
             edits: self.state.edits.clone(),
             number: self.state.changes,
             of: (self.state.scenes, self.state.most_bounces(), self.state.lighting),
@@ -124,6 +133,11 @@ impl App {
 
     pub(super) fn take(&mut self, event_loop: &ActiveEventLoop, made: Made) {
         let newest = made.number == self.asked_changes;
+        self.behind = made.behind;
+        if made.behind {
+            // Once more, from where the simulation is.
+            self.asked_changes = made.number.wrapping_sub(1);
+        }
         self.seen.preparing = !newest && !self.state.playing();
         self.prepared = made.seconds;
         let Some(graphics) = &mut self.graphics else { return };
