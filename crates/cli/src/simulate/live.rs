@@ -12,7 +12,7 @@ use yugen_motion::cloth::PRESETS;
 use yugen_noh::ROBE;
 use yugen_optics::{Mat4, Vec3};
 use yugen_reflectance::Kind;
-use yugen_scene::{Figure, Geometry, MaterialId, Mesh, ModelBuilder, Part, Scene, Shape};
+use yugen_scene::{Geometry, MaterialId, Mesh, ModelBuilder, Part, Scene, Shape};
 use yugen_view::live::{ClothSettings, Live};
 
 /// Numbers of memories that are kept to go back to: 256 MiB.
@@ -40,8 +40,10 @@ impl LiveCloth {
         let subject = task.begin(scene.clone(), None, interrupt)?;
         let options = &task.options;
         let asked = options.animation.as_deref();
-        let plays = |f: &Arc<Figure>| f.plays(asked).map(|clip| f.clips[clip].name.clone());
-        let clip = scene.figures.iter().find_map(plays);
+        // Of the figure that would wear a garment; all figures move by its name.
+        let playing = scene.figures.iter().filter_map(|f| Some((f, f.plays(asked)?)));
+        let longest = playing.max_by_key(|(f, _)| f.skeleton.joints().len());
+        let clip = longest.map(|(f, clip)| f.clips[clip].name.clone());
         let settings =
             ClothSettings { fabric: options.fabric.clone(), wind: options.wind.unwrap_or(Vec3::ZERO) };
         let memories = vec![(0, subject.memory())];
