@@ -524,6 +524,7 @@ fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
         u += blend(REACH + 2u * p, MOVED + FINEST);
     }
     if w > 0.0 {
+        let begun = x;
         for (var word = 0u; word < 2u; word++) {
             var left = near[p][word];
             while left != 0u {
@@ -531,6 +532,14 @@ fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
                 left &= left - 1u;
                 stop(b, &x, &u);
             }
+        }
+        // Where bodies push against each other what one shifts it by and another takes back is no motion.
+        let shift = x - begun;
+        let square = dot(shift, shift);
+        if square > 0.0 {
+            let back = shift * clamp(-dot(u, shift) / square, 0.0, 1.0);
+            u += back;
+            x -= back;
         }
     }
     state[V + p] = vec4<f32>(u * (1.0 / H), 0.0);
