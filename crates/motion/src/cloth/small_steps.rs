@@ -138,6 +138,8 @@ pub struct SmallSteps {
     give: Vec<f32>,
     /// Whether pairs must be found again.
     stale: AtomicBool,
+    /// As [`SmallSteps::tighten`] says.
+    passes: u32,
 }
 
 /// Which bodies a vertex is near to, a bit for each.
@@ -268,6 +270,7 @@ impl SmallSteps {
             slack: vec![0.0; n],
             contacts,
             stale: AtomicBool::new(true),
+            passes: 1,
         })
     }
 
@@ -423,6 +426,12 @@ impl SmallSteps {
         if let Some(contacts) = &mut self.contacts {
             contacts.forget();
         }
+    }
+
+    /// How many more passes springs have in each substep, where cloth touches cloth, that are longer than they may be: 1, unless this says
+    /// otherwise. With more, springs overpower contact where layers are pressed on each other: a robe is tied through itself.
+    pub fn tighten(&mut self, passes: u32) {
+        self.passes = passes;
     }
 
     /// Takes from all velocities but this part.
@@ -652,6 +661,7 @@ impl SmallSteps {
             task.springs.calm(x, v);
             task.hinges.calm(v);
         };
+        let passes = self.passes;
         Team::run(self.settings.threads, |team| {
             for s in 0..n {
                 let calms = s % CALM == 0;
@@ -717,11 +727,12 @@ impl SmallSteps {
                     if has_lattices {
                         team.each(strips.len(), carry);
                     }
-                    // A second pass over springs that are longer than they may be, with contact only: it cut the stretch of a robe as much as
-                    // twice the substeps, for 5 % of a frame. With three more springs overpower contact: a robe in coarse triangles was
-                    // tied through itself.
-                    team.each(strips.len(), |k| tighten(&strips[k]));
-                    team.each(borders.len(), |k| tighten(&borders[k]));
+                    // More passes over springs that are longer than they may be, with contact only: the first cut the stretch of a robe as
+                    // much as twice the substeps, for 5 % of a frame.
+                    for _ in 0..passes {
+                        team.each(strips.len(), |k| tighten(&strips[k]));
+                        team.each(borders.len(), |k| tighten(&borders[k]));
+                    }
                     let all = s % TOUCHES == 0;
                     if again || all {
                         #[allow(unsafe_code)]

@@ -121,6 +121,9 @@ const UNDER_WAY: f32 = 0.75;
 const CALM: f32 = 0.85;
 /// How firmly the belt holds cloth ([`Settings::grip`]): within some twenty substeps it is where it should be.
 const GRIP: f32 = 0.2;
+/// Passes that threads have which are longer than they may be ([`SmallSteps::tighten`]), once a costume is dressed: at the corners of the
+/// neck, from which all of a robe hangs, they took 4.8 % to 2.9.
+const TIGHTENED: u32 = 4;
 /// Numbers of a tie.
 const TIE: usize = 6;
 /// Layers under the belt are this far apart, in edges: more than contact keeps.
@@ -174,6 +177,7 @@ impl Costume {
             costume.step(&approach(t), Vec3::ZERO);
             tell()?;
         }
+        costume.solver.tighten(TIGHTENED);
         Ok(costume)
     }
 
@@ -317,6 +321,7 @@ impl Costume {
         for (tie, v) in self.held.iter_mut().zip(ties.chunks_exact(TIE)) {
             *tie = Tie { to: Vec3::from_slice(v), along: Vec3::from_slice(&v[3..]) };
         }
+        self.solver.tighten(TIGHTENED);
         true
     }
 
