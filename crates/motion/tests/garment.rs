@@ -245,8 +245,8 @@ fn every_cut_and_way_to_wear_it_is_put_on() {
             (nearest(&costume, &Body::player()), costume.solver().cloth().crossings(x).len());
         let stretch = costume.solver().cloth().stretch(x, |a| a != Along::Bias);
         println!("{text}: {} vertices, nearest {least} m, {crossed} edges cross, {stretch:?}", x.len());
-        // Measured 4.5 mm, no crossing but 4 of what is drawn up, .0008 and .057.
-        assert!(least > -1e-3 && crossed <= 8 && stretch.median < 0.0025 && stretch.p999 < 0.15, "{text}");
+        // Measured 4.5 mm, no crossing, .0006 and .053; a start that crosses itself may leave some that another rounding does not.
+        assert!(least > -1e-3 && crossed <= 2 && stretch.median < 0.0025 && stretch.p999 < 0.15, "{text}");
     }
 }
 
