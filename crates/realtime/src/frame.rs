@@ -8,6 +8,7 @@ use crate::device::{checked, map};
 use crate::display::{DisplayPass, DisplaySettings};
 use crate::film::{Film, FilmPass, HALVES_PLANES, film_bytes_with};
 use crate::flames::Flames;
+use crate::free_lights::FreeLights;
 use crate::guide::{self, Frames, guide_pass};
 use crate::preview::{Preview, PreviewPass};
 use crate::reconstruction::Reconstruction;
@@ -133,6 +134,7 @@ pub struct Stage {
     visibility: Visibility,
     primary_layout: wgpu::BindGroupLayout,
     primary: wgpu::BindGroup,
+    free_lights: FreeLights,
     film_layout: wgpu::BindGroupLayout,
     shade: Option<FilmPass>,
     aovs: Vec<(Aov, FilmPass)>,
@@ -185,13 +187,15 @@ impl Stage {
             let visibility = Visibility::new(device, &scene, &view, options.size);
             let primary_layout = primary_layout(device);
             let primary = primary_group(device, &primary_layout, &view, visibility.ids());
+            let seen = [view.as_entire_binding(), wgpu::BindingResource::TextureView(visibility.ids())];
+            let free_lights = FreeLights::new(device, rows, &scene, &primary_layout, seen, options);
             let film_layout = Film::layout(device);
             let shade = options.bounces.map(|bounces| {
                 shade_pass(
                     device,
                     rows,
                     &scene,
-                    &primary_layout,
+                    free_lights.layout(),
                     &film_layout,
                     flames.as_ref(),
                     options,
@@ -220,6 +224,7 @@ impl Stage {
                 visibility,
                 primary_layout,
                 primary,
+                free_lights,
                 film_layout,
                 shade,
                 aovs,
@@ -298,7 +303,8 @@ impl Stage {
         }
         if let Some(shade) = &self.shade {
             let flames = self.flames.as_ref().map(Flames::group);
-            shade.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, flames);
+            self.free_lights.record(&mut encoder, &self.timestamps, &self.scene, &self.primary);
+            shade.record(&mut encoder, &self.timestamps, &self.scene, self.free_lights.group(), flames);
         }
         for pass in self.guides.iter().chain(self.aovs.iter().map(|(_, pass)| pass)) {
             pass.record(&mut encoder, &self.timestamps, &self.scene, &self.primary, None);
@@ -446,6 +452,8 @@ impl Stage {
         checked(&device, || {
             self.visibility.resize(&device, size);
             self.primary = primary_group(&device, &self.primary_layout, &self.view, self.visibility.ids());
+            let ids = wgpu::BindingResource::TextureView(self.visibility.ids());
+            self.free_lights.resize(&device, [self.view.as_entire_binding(), ids], size);
             if let Some(shade) = &mut self.shade {
                 shade.resize(&device, &self.film_layout, size);
             }

@@ -12,7 +12,8 @@
 //!
 //! ```text
 //! row 0           nodes of the top level, four rows each, the root first; room for one per draw
-//!                 one instance per draw, four rows: inverse matrix and translation; root of its mesh, draw, flags
+//!                 one instance per draw, four rows: inverse matrix and translation; root of its mesh, draw,
+//!                 flags, sides that are clear of it (`convex.rs`)
 //! for each mesh   one row a triangle in the order of the leaves: three vertices and the triangle
 //!                 its nodes, four rows each, the root first
 //!
@@ -22,8 +23,10 @@
 //!           nothing: all ones                  (of the top level: count 1, the row of the instance)
 //! ```
 
+mod convex;
 mod tree;
 
+use convex::{BACK, FRONT, clear_sides};
 use glam::{DAffine3, DMat3, DVec3, Vec3, Vec4, Vec4Swizzles};
 use std::ops::Range;
 use tree::{Extent, Item, node_rows, tree};
@@ -115,6 +118,8 @@ struct MeshTree {
     vertices: u32,
     lo: Vec3,
     hi: Vec3,
+    /// The sides of its triangles that are clear of it.
+    clear: u32,
 }
 
 /// The rows of the hierarchy.
@@ -196,7 +201,7 @@ impl Hierarchy {
                 let r = inverse.row(row).as_vec3();
                 self.rows[at + row] = bits(r.extend(to_world.translation[row] as f32));
             }
-            self.rows[at + 3] = [tree.root, i as u32, draw.flags, 0];
+            self.rows[at + 3] = [tree.root, i as u32, draw.flags, clear_sides_of(draw, tree.clear)];
         }
         let leaf = |_: usize, item: &Item| IS_LEAF | (4 * (room + item.index() as usize)) as u32;
         let nodes = tree(&mut items, 1, 1, TOP_STACK, 0, &leaf);
@@ -222,7 +227,18 @@ impl Hierarchy {
             let (lo, hi) = self.refit(nodes.start, &|i| Vec3::from(vertices[(i - first) as usize].position));
             (self.meshes[mesh].lo, self.meshes[mesh].hi) = (lo, hi);
         }
+        // What was convex need not be.
+        self.meshes[mesh].clear = 0;
         Ok(nodes)
+    }
+
+    /// Says that a mesh of `draws` is deformed elsewhere from now on.
+    pub(crate) fn release(&mut self, mesh: u32, draws: &[DrawRow]) {
+        self.meshes[mesh as usize].clear = 0;
+        let room = self.top_rows / 8;
+        for (i, _) in draws.iter().enumerate().filter(|(_, draw)| draw.mesh == mesh) {
+            self.rows[4 * (room + i) + 3][3] = 0;
+        }
     }
 
     /// Nodes of a mesh's tree, as their first rows over four: level by level, the deepest first; those whose children are leaves or lie
@@ -313,6 +329,7 @@ impl Hierarchy {
             vertices: mesh.vertices,
             lo: Vec3::ZERO,
             hi: Vec3::ZERO,
+            clear: 0,
         };
         if items.is_empty() {
             return Ok(empty);
@@ -346,13 +363,24 @@ impl Hierarchy {
         self.stats.triangles += count;
         self.stats.nodes += nodes.len();
         let nodes = nodes_at..nodes_at + 4 * nodes.len();
-        Ok(MeshTree { root: (nodes_at / 4) as u32, nodes, lo, hi, ..empty })
+        let with_area = self.rows[base..base + count].iter().map(|[a, b, c, _]| [*a, *b, *c]);
+        let at = |i: u32| Vec3::from(rows.vertices[i as usize].position);
+        let clear = clear_sides(&self.rows, nodes_at, with_area, &at);
+        Ok(MeshTree { clear, root: (nodes_at / 4) as u32, nodes, lo, hi, ..empty })
     }
 }
 
 /// There is no clock in a browser's worker.
 fn now() -> Option<std::time::Instant> {
     (!cfg!(target_arch = "wasm32")).then(std::time::Instant::now)
+}
+
+/// The sides of a draw that are clear of it, of those of its mesh: [`FRONT`] is now where its geometric normals point.
+fn clear_sides_of(draw: &DrawRow, clear: u32) -> u32 {
+    let has = |flag| draw.flags & flag != 0;
+    // A mirror turns the winding; where there are shading normals the geometric ones stay with those.
+    let turned = (has(DrawRow::MIRRORED) && !has(DrawRow::HAS_NORMALS)) != has(DrawRow::FLIPPED);
+    if turned { (clear & FRONT) * 2 + (clear & BACK) / 2 } else { clear }
 }
 
 fn affine(draw: &DrawRow) -> DAffine3 {

@@ -9,6 +9,8 @@ const IS_LEAF: u32 = 0x80000000u;
 const MISS: u32 = 0xffffffffu;
 // Go back to the last node with children yet to visit.
 const UP: u32 = 0xfffffffeu;
+// The root is no child.
+const NOTHING: u32 = 0u;
 
 // Where a ray meets a surface: distance in lengths of its direction, weights of the second and third corner.
 // `draw` is NONE where it meets nothing.
@@ -70,8 +72,8 @@ fn bytes_of(word: u32) -> vec4<f32> {
 }
 
 // For each child of the node at `row` MISS, or a key that grows with the distance at which the ray enters its box and
-// whose last two bits are the child.
-fn child_keys(row: u32, children: vec4<u32>, r: LocalRay, t_min: f32, t_max: f32) -> vec4<u32> {
+// whose last two bits are the child. `passed`: a child that is not there.
+fn child_keys(row: u32, children: vec4<u32>, r: LocalRay, t_min: f32, t_max: f32, passed: u32) -> vec4<u32> {
     let head = hierarchy[row];
     let low = hierarchy[row + 2u];
     let high = hierarchy[row + 3u];
@@ -96,7 +98,8 @@ fn child_keys(row: u32, children: vec4<u32>, r: LocalRay, t_min: f32, t_max: f32
         min(bytes_of(far.z) * s.z + f.z, vec4<f32>(t_max)),
     );
     let key = (bitcast<vec4<u32>>(enter) & vec4<u32>(0xfffffffcu)) | vec4<u32>(0u, 1u, 2u, 3u);
-    return select(vec4<u32>(MISS), key, (enter <= leave) & (children != vec4<u32>(NONE)));
+    let there = (children != vec4<u32>(NONE)) & (children != vec4<u32>(passed));
+    return select(vec4<u32>(MISS), key, (enter <= leave) & there);
 }
 
 // Edge functions of the ray and a triangle, and the corners' distances along the ray, scaled.
@@ -120,8 +123,17 @@ fn edges(indices: vec3<u32>, r: LocalRay) -> Edges {
     return Edges(inside, weights, r.shear.z * vec3<f32>(a.z, b.z, c.z));
 }
 
-// With `any_hit` the result's t is the share of light that passes, else the nearest hit; `past_fuel`: what burns is not there.
-fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: bool, past_fuel: bool) -> Hit {
+// What a ray that leaves a surface of `draw` passes over: that draw where nothing of it lies on the side that it leaves to.
+fn passed_over(draw: u32, to_back: bool) -> u32 {
+    let row = instance_row(draw);
+    return select(NOTHING, IS_LEAF | row, ((hierarchy[row + 3u].w >> u32(to_back)) & 1u) != 0u);
+}
+
+// With `any_hit` the result's t is the share of light that passes, else the nearest hit; `past_fuel`: what burns is not there;
+// `passed`: see `passed_over`.
+fn traverse(
+    origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: bool, past_fuel: bool, passed: u32,
+) -> Hit {
     var best = Hit(t_max, 0.0, 0.0, NONE, NONE);
     var through = 1.0;
     let world = local_ray(origin, dir);
@@ -158,7 +170,7 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
             }
             let row = 4u * at;
             let children = hierarchy[row + 1u];
-            let keys = child_keys(row, children, ray, t_min, best.t);
+            let keys = child_keys(row, children, ray, t_min, best.t, passed);
             // Sorted, the nearest first.
             let a = vec2<u32>(min(keys.x, keys.y), min(keys.z, keys.w));
             let b = vec2<u32>(max(keys.x, keys.y), max(keys.z, keys.w));
@@ -211,15 +223,14 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
                 continue;
             }
             if (any_hit) {
-                if ((flags & SEE_THROUGH) == 0u) {
-                    best.t = 0.0;
-                    return best;
+                if ((flags & SEE_THROUGH) != 0u) {
+                    through *= passes(draw, row.w, b.yz, dir);
+                } else {
+                    through = 0.0;
                 }
-                through *= passes(draw, row.w, b.yz, dir);
-                if (through <= 0.0) {
-                    best.t = 0.0;
-                    return best;
-                }
+                // Nothing is left to look for.
+                size = select(size, 0u, through <= 0.0);
+                outside = select(outside, 0u, through <= 0.0);
             } else if (t < best.t || draw < best.draw || (draw == best.draw && row.w < best.triangle)) {
                 best = Hit(t, b.y, b.z, row.w, draw);
             }
@@ -234,12 +245,12 @@ fn traverse(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32, any_hit: 
 
 // The nearest surface at t_min < t <= t_max; `dir` need not be of unit length.
 fn trace_closest(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32) -> Hit {
-    return traverse(origin, dir, t_min, t_max, false, false);
+    return traverse(origin, dir, t_min, t_max, false, false, NOTHING);
 }
 
 // The share of light that passes between t_min and t_max, by `passes` where surfaces are see-through.
 fn trace_any(origin: vec3<f32>, dir: vec3<f32>, t_min: f32, t_max: f32) -> f32 {
-    return traverse(origin, dir, t_min, t_max, true, false).t;
+    return traverse(origin, dir, t_min, t_max, true, false, NOTHING).t;
 }
 
 // Where a ray meets the plane of a triangle that it is known to meet, give or take rounding.

@@ -22,6 +22,7 @@
 //! | `view.wgsl` | 1, binding 0 | the camera: `pixel_ray` |
 //! | `visibility.wgsl` | 1, binding 1 | the visibility buffer: `visible_hit`, and `camera_hit` past lights that are hidden |
 //! | `primary.wgsl` | | `primary_hit`: past what lets all light pass, too |
+//! | `shade.wgsl` | 1, binding 2 | the words of the pass `free_lights.wgsl`: lights that nothing stands in the way of |
 //! | `film.wgsl` | 2 | the sums that a pass adds to: `film_add`, `film_sum` |
 //! | `flames.wgsl` | 3 | volumes along a ray: `flames_along` |
 //! | `samples.wgsl` | | `pixel_number`, `sample2`: numbers of a pixel |
@@ -56,6 +57,7 @@ mod error;
 pub mod film;
 mod flames;
 mod frame;
+mod free_lights;
 mod guide;
 pub mod hierarchy;
 mod paper;

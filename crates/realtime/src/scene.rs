@@ -234,6 +234,7 @@ impl SceneBuffers {
     /// A mesh is from now on where a cloth on the device is: poses leave it there.
     pub(crate) fn drape(&mut self, mesh: u32) {
         self.draped[mesh as usize] = true;
+        self.hierarchy.release(mesh, &self.placed);
     }
 
     /// Writes the top level as the processor has it.

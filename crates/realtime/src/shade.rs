@@ -3,6 +3,7 @@
 use crate::film::{FilmPass, HALVES_PLANES, shading_wgsl};
 use crate::flames::{Flames, flames_wgsl};
 use crate::frame::{Lighting, Options};
+use crate::free_lights::FreeLights;
 use crate::pipelines::compute;
 use crate::scene::SceneBuffers;
 use crate::visibility::PRIMARY_WGSL;
@@ -38,7 +39,7 @@ pub fn needs_head_light(rows: &Rows) -> bool {
     rows.emitters == 0 && !rows.has_sky()
 }
 
-/// The pass, compiled for the models, maps and lights of `rows`. `primary`: the layout of group 1; `bounces`: surfaces that
+/// The pass, compiled for the models, maps and lights of `rows`. `primary`: the layout of group 1 with what [`FreeLights`] finds; `bounces`: surfaces that
 /// may reflect light on its way to the camera.
 pub fn shade_pass(
     device: &Device,
@@ -65,7 +66,8 @@ pub fn shade_pass(
          // not of smooth skies, nor of what is sampled by area.\n\
          const LIGHTS_SUFFICE: bool = {};\nconst HAS_BACKGROUND: bool = {};\n\
          // The scene has no light: it comes from the eye, and white surfaces seen head-on are white.\n\
-         const HEAD_LIGHT: bool = {};\nconst FILM_HALVES: bool = {};",
+         const HEAD_LIGHT: bool = {};\n\
+         // Of lights without extent it is known tile by tile whether nothing is in the way.\nconst FREE_LIGHTS: bool = {};\nconst FILM_HALVES: bool = {};",
         bounces.min(BOUNCES),
         if rows.has_slabs() { BESIDE_FIRES } else { CANDIDATES },
         options.hide_emitters,
@@ -74,6 +76,7 @@ pub fn shade_pass(
         !rows.lights_by_area && !rows.has_environment(),
         rows.has_background(),
         needs_head_light(rows),
+        FreeLights::are_wanted(rows, options),
         options.keeps_halves()
     );
     let picture = match options.lighting {

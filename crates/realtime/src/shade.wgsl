@@ -10,6 +10,9 @@ fn power_heuristic(a: f32, b: f32) -> f32 {
     return 1.0 / (1.0 + r * r);
 }
 
+// Of each tile of 8 by 8 pixels a bit a light: nothing is between that and what the tile sees.
+@group(1) @binding(2) var free_lights: texture_2d<u32>;
+
 // Surfaces behind the first look at slabs as at other lights.
 const SLABS_BEHIND: bool = HAS_SLABS && BOUNCES > 1u;
 
@@ -22,6 +25,10 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = pixel_number(id.xy);
+    var free = 0u;
+    if (FREE_LIGHTS) {
+        free = textureLoad(free_lights, id.xy / 8u, 0).x;
+    }
     let camera = pixel_ray(id.xy);
     var dir = camera.dir;
     let hit = camera_hit(id.xy, camera);
@@ -151,11 +158,12 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                 let u = sample2(pixel, first_set + 5u + CANDIDATES + ray, view.index);
                 let to = to_slab_point(drawn, here.position, u);
                 let origin = offset_origin(here.position, here.error, here.geometric_normal, to.xyz);
-                radiance += all * traverse(origin, to.xyz, 0.0, to.w, true, true).t;
+                let passed = passed_over(here.draw, dot(here.geometric_normal, to.xyz) < 0.0);
+                radiance += all * traverse(origin, to.xyz, 0.0, to.w, true, true, passed).t;
             }
         }
         for (var ray = 0u; ray < rays + u32(alive); ray += 1u) {
-            let of_light = ray < rays;
+            var of_light = ray < rays;
             var wi = next.wi;
             // What the ray has to carry, and how far it goes.
             var carried = vec3<f32>(0.0);
@@ -168,15 +176,27 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
             var drawn = 0.0;
             var u_draw = sample2(pixel, first_set + 4u, view.index + ray).x;
             var drawn_emitter = NONE;
-            for (var i = ray; i < select(ray + 1u, candidates, of_light); i += max(rays, 1u)) {
+            var i = ray;
+            loop {
+                if (i >= select(ray + 1u, candidates, of_light)) {
+                    // Without a ray to send for these, those of the next are looked at.
+                    if (!of_light || drawn > 0.0 || ray + 1u >= rays + u32(alive)) {
+                        break;
+                    }
+                    ray += 1u;
+                    of_light = ray < rays;
+                    i = ray;
+                }
+                let own = i;
+                i += select(1u, max(rays, 1u), of_light);
                 var light = no_light();
                 var chance = 1.0;
-                var emitter = i;
+                var emitter = own;
                 if (of_light) {
-                    let u = sample2(pixel, first_set + 5u + i, view.index);
+                    let u = sample2(pixel, first_set + 5u + own, view.index);
                     if (candidates < count) {
                         let part = sample2(pixel, first_set + 2u, view.index).x;
-                        let at = (f32(i) + part) / f32(candidates);
+                        let at = (f32(own) + part) / f32(candidates);
                         var choice: Choice;
                         if (SLABS_BEHIND && depth > 0u) {
                             choice = emitter_choose_near(here.position, own_facing, at);
@@ -210,6 +230,12 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                     if (!(size > 0.0 && size < 3e38)) {
                         continue;
                     }
+                    let is_free =
+                        FREE_LIGHTS && depth == 0u && null_steps == 0u && emitter < 32u && ((free >> emitter) & 1u) != 0u;
+                    if (is_free && light_value == NONE) {
+                        radiance += adds;
+                        continue;
+                    }
                     sum += size;
                     // The number is stretched back to [0, 1) after each decision.
                     let share = size / sum;
@@ -218,7 +244,8 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
                         drawn = size;
                         carried = adds;
                         wi = light.wi;
-                        reach = light.distance * (1.0 - 1e-3);
+                        // A ray that ends before it begins meets nothing.
+                        reach = select(light.distance * (1.0 - 1e-3), -1.0, is_free);
                         value = light_value;
                         at = light_at;
                         drawn_emitter = emitter;
@@ -277,7 +304,8 @@ fn shade_pixels(@builtin(global_invocation_id) id: vec3<u32>) {
 
             let past_fuel = SLABS_BEHIND && of_light && is_slab(drawn_emitter);
             let origin = offset_origin(here.position, here.error, here.geometric_normal, wi);
-            let h = traverse(origin, wi, 0.0, reach, of_light, past_fuel);
+            let passed = passed_over(here.draw, dot(here.geometric_normal, wi) < 0.0);
+            let h = traverse(origin, wi, 0.0, reach, of_light, past_fuel, passed);
             if (HAS_FLAMES && !of_light && drawn_delta && !(HIDE_EMITTERS && alpha == 0.0)) {
                 let reach = select(h.t, 1e30, h.draw == NONE);
                 let u = sample2(pixel, first_set + 3u, view.index).y;

@@ -5,6 +5,7 @@ mod denoise;
 mod device;
 mod display;
 mod frames;
+mod free_lights;
 mod poses;
 mod preview;
 mod rays;

@@ -252,6 +252,12 @@ impl Rows {
         self.lights >> Op::Environment as u32 & 1 != 0
     }
 
+    /// Whether some light comes from a point, or from one direction.
+    pub fn has_points(&self) -> bool {
+        let points = [Op::Point, Op::Spot, Op::Directional, Op::Projector];
+        points.into_iter().any(|op| self.lights >> op as u32 & 1 != 0)
+    }
+
     /// Whether a fire lights surfaces by its slabs.
     pub fn has_slabs(&self) -> bool {
         self.lights >> Op::Slab as u32 & 1 != 0
