@@ -129,6 +129,8 @@ pub struct Hierarchy {
     meshes: Vec<MeshTree>,
     top_rows: usize,
     stats: HierarchyStats,
+    /// Triangles that may yet be looked at for whether their mesh is convex.
+    left_to_look_at: usize,
 }
 
 impl Hierarchy {
@@ -142,6 +144,7 @@ impl Hierarchy {
             meshes: Vec::with_capacity(rows.meshes.len()),
             top_rows,
             stats: HierarchyStats::default(),
+            left_to_look_at: convex::MOST,
         };
         for mesh in &rows.meshes {
             let tree = this.mesh(rows, mesh, threads.max(1))?;
@@ -365,7 +368,7 @@ impl Hierarchy {
         let nodes = nodes_at..nodes_at + 4 * nodes.len();
         let with_area = self.rows[base..base + count].iter().map(|[a, b, c, _]| [*a, *b, *c]);
         let at = |i: u32| Vec3::from(rows.vertices[i as usize].position);
-        let clear = clear_sides(&self.rows, nodes_at, with_area, &at);
+        let clear = clear_sides(&self.rows, nodes_at, with_area, &at, &mut self.left_to_look_at);
         Ok(MeshTree { clear, root: (nodes_at / 4) as u32, nodes, lo, hi, ..empty })
     }
 }
