@@ -112,7 +112,8 @@ impl FreeLights {
         pass.set_bind_group(0, scene.group(), &[]);
         pass.set_bind_group(1, primary, &[]);
         pass.set_bind_group(2, &self.targets.to_write, &[]);
-        over_pixels(&mut pass, self.targets.size);
+        // An invocation a tile.
+        over_pixels(&mut pass, self.targets.size.map(|n| n.div_ceil(8)));
     }
 }
 

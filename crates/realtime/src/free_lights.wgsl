@@ -6,15 +6,7 @@
 
 @group(2) @binding(0) var free_lights: texture_storage_2d<r32uint, write>;
 
-// Of each pixel its place and the error of that; then of eight pixels the lowest corner around theirs. Then the same of normals.
-var<workgroup> places: array<vec4<f32>, 64>;
-var<workgroup> highest: array<vec4<f32>, 8>;
-var<workgroup> normals: array<vec3<f32>, 64>;
-var<workgroup> steepest: array<vec3<f32>, 8>;
-// The draw that it sees; of eight pixels the one that all see, or SEVERAL.
-var<workgroup> seen: array<u32, 64>;
-var<workgroup> found: atomic<u32>;
-
+// Several draws are seen.
 const SEVERAL: u32 = 0xfffffffeu;
 
 // What is around the places of some pixels.
@@ -214,55 +206,28 @@ fn is_light_free(emitter: u32, around: Around) -> bool {
     return is_free(low, high, end_low, end_high, passed);
 }
 
+// An invocation is a tile: as fast on a software GPU as one a pixel that brings places together, and shorter.
 @compute @workgroup_size(8, 8)
-fn find_free_lights(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(local_invocation_index) index: u32,
-    @builtin(workgroup_id) tile: vec3<u32>,
-) {
-    var draw = NONE;
-    if (id.x < view.window.z && id.y < view.window.w) {
-        let camera = pixel_ray(id.xy);
-        let hit = camera_hit(id.xy, camera);
-        draw = hit.draw;
-        if (draw != NONE) {
-            let s = surface_at(draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
-            places[index] = vec4<f32>(s.position, s.error);
-            normals[index] = s.geometric_normal;
-        }
-    }
-    seen[index] = draw;
-    workgroupBarrier();
+fn find_free_lights(@builtin(global_invocation_id) tile: vec3<u32>) {
     var around = around_none();
-    if (index < 8u) {
-        for (var i = 8u * index; i < 8u * index + 8u; i += 1u) {
-            if (seen[i] != NONE) {
-                let p = places[i];
-                around = around_both(around, Around(p.xyz, p.xyz, normals[i], normals[i], p.w, seen[i]));
+    for (var i = 0u; i < 64u; i += 1u) {
+        let pixel = 8u * tile.xy + vec2<u32>(i & 7u, i >> 3u);
+        if (pixel.x < view.window.z && pixel.y < view.window.w) {
+            let hit = camera_hit(pixel, pixel_ray(pixel));
+            if (hit.draw != NONE) {
+                let s = surface_at(hit.draw, hit.triangle, vec2<f32>(hit.b1, hit.b2));
+                let n = s.geometric_normal;
+                around = around_both(around, Around(s.position, s.position, n, n, s.error, hit.draw));
             }
         }
     }
-    workgroupBarrier();
-    if (index < 8u) {
-        places[index] = vec4<f32>(around.low, around.error);
-        highest[index] = vec4<f32>(around.high, 0.0);
-        normals[index] = around.low_normal;
-        steepest[index] = around.high_normal;
-        seen[index] = around.draw;
-    }
-    workgroupBarrier();
-    if (index < min(plain_count(), 32u)) {
-        var all = around_none();
-        for (var i = 0u; i < 8u; i += 1u) {
-            let low = places[i];
-            all = around_both(all, Around(low.xyz, highest[i].xyz, normals[i], steepest[i], low.w, seen[i]));
-        }
-        if (all.draw != NONE && is_light_free(index, all)) {
-            atomicOr(&found, 1u << index);
+    var found = 0u;
+    if (around.draw != NONE) {
+        for (var light = 0u; light < min(plain_count(), 32u); light += 1u) {
+            found |= select(0u, 1u << light, is_light_free(light, around));
         }
     }
-    workgroupBarrier();
-    if (index == 0u) {
-        textureStore(free_lights, tile.xy, vec4<u32>(atomicLoad(&found), 0u, 0u, 0u));
+    if (all(tile.xy < textureDimensions(free_lights))) {
+        textureStore(free_lights, tile.xy, vec4<u32>(found, 0u, 0u, 0u));
     }
 }

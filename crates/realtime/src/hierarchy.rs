@@ -366,9 +366,9 @@ impl Hierarchy {
         self.stats.triangles += count;
         self.stats.nodes += nodes.len();
         let nodes = nodes_at..nodes_at + 4 * nodes.len();
-        let with_area = self.rows[base..base + count].iter().map(|[a, b, c, _]| [*a, *b, *c]);
         let at = |i: u32| Vec3::from(rows.vertices[i as usize].position);
-        let clear = clear_sides(&self.rows, nodes_at, with_area, &at, &mut self.left_to_look_at);
+        let with_area = self.rows[base..base + count].iter().map(|[a, b, c, _]| [*a, *b, *c].map(at));
+        let clear = clear_sides(with_area, &mut self.left_to_look_at);
         Ok(MeshTree { clear, root: (nodes_at / 4) as u32, nodes, lo, hi, ..empty })
     }
 }

@@ -1,7 +1,6 @@
 //! On which side of its triangles a mesh has nothing more of itself, so that a ray which leaves it to there never meets it again: a floor,
 //! a wall, a ball from outside.
 
-use super::{IS_LEAF, NOTHING};
 use glam::{DVec3, Vec3};
 use yugen_scene::prepared::double_area_normal;
 
@@ -14,69 +13,77 @@ pub const BACK: u32 = 2;
 /// the origins of rays are moved off surfaces for rounding.
 const ROUNDING: f64 = 4e-6;
 
-/// Triangles of a scene that are looked at, each against its whole mesh, 14 µs a triangle of a ball: half a second. Flat meshes do not
-/// count.
+/// Triangles of a scene that are looked at, each against the boxes of its whole mesh. Flat meshes do not count.
 pub const MOST: usize = 1 << 15;
 
-/// The sides of a mesh that are clear of it; none where `left`, which it lessens, does not suffice to know. `root`: the first row of its tree; `triangles` with an area; `at`: where a vertex is.
-pub fn clear_sides(
-    rows: &[[u32; 4]],
-    root: usize,
-    triangles: impl Iterator<Item = [u32; 3]> + Clone,
-    at: &dyn Fn(u32) -> Vec3,
-    left: &mut usize,
-) -> u32 {
-    let farthest = triangles.clone().flatten().map(|i| at(i).abs().max_element()).fold(0.0, f32::max);
+/// Triangles of a block, whose box is looked at before they are.
+const BLOCK: usize = 32;
+
+/// The sides of a mesh that are clear of it; none where `left`, which it lessens, does not suffice to know. `triangles`: those with an
+/// area, neighbours one after the other.
+pub fn clear_sides(triangles: impl Iterator<Item = [Vec3; 3]> + Clone, left: &mut usize) -> u32 {
+    let farthest = triangles.clone().flatten().map(|p| p.abs().max_element()).fold(0.0, f32::max);
     let room = ROUNDING * f64::from(farthest);
-    // Slivers as narrow as that have no plane.
-    let planes = triangles.filter_map(|t| {
-        let [a, b, c] = t.map(|i| at(i).as_dvec3());
-        let normal = double_area_normal(t.map(at));
-        let longest = (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
-        (normal.length() > room * longest.sqrt()).then_some((a, normal))
-    });
-    let within = |(from, normal): (DVec3, DVec3)| {
-        let n = normal.normalize();
-        !reaches(rows, root, n, n.dot(from) + room, at)
-    };
-    let turned = |(from, normal): (DVec3, DVec3)| (from, -normal);
-    // Of what is flat boxes say nothing, for all straddle its plane: it is looked at once.
-    let largest = planes.clone().max_by(|a, b| a.1.length_squared().total_cmp(&b.1.length_squared()));
-    if largest.is_none_or(|plane| within(plane) && within(turned(plane))) {
+    let planes = triangles.clone().filter_map(|t| plane(t, room));
+    let largest = planes.clone().max_by(|a, b| a.2.total_cmp(&b.2));
+    let Some((normal, from, _)) = largest else { return FRONT | BACK };
+    let far_from = |p: &Vec3| (normal.dot(p.as_dvec3()) - from).abs() > room;
+    if !triangles.clone().flatten().any(|p| far_from(&p)) {
         return FRONT | BACK;
     }
-    let mut clear = |plane| {
-        *left = left.saturating_sub(1);
-        *left > 0 && within(plane)
-    };
-    let front = planes.clone().all(&mut clear);
-    let back = !front && planes.map(turned).all(&mut clear);
+    let count = triangles.clone().count();
+    if count > *left {
+        return 0;
+    }
+    *left -= count;
+    let blocks = Blocks::new(triangles.collect());
+    let slack = 1e-6 * farthest;
+    let front = planes.clone().all(|(normal, from, _)| !blocks.reach(normal, from + room, slack));
+    let back = !front && planes.clone().all(|(normal, from, _)| !blocks.reach(-normal, room - from, slack));
     u32::from(front) * FRONT + u32::from(back) * BACK
 }
 
-/// Whether some vertex below the node at `row` lies farther than `limit` along `n`.
-fn reaches(rows: &[[u32; 4]], row: usize, n: DVec3, limit: f64, at: &dyn Fn(u32) -> Vec3) -> bool {
-    let [head, children, low, high] = std::array::from_fn(|i| rows[row + i]);
-    let planes = [[low[0], low[3]], [low[1], high[0]], [low[2], high[1]]];
-    children.into_iter().enumerate().filter(|(_, child)| *child != NOTHING).any(|(slot, child)| {
-        let farthest: f64 = (0..3)
-            .map(|axis| {
-                let step = f64::from(f32::from_bits((head[3] >> (8 * axis) & 255) << 23));
-                let corner = f64::from(f32::from_bits(head[axis]));
-                let plane = |k: usize| corner + f64::from(planes[axis][k] >> (8 * slot) & 255) * step;
-                n[axis] * plane(usize::from(n[axis] > 0.0))
+/// The unit normal of a triangle, how far along it its plane lies, and twice its area; none of slivers as narrow as `room`.
+fn plane(t: [Vec3; 3], room: f64) -> Option<(DVec3, f64, f64)> {
+    let [a, b, c] = t.map(|p| p.as_dvec3());
+    let normal = double_area_normal(t);
+    let longest = (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
+    let area = normal.length();
+    (area > room * longest.sqrt()).then(|| (normal / area, (normal / area).dot(a), area))
+}
+
+/// Triangles in blocks, and the boxes of these: middles and halves by axes.
+struct Blocks {
+    triangles: Vec<[Vec3; 3]>,
+    middles: [Vec<f32>; 3],
+    halves: [Vec<f32>; 3],
+}
+
+impl Blocks {
+    fn new(triangles: Vec<[Vec3; 3]>) -> Self {
+        let boxes: Vec<[Vec3; 2]> = triangles
+            .chunks(BLOCK)
+            .map(|block| {
+                let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+                block.iter().flatten().fold(none, |[low, high], p| [low.min(*p), high.max(*p)])
             })
-            .sum();
-        if farthest <= limit {
-            return false;
-        }
-        if child & IS_LEAF == 0 {
-            return reaches(rows, 4 * child as usize, n, limit, at);
-        }
-        let first = (child & 0x1fff_ffff) as usize;
-        let leaf = &rows[first..=first + (child >> 29 & 3) as usize];
-        leaf.iter().flat_map(|[a, b, c, _]| [*a, *b, *c]).any(|i| n.dot(at(i).as_dvec3()) > limit)
-    })
+            .collect();
+        let middles = [0, 1, 2].map(|k| boxes.iter().map(|[low, high]| 0.5 * (low[k] + high[k])).collect());
+        let halves = [0, 1, 2].map(|k| boxes.iter().map(|[low, high]| 0.5 * (high[k] - low[k])).collect());
+        Self { triangles, middles, halves }
+    }
+
+    /// Whether some vertex lies farther than `limit` along `n`; boxes are known to `slack`.
+    fn reach(&self, n: DVec3, limit: f64, slack: f32) -> bool {
+        let ([x, y, z], [a, b, c]) = (&self.middles, &self.halves);
+        let (f, least) = (n.as_vec3(), limit as f32 - slack);
+        let g = f.abs();
+        (0..x.len()).any(|k| {
+            let farthest = f.x * x[k] + f.y * y[k] + f.z * z[k] + (g.x * a[k] + g.y * b[k] + g.z * c[k]);
+            let block = || &self.triangles[BLOCK * k..self.triangles.len().min(BLOCK * (k + 1))];
+            farthest > least && block().iter().flatten().any(|p| n.dot(p.as_dvec3()) > limit)
+        })
+    }
 }
 
 #[cfg(test)]
