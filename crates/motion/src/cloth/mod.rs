@@ -20,6 +20,7 @@ mod measure;
 mod order;
 mod provot;
 pub mod rows;
+mod settings;
 mod small_steps;
 mod springs;
 mod sweep;
@@ -31,7 +32,8 @@ pub use fabric::{Fabric, PRESETS, Preset, QUANTITIES, Quantity};
 use glam::{Vec2, Vec3};
 pub use measure::{Energy, Stretch};
 pub use provot::Provot;
-pub use small_steps::{Settings, SmallSteps};
+pub use settings::Settings;
+pub use small_steps::SmallSteps;
 pub use springs::{Along, Hinge, Spring};
 pub use weld::Welded;
 
@@ -189,6 +191,9 @@ pub enum ClothError {
         triangles: &'static str,
     },
 }
+
+/// Stronger wind is a mistake of units, m/s.
+pub const MOST_WIND: f32 = 100.0;
 
 /// What is further away than this is a mistake of units, m.
 const FAR: f32 = 1e6;

@@ -6,7 +6,7 @@
 //! * Coarse levels ([`super::lattice`]) carry what one pass does not: the weight of a whole cloth to where it hangs.
 //! * Springs along threads can be solved all at once, to and fro along each ([`super::lines`], [`Settings::lines`]): for cloth that does not
 //!   touch itself.
-//! * Where cloth touches cloth, springs that are longer than they may be have a second pass.
+//! * Where cloth touches cloth, springs that are longer than they may be have more passes ([`SmallSteps::tighten`]).
 //! * Bending is no constraint but a force: it is soft enough to be stable, and a force is right at rest, where a constraint that is solved
 //!   once would be softer the finer the mesh. A fine mesh of stiff cloth takes more substeps for it.
 //! * Contact of cloth with cloth is offset geometric contact ([`super::contact`]).
@@ -20,56 +20,13 @@ use super::lattice::{BLOCK, Lattices};
 use super::lines::{self, Bundle, Kept};
 use super::order::Order;
 use super::rows::{Now, Rows, TaskRows};
+use super::settings::Settings;
 use super::sweep::{Hinges, Link, Springs};
 use super::team::{Parts, Team};
 use super::{Cloth, ClothError, Hinge, Step};
 use glam::{Quat, Vec3, Vec4};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// How [`SmallSteps`] works.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Length of a step, s.
-    pub seconds: f32,
-    /// Of each step, at the least: a fine mesh of a stiff cloth needs more ([`SmallSteps::substeps`]).
-    pub substeps: u32,
-    /// Coarse levels; without, a cloth stretches under its weight the more the finer it is.
-    pub coarse: bool,
-    /// Whether springs that follow each other along a thread are solved all at once: a fifth of the substeps leaves the stretch that all
-    /// would. For cloth that does not touch itself: they draw folds through each other against contact, in substeps as long as these.
-    pub lines: bool,
-    /// Whether cloth touches cloth.
-    pub contact: bool,
-    /// Part of its speed past its target that an attached vertex loses in a substep, and four times the part of the way to it that
-    /// it goes: 1 holds it there whatever pulls; with less it gives way to what is stronger, as cloth under a belt does, and does
-    /// not go through other cloth.
-    pub grip: f32,
-    /// Threads; the result does not depend on them.
-    pub threads: usize,
-}
-
-impl Default for Settings {
-    /// 20 substeps of a sixtieth of a second, on one thread, with coarse levels alone.
-    fn default() -> Self {
-        Self {
-            seconds: 1.0 / 60.0,
-            substeps: 20,
-            coarse: true,
-            lines: false,
-            contact: false,
-            grip: 1.0,
-            threads: 1,
-        }
-    }
-}
-
-impl Settings {
-    /// For how long dampers and air act at a time.
-    fn calm_seconds(&self) -> f32 {
-        self.seconds / self.substeps.div_ceil(CALM) as f32
-    }
-}
 
 /// Substeps between two goes of dampers and air, which act for all of them at once: they are implicit, and so stable.
 pub(super) const CALM: u32 = 4;

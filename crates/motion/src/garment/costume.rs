@@ -122,7 +122,8 @@ const CALM: f32 = 0.85;
 /// How firmly the belt holds cloth ([`Settings::grip`]): within some twenty substeps it is where it should be.
 const GRIP: f32 = 0.2;
 /// Passes that threads have which are longer than they may be ([`SmallSteps::tighten`]), once a costume is dressed: at the corners of the
-/// neck, from which all of a robe hangs, they took 4.8 % to 2.9.
+/// neck, from which all of a robe hangs, in the dance of a robe of 25 mm,
+/// one left 4.8 %, two 3.7 and four 2.6.
 const TIGHTENED: u32 = 4;
 /// Numbers of a tie.
 const TIE: usize = 6;
