@@ -32,6 +32,9 @@ pub enum CacheError {
     /// No mesh.
     #[error("'{0}' is no mesh, and only meshes have caches")]
     NoMesh(String),
+    /// No such cache.
+    #[error("the scene has no cache {0}")]
+    Unknown(usize),
     /// Of another mesh.
     #[error(
         "the cache has {found} vertices and '{shape}' has {expected}: it is of another mesh, or of one that was written anew"
@@ -89,15 +92,14 @@ impl Scene {
         self.caches.push(Arc::new(cache));
         Ok(())
     }
-}
 
-impl Scene {
-    /// Gives a cache one sample instead of those that it has: where a simulation is now. Shapes take it when they are posed.
+    /// Gives the cache of this number one sample instead of those that it has, in their coordinates, m: where a simulation is now. Its
+    /// shape takes it when the scene is posed.
     ///
     /// # Errors
     /// No such cache, or a sample of another mesh.
     pub fn set_sample(&mut self, cache: usize, points: Vec<Vec3>) -> Result<(), CacheError> {
-        let old = self.caches.get_mut(cache).ok_or(CacheError::Empty)?;
+        let old = self.caches.get_mut(cache).ok_or(CacheError::Unknown(cache))?;
         let expected = old.rest.positions.len();
         if points.len() != expected {
             let shape = self.shapes.get(old.shape).map_or(String::new(), |s| s.name.clone());

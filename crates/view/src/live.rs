@@ -28,6 +28,9 @@ pub trait Live: Send {
     /// What it may be made of.
     fn fabrics(&self) -> Vec<&'static str>;
 
+    /// The strongest wind that it takes, m/s.
+    fn most_wind(&self) -> f32;
+
     /// Computes on towards `seconds`, or anew from the beginning where that lies behind, until that is reached or `within` is
     /// over, and gives `scene`, a copy of the one that it was loaded with, the cloth where it then is. Returns the seconds that were reached.
     ///
@@ -55,13 +58,16 @@ pub struct LiveState {
     pub fabrics: Vec<&'static str>,
     /// [`Live::rate`].
     pub rate: f64,
+    /// [`Live::most_wind`].
+    pub most_wind: f32,
 }
 
 impl LiveState {
     /// Of a simulation that has not begun.
     pub fn new(cloth: Box<dyn Live>) -> Self {
-        let (settings, fabrics, rate) = (cloth.settings(), cloth.fabrics(), cloth.rate());
-        Self { cloth: Arc::new(Mutex::new(cloth)), settings, fabrics, rate }
+        let (settings, fabrics) = (cloth.settings(), cloth.fabrics());
+        let (rate, most_wind) = (cloth.rate(), cloth.most_wind());
+        Self { cloth: Arc::new(Mutex::new(cloth)), settings, fabrics, rate, most_wind }
     }
 }
 

@@ -45,9 +45,6 @@ pub const NO_LIGHT: Words = [
     "シーンに光源がないため、太陽と空を加えました",
 ];
 
-/// The strongest wind, m/s.
-pub const MOST_WIND: f32 = 100.0;
-
 /// All that the window remembers.
 pub struct State {
     /// The scene as it was read.
@@ -388,10 +385,11 @@ impl State {
                 self.go_on(*seconds);
             }
             Command::Wind(wind) => {
-                if wind.length() > MOST_WIND {
-                    return Err(format!("wind is at most {MOST_WIND} m/s"));
+                let live = self.live_mut()?;
+                if wind.is_nan() || wind.length() > live.most_wind {
+                    return Err(format!("wind is at most {} m/s", live.most_wind));
                 }
-                self.live_mut()?.settings.wind = *wind;
+                live.settings.wind = *wind;
                 self.changes += 1;
             }
             Command::Fabric(name) => {

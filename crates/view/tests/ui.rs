@@ -87,6 +87,10 @@ impl Live for Still {
         vec!["silk", "hemp"]
     }
 
+    fn most_wind(&self) -> f32 {
+        100.0
+    }
+
     fn play(
         &mut self,
         _: &mut Scene,

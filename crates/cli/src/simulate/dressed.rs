@@ -25,6 +25,12 @@ pub struct Dressed {
     wind: Vec3,
 }
 
+/// The figure that plays an animation of this name, its first where none is given, and has the most joints; and which of its animations that is.
+pub fn wearer(scene: &Scene, animation: Option<&str>) -> Option<(Arc<Figure>, usize)> {
+    let playing = scene.figures.iter().filter_map(|f| Some((f.clone(), f.plays(animation)?)));
+    playing.max_by_key(|(f, _)| f.skeleton.joints().len())
+}
+
 /// Where the joints of a figure are in the world.
 fn world(figure: &Figure, joints: &[Mat4]) -> Vec<Mat4> {
     joints.iter().map(|m| figure.to_world * *m).collect()
@@ -42,8 +48,7 @@ impl Dressed {
     ) -> Result<Self> {
         let options = &task.options;
         let name = options.animation.as_deref();
-        let playing = scene.figures.iter().filter_map(|f| Some((f.clone(), f.plays(name)?)));
-        let Some((figure, clip)) = playing.max_by_key(|(f, _)| f.skeleton.joints().len()) else {
+        let Some((figure, clip)) = wearer(scene, name) else {
             let file = task.file.display();
             match &options.animation {
                 Some(name) => {

@@ -1,6 +1,7 @@
 //! Cloth that is simulated in the window while it is looked at.
 
 use super::AFRESH;
+use super::dressed::wearer;
 use super::output::Surface;
 use super::subject::{Subject, Task};
 use crate::render::interrupt::Interrupt;
@@ -8,7 +9,7 @@ use anyhow::{Context, Result};
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use yugen_motion::cloth::PRESETS;
+use yugen_motion::cloth::{MOST_WIND, PRESETS};
 use yugen_noh::ROBE;
 use yugen_optics::{Mat4, Vec3};
 use yugen_reflectance::Kind;
@@ -39,11 +40,8 @@ impl LiveCloth {
     pub fn new(task: Task, scene: &mut Scene, interrupt: &Interrupt) -> Result<Self> {
         let subject = task.begin(scene.clone(), None, interrupt)?;
         let options = &task.options;
-        let asked = options.animation.as_deref();
         // Of the figure that would wear a garment; all figures move by its name.
-        let playing = scene.figures.iter().filter_map(|f| Some((f, f.plays(asked)?)));
-        let longest = playing.max_by_key(|(f, _)| f.skeleton.joints().len());
-        let clip = longest.map(|(f, clip)| f.clips[clip].name.clone());
+        let clip = wearer(scene, options.animation.as_deref()).map(|(f, clip)| f.clips[clip].name.clone());
         let settings =
             ClothSettings { fabric: options.fabric.clone(), wind: options.wind.unwrap_or(Vec3::ZERO) };
         let memories = vec![(0, subject.memory())];
@@ -61,8 +59,8 @@ impl LiveCloth {
         }
         self.subject.blow(settings.wind);
         self.settings = settings.clone();
-        // What came of other settings is none of these, but for the beginning.
-        self.memories.retain(|(frame, _)| *frame == 0 || *frame <= self.frame);
+        // What followed from here came of other settings; what was before stays as it was.
+        self.memories.retain(|(frame, _)| *frame <= self.frame);
         Ok(())
     }
 
@@ -70,8 +68,8 @@ impl LiveCloth {
     fn go_back(&mut self, frame: u32) -> Result<()> {
         let last = self.memories.iter().rev().find(|(kept, _)| *kept <= frame);
         let (kept, memory) = last.or(self.memories.first()).context("the beginning is remembered")?;
-        self.frame = *kept;
         anyhow::ensure!(self.subject.recall(memory), "the cloth is another one than at its beginning");
+        self.frame = *kept;
         Ok(())
     }
 
@@ -131,6 +129,10 @@ impl Live for LiveCloth {
         PRESETS.iter().map(|p| p.name).collect()
     }
 
+    fn most_wind(&self) -> f32 {
+        MOST_WIND
+    }
+
     fn play(
         &mut self,
         scene: &mut Scene,
@@ -183,7 +185,7 @@ fn put(subject: &dyn Subject, scene: &mut Scene, fps: f64) -> Result<Vec<(usize,
                 shape
             }
             None => {
-                let material = silk(scene)?;
+                let material = charmeuse(scene)?;
                 scene.shapes.push(Shape::new(name, geometry, Mat4::IDENTITY, material));
                 scene.shapes.len() - 1
             }
@@ -220,13 +222,12 @@ fn normals(surface: &Surface, points: &[Vec3]) -> Vec<Vec3> {
 }
 
 /// What a garment is made of that the scene has no cloth for: both sides of charmeuse.
-fn silk(scene: &mut Scene) -> Result<MaterialId> {
+fn charmeuse(scene: &mut Scene) -> Result<MaterialId> {
     let charmeuse =
         ModelBuilder::preset(Kind::Microcylinder, "polyester_satin_charmeuse", scene.working_space)?
             .build()?;
-    let first = scene.materials.len();
     scene.materials.push(charmeuse);
-    Ok(first)
+    Ok(scene.materials.len() - 1)
 }
 
 #[cfg(test)]

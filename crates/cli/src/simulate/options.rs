@@ -6,12 +6,12 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use std::ops::RangeInclusive;
 use std::path::Path;
-use yugen_motion::cloth::{Fabric, PRESETS};
+use yugen_motion::cloth::{Fabric, MOST_WIND, PRESETS};
 use yugen_optics::{Fingerprint, Vec2, Vec3};
 use yugen_scene::{Scene, suggest};
 
 /// Cloth of a scene, or garments of a figure.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, PartialEq)]
 pub struct ClothOptions {
     /// Shapes of which the name begins so are cloth [default: all that a mesh file holds].
     #[arg(long, value_name = "NAME")]
@@ -93,8 +93,8 @@ fn pin(text: &str) -> Result<[f32; 4], String> {
 }
 
 fn velocity(text: &str) -> Result<Vec3, String> {
-    let good = argument::numbers::<3>(text).map(Vec3::from_array).filter(|v| v.length() <= 100.0);
-    good.ok_or_else(|| "expected a velocity of at most 100 m/s, as in 0,0,-3".into())
+    let good = argument::numbers::<3>(text).map(Vec3::from_array).filter(|v| v.length() <= MOST_WIND);
+    good.ok_or_else(|| format!("expected a velocity of at most {MOST_WIND} m/s, as in 0,0,-3"))
 }
 
 fn joint(text: &str) -> Result<(String, String), String> {
@@ -112,6 +112,22 @@ fn girth(text: &str) -> Result<f32, String> {
 }
 
 impl ClothOptions {
+    /// These, where they say which shapes are cloth or what is worn; none where nothing was given.
+    #[cfg(feature = "view")]
+    pub fn wanted(self) -> Result<Option<Self>> {
+        if self.cloth.is_some() || self.garment.is_some() {
+            return Ok(Some(self));
+        }
+        let nothing = Self::augment_args(clap::Command::new("")).try_get_matches_from([""])?;
+        if self != <Self as clap::FromArgMatches>::from_arg_matches(&nothing)? {
+            bail!(
+                "these options say how cloth moves, but not which shapes are cloth: give --cloth with the beginning of their names, or \
+                 --garment"
+            );
+        }
+        Ok(None)
+    }
+
     /// Takes in every option on which the result depends.
     pub fn fingerprint(&self, print: &mut Fingerprint) {
         print.debug(&(

@@ -89,13 +89,9 @@ mod with_window {
                 (Err(problem), None) => bail!("--do: {problem}"),
             };
             let up = self.up.as_deref().map(|axis| if axis == "z" { Up::Z } else { Up::Y });
-            let moves = self.cloth.cloth.is_some() || self.cloth.garment.is_some();
-            if !moves && (!self.cloth.pin.is_empty() || self.cloth.wind.is_some()) {
-                bail!("which shapes are cloth? Give --cloth with the beginning of their names");
-            }
             let files = OnDisk {
                 options: formats::Options { up, ..self.reading.options() },
-                cloth: moves.then(|| (self.scene.clone(), self.cloth)),
+                cloth: self.cloth.wanted()?.map(|cloth| (self.scene.clone(), cloth)),
             };
             let loaded = files.open(&self.scene)?;
             let language = self

@@ -516,7 +516,8 @@ fn cloth_is_simulated_while_it_is_looked_at() {
     let [calm, wind, hemp] = ["live-60.exr", "wind.exr", "hemp.exr"].map(picture);
     let changed = apart(&calm, &wind).min(apart(&calm, &hemp)).min(apart(&calm, &picture("live-30.exr")));
     for frame in [0, 30, 60] {
-        // What `yugen simulate` writes, also where time has gone back; pictures have eight frames or nine.
+        // What `yugen simulate` writes, also where time has gone back; pictures have eight frames or nine:
+        // measured at most .0082, beside .054.
         let [live, cached] = ["live", "cached"].map(|name| picture(&format!("{name}-{frame}.exr")));
         let off = apart(&live, &cached);
         println!("frame {frame}: {off}, where wind, fabric or time make {changed}");
@@ -529,7 +530,8 @@ fn cloth_is_simulated_while_it_is_looked_at() {
     );
     for (arguments, words) in [
         (&["a.toml", "--do", "wind 1 0 0"][..], "no cloth is simulated here"),
-        (&["a.toml", "--wind", "1,0,0"], "--cloth"),
+        (&["a.toml", "--wind", "1,0,0"], "not which shapes are cloth"),
+        (&["a.toml", "--animation", "Walk"], "not which shapes are cloth"),
         (&["a.toml", "--cloth", "clth"], "'clth'"),
         (&["a.toml", "--cloth", "cloth", "--do", "fabric sil"], "did you mean 'silk'?"),
         (&["a.toml", "--cloth", "cloth", "--do", "wind 900 0 0"], "at most 100 m/s"),
