@@ -44,6 +44,7 @@ pub(super) fn choken(m: &[f32]) -> Garment {
             neck,
             belt: [belt, belt + BELT],
             form: Form::Open,
+            bare: false,
         },
         fabric: None,
     }

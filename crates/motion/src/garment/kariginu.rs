@@ -44,6 +44,7 @@ pub(super) fn kariginu(m: &[f32]) -> Garment {
             neck,
             belt: [belt, belt + BELT],
             form: Form::Fastened,
+            bare: false,
         },
         fabric: None,
     }

@@ -92,6 +92,7 @@ pub(super) fn kosode(m: &[f32]) -> Garment {
             neck,
             belt: [belt, belt + BELT],
             form: Form::Wrapped,
+            bare: false,
         },
         fabric: None,
     }

@@ -77,7 +77,17 @@ impl Arrangement {
             let x = (0.5 * (near + far)).max(radius + APART);
             *centre = Vec2::new(side * x, z - middle.y);
         }
-        Ok(Self { wear: *wear, middle, top, depth, back: 0.0, opened: 0.0, beside: [0.0; 2], centres })
+        Ok(Self {
+            wear: *wear,
+            middle,
+            top,
+            depth,
+            under: 0.0,
+            back: 0.0,
+            opened: 0.0,
+            beside: [0.0; 2],
+            centres,
+        })
     }
 
     /// A spot in the world.

@@ -25,6 +25,7 @@ mod kosode;
 mod legs;
 mod okuchi;
 mod place;
+mod slip;
 mod style;
 mod wearer;
 mod words;
@@ -163,6 +164,8 @@ pub struct Wear {
     pub belt: [f32; 2],
     /// What it is about the wearer.
     pub form: Form,
+    /// Whether the right arm is out of its sleeve, and the shoulder bare of the robe.
+    pub bare: bool,
 }
 
 /// What a garment is about the wearer, and so how it begins.

@@ -40,6 +40,7 @@ pub(super) fn okuchi(m: &[f32]) -> Garment {
             neck: 0.0,
             belt: [0.0, BELT],
             form: Form::Trousers(Legs { round: front + back, crotch }),
+            bare: false,
         },
         fabric: None,
     }

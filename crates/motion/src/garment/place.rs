@@ -88,6 +88,8 @@ pub(super) struct Arrangement {
     /// Top of the cloth over the shoulders, or at the waist, and half its depth, m.
     pub(super) top: f32,
     pub(super) depth: f32,
+    /// Below the upper arms, m.
+    pub(super) under: f32,
     /// How far the top of the shoulders is drawn to the back at the neck, m along the cloth.
     pub(super) back: f32,
     /// How far the neck is opened to either side, m.
@@ -106,8 +108,11 @@ impl Arrangement {
             return Self::about_legs(wear, legs, body, poses);
         }
         let arms = body.capsules.iter().filter(|c| body.arms.iter().any(|arm| arm[0] == c.joint));
-        let tops = arms.flat_map(|c| [0.0, 1.0].map(|part| c.sphere(&poses[c.joint], part)));
-        let top = tops.fold(f32::NEG_INFINITY, |top, (p, r)| top.max(p.y + r)) + 0.02;
+        let arms = arms.flat_map(|c| [0.0, 1.0].map(|part| c.sphere(&poses[c.joint], part)));
+        let [under, top] = arms.fold([f32::INFINITY, f32::NEG_INFINITY], |[under, top], (p, r)| {
+            [under.min(p.y - r), top.max(p.y + r)]
+        });
+        let top = top + 0.02;
         if !top.is_finite() {
             return Err(GarmentError::Body("has no capsule on its upper arms".into()));
         }
@@ -160,6 +165,7 @@ impl Arrangement {
             middle: Vec2::new(x, z),
             top,
             depth,
+            under,
             back: depth * sine.asin(),
             opened,
             beside,
@@ -225,6 +231,12 @@ impl Arrangement {
         if let Some(legs) = self.wear.form.legs() {
             return self.on_leg(spot, legs);
         }
+        let worn = self.worn(spot);
+        self.slipped(spot).map_or(worn, |(slipped, part)| worn.lerp(slipped, part))
+    }
+
+    /// A spot of a robe, with both arms in their sleeves.
+    pub(super) fn worn(&self, spot: &Spot) -> Vec3 {
         let Wear { half, sleeve, armhole, depth, cuff, .. } = self.wear;
         let d = self.depth;
         let drawn = self.back * (1.0 - smoothstep(0.3 * half, half, spot.x.abs()));

@@ -23,4 +23,9 @@ pub const STYLES: &[Style] = &[
         doc: "drawn up by 20 cm, which hang over the belt",
         change: |wear| wear.belt = wear.belt.map(|v| v + TUCK),
     },
+    Style {
+        name: "nugisage",
+        doc: "slipped off the right shoulder, its sleeve hanging behind",
+        change: |wear| wear.bare = true,
+    },
 ];

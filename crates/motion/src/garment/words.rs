@@ -1,6 +1,6 @@
 //! Garments from a line of text.
 
-use super::{CUTS, Cutting, Garment, GarmentError, STYLES, Style};
+use super::{CUTS, Cutting, Form, Garment, GarmentError, STYLES, Style, Wear};
 use crate::cloth::{Fabric, PRESETS};
 use crate::dance::Parameter;
 
@@ -128,6 +128,20 @@ impl Words {
             return Err(wrong(format!("a {} is not worn {}: it is no robe", self.cut.name, self.style.name)));
         }
         (self.style.change)(&mut garment.wear);
+        let Wear { bare, form, depth, .. } = garment.wear;
+        if bare {
+            let not =
+                |why: String| wrong(format!("a {} is not worn {}: {why}", self.cut.name, self.style.name));
+            if form != Form::Wrapped {
+                return Err(not("only a robe that is wrapped and sewn at its sides is, as a kosode".into()));
+            }
+            let most = garment.wear.folded();
+            if depth > most {
+                return Err(not(format!(
+                    "its sleeves end {depth:.2} m below the shoulder; {most:.2} m, above the belt, were expected at the most"
+                )));
+            }
+        }
         // Each measure is within its range; together they may make no garment.
         garment
             .cut(COARSE)
