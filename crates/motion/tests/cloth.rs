@@ -444,3 +444,70 @@ fn jump(lines: bool) {
     let stretch = solver.cloth().stretch(solver.positions(), |a| a != Along::Bias);
     assert!(stretch.p999 < 0.5, "{stretch:?}");
 }
+
+#[test]
+fn a_plate_swings_out_as_its_drag_says() {
+    // Stiff, without dampers, hinged at its upper edge, .1 m wide and .3 m long.
+    let (width, length, cells, mass) = (0.1f32, 0.3f32, [4, 12], 2.0f32);
+    let fabric = Fabric {
+        areal_mass: mass,
+        bending_warp: 0.3,
+        bending_weft: 0.3,
+        damping: 0.0,
+        bending_damping: 0.0,
+        ..PRESETS[0].fabric
+    };
+    let angle = 0.12f32;
+    let down = Vec3::new(0.0, -angle.cos(), angle.sin());
+    let sheet = Sheet::rectangle(Vec3::ZERO, Vec3::X, down, Vec2::new(width, length), cells);
+    let held: Vec<u32> = (0..=cells[0]).collect();
+    let targets: Vec<Vec3> = held.iter().map(|v| sheet.positions[*v as usize]).collect();
+    let settings = Settings { seconds: 1.0 / 240.0, substeps: 20, ..Settings::default() };
+    let cloth = Cloth::new(sheet, &fabric).unwrap();
+    let mut solver = SmallSteps::new(cloth, &held, settings).unwrap();
+    assert_eq!(solver.softened(), 0.0);
+    let (mut last, mut turns, mut rising) = (f32::NAN, Vec::new(), false);
+    while turns.len() < 14 {
+        solver.step(&Step { targets: &targets, ..Step::default() });
+        let z = solver.positions().last().unwrap().z.abs();
+        if rising && z < last {
+            turns.push(last / length);
+        }
+        (rising, last) = (z > last, z);
+    }
+    // Where it begins, and the first turn, before which it had never turned.
+    turns.drain(..2);
+    // Per square metre at s below the hinge ½ρ C_D |u|³ with C_D = 8 (2πθs/D)^(−1/3) is lost: θ^(−2/3) grows by the same in each period.
+    let rate = 0.5
+        * 1.225
+        * 8.0
+        * (2.0 * std::f32::consts::PI / width).powf(-1.0 / 3.0)
+        * (8.0 / 11.0)
+        * length.powf(2.0 / 3.0)
+        * (3.0 / mass);
+    let periods = (turns.len() - 1) as f32 / 2.0;
+    let grown = turns[turns.len() - 1].powf(-2.0 / 3.0) - turns[0].powf(-2.0 / 3.0);
+    let found = grown / (2.0 / 3.0 * rate * periods);
+    println!("{:.4} to {:.4} rad in {periods} periods; {found:.3} of what drag takes", turns[0], turns[11]);
+    assert!((found - 1.0).abs() < 0.08, "{found}");
+}
+
+#[test]
+fn what_falls_flat_is_held_as_in_a_steady_stream() {
+    let silk = &PRESETS[0].fabric;
+    let sheet = Sheet::rectangle(Vec3::ZERO, Vec3::X, Vec3::Z, Vec2::splat(0.2), [4, 4]);
+    let cloth = Cloth::new(sheet, silk).unwrap();
+    let mut solver = SmallSteps::new(cloth, &[], Settings::default()).unwrap();
+    // Hoerner's square plate: ½ρ 1.17 v² holds its weight.
+    let end = (2.0 * silk.areal_mass * 9.80665 / (1.225 * 1.17)).sqrt();
+    for step in 1..=60 {
+        solver.step(&Step::default());
+        if [6, 15, 60].contains(&step) {
+            let truth = end * (9.80665 * step as f32 / 60.0 / end).tanh();
+            let v: Vec<f32> = solver.velocities().map(|v| -v.y).collect();
+            let mean = v.iter().sum::<f32>() / v.len() as f32;
+            println!("{mean:.4} of {truth:.4} m/s");
+            assert!((mean / truth - 1.0).abs() < 0.02, "{mean} {truth}");
+        }
+    }
+}

@@ -10,9 +10,10 @@
 //! 5. Lattices: centres of nodes from the finest level to the coarsest, then threads from the coarsest to the finest, twice.
 //! 6. What lattices move places by; bodies; the new velocities and places.
 //!
+//! As a step begins, before the first: normals and areas, how far places have gone across since they turned, and what drag they have for it.
 //! Neighbours in a list of springs or hinges mostly have no place in common. Contact of cloth with cloth is in none of this.
 
-use super::air::{AIR, DRAG};
+use super::air::{AIR, DRAG, FORGETS, NEVER, OVER, SWINGING, SWINGS};
 use super::body::{Placed, RECOVERY};
 use super::lattice::SWEEPS;
 use super::lines::LEAST;
@@ -102,6 +103,9 @@ pub struct LevelRows {
 pub struct Now {
     /// Of each place, m, m/s, and what adding to the place has lost to rounding, m.
     pub places: [Vec<Vec3>; 3],
+    /// Of each place, the way across, along the normal, since its velocity relative to the air turned back, and how long the one before was, m;
+    /// the drag coefficient across at the turn.
+    pub swings: Vec<[f32; 3]>,
     /// Of each attachment, where it was to be, m.
     pub targets: Vec<Vec3>,
     /// Where bodies are.
@@ -117,6 +121,8 @@ pub struct Rows {
     pub triangles: Vec<[u32; 3]>,
     /// Inverse masses of places, 1/kg, nought where attached for good.
     pub inverse: Vec<f32>,
+    /// How wide the cloth is in which each place is, as far as drag knows, m.
+    pub widths: Vec<f32>,
     /// Strips, and borders between them.
     pub tasks: [Vec<TaskRows>; 2],
     /// Lines of both directions; those of a direction have no place in common.
@@ -159,6 +165,13 @@ pub const NUMBERS: &[(&str, f32)] = &[
     ("AIR", AIR),
     ("DRAG_ACROSS", DRAG[0]),
     ("DRAG_ALONG", DRAG[1]),
+    ("SWINGING", SWINGING),
+    ("SHORTEST_SWING", SWINGS[0]),
+    ("LONGEST_SWING", SWINGS[1]),
+    ("FORGETS", FORGETS),
+    ("OVER_WAY", OVER[0]),
+    ("OVER_WIDTH", OVER[1]),
+    ("NEVER", NEVER),
 ];
 
 /// Where a body is during a step.

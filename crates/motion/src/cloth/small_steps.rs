@@ -13,7 +13,7 @@
 //!
 //! Vertices and springs are laid out so that threads and lanes have work ([`super::order`]).
 
-use super::air::Air;
+use super::air::{self, Air, Swing};
 use super::body::{Placed, Solid, Stance};
 use super::contact::{BLOCKS, Contacts};
 use super::lattice::{BLOCK, Lattices};
@@ -39,8 +39,8 @@ const STABLE: f32 = 1.6;
 pub(super) const REACH: f32 = 0.1;
 /// Substeps beyond which bending is softened rather than more of them done.
 const MOST: u32 = 64;
-/// How much what lies on a body gives way to cloth that presses on it: as if it were twenty times as heavy, so that the cloth
-/// above stays above.
+/// How much what lies on a body gives way to cloth that presses on it, unless [`SmallSteps::load`] says otherwise: as if it were twenty times as
+/// heavy, so that the cloth above stays above. Of a sheet that crumples on the ground nine edges pass through others where it is five times as heavy.
 const LOADED: f32 = 0.05;
 /// Distance from a body over which that ends, in distances that cloth keeps from itself. With a switch in its place vertices that are pressed
 /// on a body were light and heavy in turn, and trembled by half a millimetre from one substep to the next.
@@ -65,6 +65,10 @@ pub struct SmallSteps {
     lost: Vec<Vec4>,
     /// Normals times areas, m², as each step begins.
     area: Vec<Vec4>,
+    /// Of places, how they swing, how wide the cloth is that they are in, m, and their drag coefficients across as each step begins.
+    swings: Vec<Swing>,
+    widths: Vec<f32>,
+    across: Vec<f32>,
     /// Inverse masses, nought where attached.
     inverse: Vec<f32>,
     strips: Vec<Task>,
@@ -97,6 +101,8 @@ pub struct SmallSteps {
     stale: AtomicBool,
     /// As [`SmallSteps::tighten`] says.
     passes: u32,
+    /// As [`SmallSteps::load`] says.
+    loaded: f32,
 }
 
 /// Which bodies a vertex is near to, a bit for each.
@@ -192,6 +198,7 @@ impl SmallSteps {
             attached_of[strip_of(*place as usize)].push(i as u32);
         }
         let [strips, borders] = tasks;
+        let widths = air::widths(&cloth);
         let contacts = if settings.contact {
             let attached = attached.iter().filter(|_| fixed).map(|a| a.0).collect();
             Contacts::new(&cloth, &order, attached, h)
@@ -204,6 +211,9 @@ impl SmallSteps {
             lost: vec![Vec4::ZERO; n],
             v: vec![Vec4::ZERO; n],
             area: vec![Vec4::ZERO; n],
+            swings: vec![Swing::default(); n],
+            widths: order.vertex.iter().map(|v| widths[of(v)]).collect(),
+            across: vec![0.0; n],
             cloth,
             settings,
             x,
@@ -228,6 +238,7 @@ impl SmallSteps {
             contacts,
             stale: AtomicBool::new(true),
             passes: 1,
+            loaded: LOADED,
         })
     }
 
@@ -266,6 +277,7 @@ impl SmallSteps {
         let points = |all: &[Vec4]| all.iter().map(|v| v.truncate()).collect();
         Now {
             places: [&self.x, &self.v, &self.lost].map(|all| points(all)),
+            swings: self.swings.iter().map(|s| [s.way, s.last, s.held]).collect(),
             targets: self.attached.iter().map(|a| a.2.truncate()).collect(),
             stances: self.stances.clone(),
         }
@@ -288,6 +300,7 @@ impl SmallSteps {
             vertex: self.order.vertex.clone(),
             triangles: self.cloth.sheet.triangles.iter().map(|t| t.map(place)).collect(),
             inverse: self.inverse.clone(),
+            widths: self.widths.clone(),
             tasks,
             lines: [0, 1].map(|along| self.lines[along].iter().flat_map(Bundle::lines).collect()),
             levels,
@@ -323,6 +336,7 @@ impl SmallSteps {
                 self.x[i] = x.extend(0.0);
                 self.v[i] = u.extend(0.0);
                 self.lost[i] = Vec4::ZERO;
+                self.swings[i] = Swing::default();
                 self.positions[v] = *x;
             }
         }
@@ -335,6 +349,7 @@ impl SmallSteps {
         let of = |all: &[Vec4]| all.iter().flat_map(|v| v.truncate().to_array()).collect::<Vec<f32>>();
         let mut memory = [&self.x, &self.v, &self.lost].map(|all| of(all)).concat();
         memory.extend_from_slice(&self.give);
+        memory.extend(self.swings.iter().flat_map(|s| [s.way, s.last, s.held]));
         memory.extend(self.attached.iter().flat_map(|a| a.2.truncate().to_array()));
         memory.extend(
             self.stances.iter().flat_map(|s| s.rotation.to_array().into_iter().chain(s.origin.to_array())),
@@ -346,12 +361,12 @@ impl SmallSteps {
     #[must_use]
     pub fn recall(&mut self, memory: &[f32]) -> bool {
         let (n, held) = (self.x.len(), self.attached.len());
-        if memory.len() != 10 * n + 3 * held + 7 * self.stances.len() || memory.iter().any(|v| !v.is_finite())
+        if memory.len() != 13 * n + 3 * held + 7 * self.stances.len() || memory.iter().any(|v| !v.is_finite())
         {
             return false;
         }
         let turns =
-            memory[10 * n + 3 * held..].chunks_exact(7).map(|v| Quat::from_xyzw(v[0], v[1], v[2], v[3]));
+            memory[13 * n + 3 * held..].chunks_exact(7).map(|v| Quat::from_xyzw(v[0], v[1], v[2], v[3]));
         if turns.into_iter().any(|rotation| !rotation.is_normalized()) {
             return false;
         }
@@ -363,6 +378,10 @@ impl SmallSteps {
         }
         let (give, rest) = rest.split_at(n);
         self.give.copy_from_slice(give);
+        let (swings, rest) = rest.split_at(3 * n);
+        for (swing, v) in self.swings.iter_mut().zip(swings.chunks_exact(3)) {
+            *swing = Swing { way: v[0], last: v[1], held: v[2] };
+        }
         let (held, stances) = rest.split_at(3 * held);
         self.attached.iter_mut().zip(held.chunks_exact(3)).for_each(|(a, v)| a.2 = point(v));
         for (stance, v) in self.stances.iter_mut().zip(stances.chunks_exact(7)) {
@@ -391,6 +410,13 @@ impl SmallSteps {
         self.passes = passes;
     }
 
+    /// Which part of its way what lies on a body gives way to cloth that presses on it: a twentieth, unless this says otherwise. With more, what
+    /// falls or is drawn on it passes through it sooner. With less, it trembles at rest: springs and bodies take it for as heavy as it is, and
+    /// what does not have one mass for all takes up energy.
+    pub fn load(&mut self, part: f32) {
+        self.loaded = part;
+    }
+
     /// Takes from all velocities but this part.
     pub fn slow(&mut self, keep: f32) {
         self.v.iter_mut().for_each(|v| *v *= keep);
@@ -399,6 +425,8 @@ impl SmallSteps {
     /// One step. Nothing is allocated but what threads need.
     pub fn step(&mut self, step: &Step<'_>) {
         self.areas();
+        let air = Air { wind: step.wind.extend(0.0) };
+        self.swing(air);
         for (i, (place, from, to)) in self.attached.iter_mut().enumerate() {
             *from = if self.settings.grip < 1.0 { *to } else { self.x[*place as usize] };
             *to = step.targets.get(i).map_or(*from, |t| t.extend(0.0));
@@ -428,6 +456,7 @@ impl SmallSteps {
         let contacts = self.contacts.as_mut().map(Contacts::shared);
         let touching = contacts.is_some();
         let contacts = contacts.as_ref();
+        let loaded = self.loaded;
         let loads = contacts.map_or(0.0, |c| LOADS * c.radius());
         let stale = &self.stale;
         let grip = self.settings.grip;
@@ -438,8 +467,8 @@ impl SmallSteps {
         let lattices = self.lattices.as_mut().map(std::slice::from_mut).map(Parts::new);
         let coarse = Parts::new(&mut []);
         let lattices = lattices.unwrap_or(coarse);
-        let (area, inverse) = (&self.area, &self.inverse);
-        let (gravity, air) = (step.gravity.extend(0.0) * h, Air { wind: step.wind.extend(0.0) });
+        let (area, across, inverse) = (&self.area, &self.across, &self.inverse);
+        let gravity = step.gravity.extend(0.0) * h;
         let (attached, attached_of, slides) = (&self.attached, &self.attached_of, step.slides);
         let (strips, borders) = (&self.strips, &self.borders);
         let (lines, kept) = (&self.lines, Parts::new(&mut self.kept));
@@ -516,7 +545,7 @@ impl SmallSteps {
                             near.slack -= (to.extend(0.0) - *u + shift.extend(0.0)).length();
                             *u = to.extend(0.0);
                             *x += shift.extend(0.0);
-                            *give = LOADED * *w;
+                            *give = loaded * *w;
                             *slack = 0.0;
                         }
                         Err(far) => {
@@ -527,7 +556,7 @@ impl SmallSteps {
                             }
                             *slack = slack.min(far - loads);
                             if far < loads {
-                                *give = give.min((LOADED + (1.0 - LOADED) * far / loads) * *w);
+                                *give = give.min((loaded + (1.0 - loaded) * far / loads) * *w);
                             }
                         }
                     }
@@ -607,9 +636,9 @@ impl SmallSteps {
         #[allow(unsafe_code)]
         let drag = |k: usize| unsafe {
             let range = &strips[k].range;
-            let of = area[range.clone()].iter().zip(&inverse[range.clone()]);
-            for (v, (area, w)) in v.part(range).iter_mut().zip(of) {
-                *v += air.pull(*v, *area, *w * calm_seconds);
+            let of = area[range.clone()].iter().zip(&across[range.clone()]).zip(&inverse[range.clone()]);
+            for (v, ((area, across), w)) in v.part(range).iter_mut().zip(of) {
+                *v += air.pull(*v, *area, *across, *w * calm_seconds);
             }
         };
         #[allow(unsafe_code)]
@@ -717,6 +746,14 @@ impl SmallSteps {
         });
         for (x, v) in self.x.iter().zip(&self.order.vertex) {
             self.positions[*v as usize] = x.truncate();
+        }
+    }
+
+    /// How far places have gone across since they turned, and what drag they have for it.
+    fn swing(&mut self, air: Air) {
+        let of = self.v.iter().zip(&self.area).zip(self.swings.iter_mut().zip(&self.widths));
+        for (across, ((v, area), (swing, width))) in self.across.iter_mut().zip(of) {
+            *across = air.across(*v, *area, swing, *width, self.settings.seconds);
         }
     }
 

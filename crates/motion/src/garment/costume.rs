@@ -127,6 +127,10 @@ const GRIP: f32 = 0.2;
 const TIGHTENED: u32 = 4;
 /// Numbers of a tie.
 const TIE: usize = 6;
+/// As [`SmallSteps::load`], once a costume is dressed: in a robe of 30 mm at rest vertices at neck and belt trembled without end, by 4.7 mm/s in the
+/// root mean square of all where this was .05, 2.8 where .1, and .3 where .15 or more. While it is tied it is .05: three crossings were
+/// left in a robe of 25 mm with .2.
+const LOADED: f32 = 0.2;
 /// Layers under the belt are this far apart, in edges: more than contact keeps.
 const LAYER: f32 = 0.45;
 
@@ -178,8 +182,14 @@ impl Costume {
             costume.step(&approach(t), Vec3::ZERO);
             tell()?;
         }
-        costume.solver.tighten(TIGHTENED);
+        costume.wear();
         Ok(costume)
+    }
+
+    /// It is dressed.
+    fn wear(&mut self) {
+        self.solver.tighten(TIGHTENED);
+        self.solver.load(LOADED);
     }
 
     /// Where the cloth about trunk and legs is.
@@ -322,7 +332,7 @@ impl Costume {
         for (tie, v) in self.held.iter_mut().zip(ties.chunks_exact(TIE)) {
             *tie = Tie { to: Vec3::from_slice(v), along: Vec3::from_slice(&v[3..]) };
         }
-        self.solver.tighten(TIGHTENED);
+        self.wear();
         true
     }
 

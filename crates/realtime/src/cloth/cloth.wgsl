@@ -12,7 +12,8 @@ struct Distance {
     away: vec3<f32>,
 }
 
-// Sections X (and in w inverse masses), U, V, LOST, AREA of places; AT and MOVED of nodes; FROM and GOAL of attachments.
+// Sections X (and in w inverse masses), U, V, LOST, AREA (and in w how wide the cloth is), SWING (way since the turn, the way before, drag
+// at the turn, drag now) of places; AT and MOVED of nodes; FROM and GOAL of attachments.
 @group(0) @binding(0) var<storage, read_write> state: array<vec4<f32>>;
 // Springs, hinges, weights, bodies.
 @group(0) @binding(1) var<storage, read> rows: array<vec4<u32>>;
@@ -55,6 +56,33 @@ fn area(p: u32) -> vec3<f32> {
     return sum;
 }
 
+// The drag across of a place that has gone so far since it turned.
+fn drag_of(swing: vec4<f32>, width: f32) -> f32 {
+    let way = abs(swing.x);
+    // From turn to turn it is twice the amplitude.
+    let kc = 3.14159265 * max(way, swing.y) / width;
+    var swinging = SWINGING * pow(LONGEST_SWING, 2.0 / 3.0) / kc;
+    if kc < LONGEST_SWING {
+        swinging = SWINGING * pow(max(kc, SHORTEST_SWING), -1.0 / 3.0);
+    }
+    let over = way / (OVER_WAY * swing.y + OVER_WIDTH * width);
+    let now = max(swinging, DRAG_ACROSS);
+    return select(now, swing.z + (now - swing.z) * over, over < 1.0);
+}
+
+// It goes on `by`.
+fn swing(before: vec4<f32>, by: f32, width: f32) -> vec4<f32> {
+    var now = before;
+    if by * now.x < 0.0 {
+        let way = abs(now.x);
+        let left = select(way, now.y - FORGETS * way, now.y < NEVER);
+        now = vec4<f32>(0.0, max(left, way), drag_of(now, width), 0.0);
+    }
+    now.x += by;
+    now.w = drag_of(now, width);
+    return now;
+}
+
 @compute @workgroup_size(64)
 fn start(@builtin(global_invocation_id) id: vec3<u32>) {
     let p = id.x;
@@ -71,7 +99,12 @@ fn start(@builtin(global_invocation_id) id: vec3<u32>) {
     if p >= N {
         return;
     }
-    state[AREA + p] = vec4<f32>(area(p), 0.0);
+    let normal = area(p);
+    let width = state[AREA + p].w;
+    state[AREA + p] = vec4<f32>(normal, width);
+    let size = length(normal);
+    let by = dot(state[V + p].xyz - given[1].xyz, normal / max(size, 1e-30)) * SECONDS;
+    state[SWING + p] = swing(state[SWING + p], by, width);
     var mask = vec2<u32>(0u);
     let x = state[X + p].xyz;
     let reach = length(state[V + p].xyz) * SECONDS + FLIGHT;
@@ -266,7 +299,7 @@ fn calm_strips(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocatio
             let relative = given[1].xyz - v;
             let across = n * dot(relative, n);
             let c = 0.5 * AIR * size * (state[X + p].w * CALM_SECONDS);
-            let by = drag(across, c * DRAG_ACROSS) + drag(relative - across, c * DRAG_ALONG);
+            let by = drag(across, c * state[SWING + p].w) + drag(relative - across, c * DRAG_ALONG);
             state[V + p] = vec4<f32>(v + by, 0.0);
         }
     }

@@ -59,7 +59,7 @@ impl Layout {
         let all_nodes: usize = nodes.iter().sum();
         lists.next = [0, 1].map(|_| vec![0; n.max(all_nodes)]);
         // The state.
-        let (at, held) = (5 * n, rows.attached.len());
+        let (at, held) = (6 * n, rows.attached.len());
         let from = at + 2 * all_nodes;
         let kept = from + 2 * held;
         let sections = [
@@ -69,6 +69,7 @@ impl Layout {
             ("V", 2 * n),
             ("LOST", 3 * n),
             ("AREA", 4 * n),
+            ("SWING", 5 * n),
             ("AT", at),
             ("MOVED", at + all_nodes),
             ("FROM", from),

@@ -11,7 +11,7 @@
 //! Coarse levels, a few hundred nodes, are one workgroup.
 //!
 //! What differs is rounding: sums of a hinge's forces and of nodes' centres are taken in other orders, and compilers may fuse products and
-//! sums. For as long as a motion does not amplify such differences both are equal, to 1e-4 m over two seconds in `tests/cloth.rs`; where
+//! sums. For as long as a motion does not amplify such differences both are equal, to 2e-4 m over two seconds in `tests/cloth.rs`; where
 //! a cloth buckles they part as two runs of either that begin a rounding apart.
 //!
 //! **Cloth does not touch cloth here**: a solver with [`Settings::contact`](yugen_motion::cloth::Settings::contact) is refused.
@@ -44,6 +44,7 @@ pub struct ClothPass {
     stances: Vec<Stance>,
     vertex: Vec<u32>,
     inverse: Vec<f32>,
+    widths: Vec<f32>,
     attached: usize,
     substeps: u32,
     seconds: f32,
@@ -172,6 +173,7 @@ impl ClothPass {
             stances: Vec::new(),
             vertex: rows.vertex,
             inverse: rows.inverse,
+            widths: rows.widths,
             attached: rows.attached.len(),
             substeps: rows.substeps,
             seconds: rows.seconds,
@@ -201,9 +203,18 @@ impl ClothPass {
     fn write(&mut self, now: Now) {
         let n = self.vertex.len();
         let [x, v, lost] = &now.places;
+        let widths = self.widths.iter().map(|width| Vec4::W * *width).collect();
+        let swings = now.swings.iter().map(|[way, last, held]| Vec4::new(*way, *last, *held, 0.0)).collect();
         let with = |points: &[Vec3]| points.iter().map(|p| p.extend(0.0)).collect::<Vec<Vec4>>();
         let places = x.iter().zip(&self.inverse).map(|(x, w)| x.extend(*w)).collect();
-        let sections = [(0, places), (2 * n, with(v)), (3 * n, with(lost)), (self.goals, with(&now.targets))];
+        let sections = [
+            (0, places),
+            (2 * n, with(v)),
+            (3 * n, with(lost)),
+            (4 * n, widths),
+            (5 * n, swings),
+            (self.goals, with(&now.targets)),
+        ];
         for (first, points) in sections {
             self.queue.write_buffer(&self.state, 16 * first as u64, bytemuck::cast_slice(&points));
         }
