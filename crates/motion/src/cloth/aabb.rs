@@ -27,6 +27,12 @@ impl Aabb {
         ((self.low - Vec3A::splat(gap)).cmple(o.high) & (o.low - Vec3A::splat(gap)).cmple(self.high)).all()
     }
 
+    /// Between the nearest points of both, nought where they meet.
+    #[inline(always)]
+    pub fn distance(&self, o: &Self) -> f32 {
+        (self.low - o.high).max(o.low - self.high).max(Vec3A::ZERO).length()
+    }
+
     #[inline(always)]
     pub fn grown(self, by: f32) -> Self {
         Self { low: self.low - Vec3A::splat(by), high: self.high + Vec3A::splat(by) }

@@ -3,13 +3,17 @@
 //! As in Chen, Hsu, Wang, Gascón, Macklin and Yuksel 2025, "Offset Geometric Contact": once in a while all pairs within a radius are
 //! found, and until the next time no vertex moves farther than a part of the distance to the nearest of its pairs, so that no
 //! collision has to be searched for between two places. A vertex that is paired may always move at a speed of [`LEAST`], so cloth that
-//! limbs squeeze flat can pass. A tree of boxes over the triangles is
-//! made once and only fitted anew; where neighbours in the cloth face the same way nothing is searched for.
+//! limbs squeeze flat can pass. A tree of boxes over the triangles is made once and only fitted anew.
 //!
 //! Three lists, each made from the one before when it is due. Leaves of the tree that are near, with a margin that lasts for about a
 //! frame. Pairs of vertices, triangles and edges within reach, when a vertex has gone as far as it may: several times a frame, and only
-//! about vertices that have gone far since; others may go as far as is left to them. Pairs that touch, with weights of where. All but the first are made by all threads, in blocks of a fixed number, and
+//! of leaves of which a vertex has gone far since; others may go as far as is left to them. Pairs that touch, with weights of where. All
+//! are made by all threads, in blocks of a fixed number, each a part of the tree against another, and pairs are
 //! pushed apart one after the other in the order of the blocks: same bits for any number of threads.
+//!
+//! Neighbours in the cloth that face the same way do not touch (Volino and Magnenat Thalmann 1994, "Efficient Self-Collision Detection on
+//! Smoothly Discretized Surface Animations Using Geometrical Shape Regularity"): they are left out, by nodes of the tree as large as that
+//! holds for, and watched, so that they are let in when they cease to.
 
 use super::Cloth;
 use super::aabb::Aabb;
@@ -34,6 +38,8 @@ const PART: f32 = 0.9;
 const LEAST: f32 = 0.5;
 /// Blocks of the work on pairs: several for each of a dozen threads, and so small that what has moved is in few of them.
 pub(super) const BLOCKS: usize = 256;
+/// Nodes that each block has to compare, at the least.
+const SHARES: usize = 4;
 /// Part of the way it may move that a vertex has gone for its pairs to be found again when those of others are.
 const GONE: f32 = 0.4;
 /// Of the distance to keep, within which a pair may come to touch while others are pushed.
@@ -47,29 +53,66 @@ const PASSES: u32 = 8;
 /// distance and the one within which pairs are found. Assumed: by less, pairs of thick cloth would be searched for in nearly every substep;
 /// by more, less would be left than keeps layers from passing through each other.
 const NEARER: f32 = 0.2;
+/// Neighbours in the cloth do not touch each other where all normals of both are nearer to each other than this when leaves are compared, and
+/// later than that: sixty and seventy degrees, so that no two triangles of them can lie on each other.
+const FLAT: [f32; 2] = [1.2, 1.4];
+/// Leaves with a vertex in common do not touch either where no two of their triangles have normals of a smaller cosine than this: a fold must
+/// nearly be shut for what lies on both sides of it to touch. And how far apart they are then, besides the distance to keep, in mean edges.
+const OPEN: f32 = -0.3;
+const HINGED: f32 = 0.4;
+/// Depths of the tree, from the leaves up, at which neighbours are so told apart: so small a part of a panel cannot come around to itself while
+/// it faces one way.
+const DEPTHS: u32 = 5;
 
-/// A leaf where it is now.
-#[derive(Clone, Copy)]
-struct Now {
-    bounds: Aabb,
-    /// Mean normal, and the least cosine of a triangle's to it.
+/// Where the triangles of a node face: how far the normal of any is from their mean.
+#[derive(Clone, Copy, Default)]
+struct Cone {
     normal: Vec3A,
-    cosine: f32,
+    spread: f32,
 }
 
-/// What was found in a block.
+impl Cone {
+    fn joined(self, o: Self) -> Self {
+        let normal = (self.normal + o.normal).normalize_or_zero();
+        Self { normal, spread: self.to(normal).max(o.to(normal)) }
+    }
+
+    /// How far the normal of any is from this one, at the most.
+    fn to(self, normal: Vec3A) -> f32 {
+        self.normal.distance(normal) + self.spread
+    }
+
+    /// How far two normals of both are from each other, at the most.
+    fn apart(self, o: Self) -> f32 {
+        self.to(o.normal) + o.spread
+    }
+}
+
+/// A part of the tree compared with another, or with itself, and what was found there.
 #[derive(Default)]
-struct Found {
+struct Block {
+    /// Leaves that may have pairs.
+    near: Vec<[u32; 2]>,
+    /// Nodes that have none while they face the same way.
+    flat: Vec<[u32; 2]>,
+    /// Nodes that are still to be compared.
+    stack: Vec<[u32; 2]>,
     /// A vertex and a triangle.
-    sides: Vec<[u32; 4]>,
+    sides: Vec<Pair>,
     /// Two edges.
-    crosses: Vec<[u32; 4]>,
+    crosses: Vec<Pair>,
     /// Those of them that touch, with the weights of their nearest points, which sum up to one and minus one.
     touching: Vec<([u32; 4], [f32; 4])>,
     /// Edges of two leaves that are near to each other, while they are compared.
     close: [Vec<Close>; 2],
     /// The number of the search in which pairs were found.
     search: u32,
+}
+
+/// Four places, and the leaves that they were found in.
+struct Pair {
+    at: [u32; 4],
+    leaves: [u32; 2],
 }
 
 /// An edge, its ends and its box.
@@ -80,13 +123,15 @@ struct Fixed {
     radius: f32,
     query: f32,
     margin: f32,
-    /// How far vertices that are paired may always move between two searches.
+    /// How far vertices that are paired may always move between two searches, m.
     least: f32,
     /// What must be left to a vertex of the way it may go, or its pairs are found again: `least`, where all may go farther than that.
     spare: f32,
     /// How far at the most: two that are not paired are farther apart than the query, and end no nearer than the radius; of cloth that is
     /// nearly as thick as the query or thicker, no nearer than the radius less [`NEARER`] of it.
     farthest: f32,
+    /// How far apart neighbours are that are open to each other, m.
+    hinged: f32,
     friction: f32,
     leaves: Leaves,
     /// Of each vertex, those that are nearer than the radius in the flat cloth: mostly none.
@@ -97,13 +142,18 @@ struct Fixed {
     attached: Vec<u32>,
 }
 
+impl Fixed {
+    /// Whether nodes are so near that their leaves must be compared.
+    #[inline(always)]
+    fn gap_meets(&self, boxes: &[Aabb], [a, b]: [u32; 2]) -> bool {
+        a == b || boxes[a as usize].meets(&boxes[b as usize], self.query + 2.0 * self.margin)
+    }
+}
+
 /// What one thread changes while the others wait.
 struct Lists {
-    /// A heap: children of i at 2i + 1 and 2i + 2; leaves last.
-    boxes: Vec<Aabb>,
-    stack: Vec<(u32, u32)>,
-    /// Leaves that may have pairs; the highest bit of the first says that they have a vertex in common.
-    near: Vec<[u32; 2]>,
+    /// Nodes from which blocks begin, and those they come from.
+    front: [Vec<[u32; 2]>; 2],
     /// How far all have moved together since pairs were found; and since leaves were compared.
     drift: Vec3A,
     far_drift: Vec3A,
@@ -117,9 +167,13 @@ struct Lists {
 /// What touches what.
 pub(super) struct Contacts {
     fixed: Fixed,
-    now: Vec<Now>,
+    /// Of each node, when pairs were found.
+    boxes: Vec<Aabb>,
+    /// Of each node of the lowest [`DEPTHS`], and of the triangles of each leaf, when last looked at.
+    cones: Vec<Cone>,
+    normals: Vec<[Vec3A; LEAF]>,
     lists: [Lists; 1],
-    found: Vec<Found>,
+    blocks: Vec<Block>,
     /// Where vertices were when pairs were found, and how far from there each may be, as bits: the least of several threads.
     at: Vec<Vec3A>,
     reach: Vec<AtomicU32>,
@@ -129,22 +183,25 @@ pub(super) struct Contacts {
     far: AtomicBool,
     /// Of each leaf, the number of the search before which a vertex of it had moved.
     moved: Vec<AtomicU32>,
+    /// Of each leaf, how far its vertices may go for what is found of others in a search, as bits.
+    room: Vec<AtomicU32>,
 }
 
 /// [`Contacts`] as threads share them in a step.
 pub(super) struct Shared<'a> {
     fixed: &'a Fixed,
-    now: Parts<'a, Now>,
+    boxes: Parts<'a, Aabb>,
+    cones: Parts<'a, Cone>,
+    normals: Parts<'a, [Vec3A; LEAF]>,
     lists: Parts<'a, Lists>,
-    found: Parts<'a, Found>,
+    blocks: Parts<'a, Block>,
     at: Parts<'a, Vec3A>,
     reach: &'a [AtomicU32],
     far_at: Parts<'a, Vec3A>,
     far: &'a AtomicBool,
     moved: &'a [AtomicU32],
+    room: &'a [AtomicU32],
 }
-
-const COMMON: u32 = 1 << 31;
 
 impl Contacts {
     /// For substeps of `h` seconds.
@@ -170,9 +227,7 @@ impl Contacts {
         let leaves = Leaves::new(sheet, &place);
         let count = leaves.leaves.len();
         let lists = Lists {
-            boxes: vec![Aabb::NONE; 2 * count - 1],
-            stack: Vec::with_capacity(256),
-            near: Vec::new(),
+            front: Default::default(),
             drift: Vec3A::ZERO,
             far_drift: Vec3A::ZERO,
             search: 0,
@@ -180,15 +235,18 @@ impl Contacts {
             deep: Vec::new(),
         };
         Some(Self {
-            now: vec![Now { bounds: Aabb::NONE, normal: Vec3A::ZERO, cosine: -1.0 }; count],
+            boxes: vec![Aabb::NONE; 2 * count - 1],
+            cones: vec![Cone::default(); 2 * count - 1],
+            normals: vec![[Vec3A::ZERO; LEAF]; count],
             lists: [lists],
-            found: (0..BLOCKS).map(|_| Found::default()).collect(),
+            blocks: (0..BLOCKS).map(|_| Block::default()).collect(),
             at: vec![Vec3A::ZERO; n],
             // Pairs are searched for before anything moves.
             reach: (0..n).map(|_| AtomicU32::new(0)).collect(),
             far_at: vec![Vec3A::ZERO; n],
             far: AtomicBool::new(true),
             moved: (0..count).map(|_| AtomicU32::new(0)).collect(),
+            room: (0..count).map(|_| AtomicU32::new(0)).collect(),
             fixed: Fixed {
                 radius,
                 query,
@@ -196,6 +254,7 @@ impl Contacts {
                 least,
                 spare: least.min(0.5 * farthest),
                 farthest,
+                hinged: radius + HINGED * edge,
                 friction: cloth.friction[1],
                 leaves,
                 ringed: ring.iter().map(|r| !r.is_empty()).collect(),
@@ -214,14 +273,17 @@ impl Contacts {
     pub fn shared(&mut self) -> Shared<'_> {
         Shared {
             fixed: &self.fixed,
-            now: Parts::new(&mut self.now),
+            boxes: Parts::new(&mut self.boxes),
+            cones: Parts::new(&mut self.cones),
+            normals: Parts::new(&mut self.normals),
             lists: Parts::new(&mut self.lists),
-            found: Parts::new(&mut self.found),
+            blocks: Parts::new(&mut self.blocks),
             at: Parts::new(&mut self.at),
             reach: &self.reach,
             far_at: Parts::new(&mut self.far_at),
             far: &self.far,
             moved: &self.moved,
+            room: &self.room,
         }
     }
 }
@@ -230,7 +292,8 @@ impl Contacts {
 const FIT: usize = 128;
 
 /// Finding of pairs, in phases that follow one another: [`Shared::search`] at all places, [`Shared::fit`] of all leaves,
-/// [`Shared::compare`], [`Shared::pair`] in all blocks. Then in each substep [`Shared::touch`] in all blocks, [`Shared::part`].
+/// [`Shared::begin`], [`Shared::pair`] in all blocks, [`Shared::settle`] at all places. Once in a while before it [`Shared::face`] of all
+/// leaves, [`Shared::watch`] in all blocks. Then in each substep [`Shared::touch`] in all blocks, [`Shared::part`].
 ///
 /// # Safety
 /// Of all: a phase is over before the next begins, and the tasks of a phase have different numbers or ranges.
@@ -242,7 +305,7 @@ impl Shared<'_> {
     }
 
     /// Takes over where places are. Pairs of those that have gone far since theirs were found, or have too little left of their way,
-    /// are found again; others may go as far as is left to them.
+    /// are found again, and until then they may go as far as leaves are compared for; others may go as far as is left to them.
     pub unsafe fn search(&self, range: &Range<usize>, x: &[Vec4]) {
         // SAFETY: by the promise of the phases.
         let (at, lists) = unsafe { (self.at.part(range), &self.lists.read(&(0..1))[0]) };
@@ -255,19 +318,20 @@ impl Shared<'_> {
             let gone = (now - *at - lists.drift).length();
             let may = f32::from_bits(reach.load(Ordering::Relaxed));
             let left = may - gone;
+            let far = (now - *far_at - drift).length();
             // What is no number is searched for.
             if gone <= GONE * may && left >= f.spare {
                 reach.store(left.to_bits(), Ordering::Relaxed);
             } else {
-                reach.store(f.farthest.to_bits(), Ordering::Relaxed);
-                for leaf in &f.leaves.of[place] {
+                reach.store((f.farthest + (f.margin - far).max(0.0)).to_bits(), Ordering::Relaxed);
+                for leaf in f.leaves.of(place) {
                     self.moved[*leaf as usize].store(lists.search.wrapping_add(1), Ordering::Relaxed);
                 }
             }
             *at = now;
-            most = most.max((now - *far_at - drift).length_squared());
+            most = most.max(far);
         }
-        if most > f.margin * f.margin {
+        if most > f.margin {
             self.far.store(true, Ordering::Relaxed);
         }
     }
@@ -277,76 +341,142 @@ impl Shared<'_> {
         self.fixed.leaves.leaves.len().div_ceil(FIT)
     }
 
-    /// Boxes and normals of leaves.
+    /// Boxes of leaves and of what is above them.
     pub unsafe fn fit(&self, task: usize) {
         let leaves = &self.fixed.leaves;
-        let range = task * FIT..leaves.leaves.len().min((task + 1) * FIT);
+        let range = self.leaves_of(task);
+        let count = leaves.leaves.len();
         // SAFETY: by the promise of the phases.
-        let (now, at) = unsafe { (self.now.part(&range), self.at.read(&(0..self.at.len()))) };
-        let p = |v: u32| at[v as usize];
-        for (now, leaf) in now.iter_mut().zip(&leaves.leaves[range]) {
+        let at = unsafe { self.at.read(&(0..self.at.len())) };
+        let boxes = unsafe { self.boxes.part(&(range.start + count - 1..range.end + count - 1)) };
+        for (bounds, leaf) in boxes.iter_mut().zip(&leaves.leaves[range.clone()]) {
             let triangles = &leaves.triangles[leaf.triangles.start as usize..leaf.triangles.end as usize];
-            let mut normals = [Vec3A::ZERO; 2 * LEAF];
-            now.bounds = Aabb::NONE;
-            now.normal = Vec3A::ZERO;
-            for (t, n) in triangles.iter().zip(&mut normals) {
-                let [a, b, c] = t.map(p);
-                now.bounds = now.bounds.with(a).with(b).with(c);
-                *n = (b - a).cross(c - a).normalize_or_zero();
-                now.normal += *n;
-            }
-            now.normal = now.normal.normalize_or_zero();
-            now.cosine = normals[..triangles.len().min(2 * LEAF)]
-                .iter()
-                .map(|n| n.dot(now.normal))
-                .fold(1.0, f32::min);
+            let corners = triangles.iter().flatten();
+            *bounds = corners.fold(Aabb::NONE, |bounds, v| bounds.with(at[*v as usize]));
         }
+        unsafe { rise(&self.boxes, boxes, range, FIT.ilog2(), Aabb::joined) };
     }
 
-    /// Finds leaves that are near, where vertices have moved too far since.
-    pub unsafe fn compare(&self) {
+    fn leaves_of(&self, task: usize) -> Range<usize> {
+        task * FIT..self.fixed.leaves.leaves.len().min((task + 1) * FIT)
+    }
+
+    /// Where leaves and small nodes face.
+    pub unsafe fn face(&self, task: usize, x: &[Vec4]) {
+        let leaves = &self.fixed.leaves;
+        let (count, range) = (leaves.leaves.len(), self.leaves_of(task));
+        let p = |v: u32| Vec3A::from_vec4(x[v as usize]);
+        // SAFETY: by the promise of the phases.
+        let cones = unsafe { self.cones.part(&(range.start + count - 1..range.end + count - 1)) };
+        let kept = unsafe { self.normals.part(&range) };
+        for ((cone, normals), leaf) in cones.iter_mut().zip(kept).zip(&leaves.leaves[range.clone()]) {
+            let triangles = &leaves.triangles[leaf.triangles.start as usize..leaf.triangles.end as usize];
+            for (t, n) in triangles.iter().zip(normals.iter_mut()) {
+                let [a, b, c] = t.map(p);
+                *n = (b - a).cross(c - a).normalize_or_zero();
+            }
+            // Where there are fewer triangles the others have no normal, which is square to all.
+            let normal = normals.iter().sum::<Vec3A>().normalize_or_zero();
+            let normals = &normals[..triangles.len()];
+            let spread = normals.iter().map(|n| n.distance_squared(normal)).fold(0.0, f32::max).sqrt();
+            *cone = Cone { normal, spread };
+        }
+        unsafe { rise(&self.cones, cones, range, DEPTHS - 1, Cone::joined) };
+    }
+
+    /// Looks for neighbours of a block that have ceased to face the same way: they may have pairs from now on. Whether pairs must be found
+    /// again.
+    pub unsafe fn watch(&self, block: usize) -> bool {
+        // SAFETY: by the promise of the phases.
+        let Block { near, flat, stack, .. } = unsafe { &mut self.blocks.part(&(block..block + 1))[0] };
+        let cones = unsafe { self.cones.read(&(0..self.cones.len())) };
+        let next = unsafe { self.lists.read(&(0..1))[0].search }.wrapping_add(1);
+        let apart = |[a, b]: [u32; 2]| cones[a as usize].apart(cones[b as usize]);
+        flat.retain(|pair| {
+            // What is no number is not flat.
+            let keeps = apart(*pair) < FLAT[1];
+            if !keeps {
+                stack.push(*pair);
+            }
+            keeps
+        });
+        let found = !stack.is_empty();
+        let first = self.fixed.leaves.leaves.len() as u32 - 1;
+        while let Some(pair) = stack.pop() {
+            if self.fixed.leaves.beside(pair) && apart(pair) < FLAT[0] {
+                flat.push(pair);
+            } else if pair[0] >= first {
+                let pair = pair.map(|k| k - first);
+                near.push(pair);
+                pair.iter().for_each(|k| self.moved[*k as usize].store(next, Ordering::Relaxed));
+            } else {
+                stack.extend(children(pair));
+            }
+        }
+        found
+    }
+
+    /// Begins a search; and, where vertices have moved too far since leaves were compared, shares that work out.
+    pub unsafe fn begin(&self) {
         // SAFETY: by the promise of the phases, alone.
-        let (lists, now) = unsafe { (&mut self.lists.part(&(0..1))[0], self.now.read(&(0..self.now.len()))) };
+        let lists = unsafe { &mut self.lists.part(&(0..1))[0] };
         lists.far_drift += lists.drift;
         lists.drift = Vec3A::ZERO;
         lists.search = lists.search.wrapping_add(1);
+        self.room.iter().for_each(|r| r.store(f32::INFINITY.to_bits(), Ordering::Relaxed));
         if !self.far.swap(false, Ordering::Relaxed) {
             return;
         }
         lists.far_drift = Vec3A::ZERO;
         lists.all = lists.search;
-        self.reach.iter().for_each(|r| r.store(self.fixed.farthest.to_bits(), Ordering::Relaxed));
+        let farthest = self.fixed.farthest + self.fixed.margin;
+        self.reach.iter().for_each(|r| r.store(farthest.to_bits(), Ordering::Relaxed));
         let all = 0..self.at.len();
         unsafe { self.far_at.part(&all).copy_from_slice(self.at.read(&all)) };
-        let gap = self.fixed.query + 2.0 * self.fixed.margin;
-        let first = now.len() - 1;
-        let Lists { boxes, stack, near, .. } = lists;
-        near.clear();
-        boxes[first..].iter_mut().zip(now).for_each(|(b, now)| *b = now.bounds);
-        for i in (0..first).rev() {
+        let boxes = unsafe { self.boxes.part(&(0..self.boxes.len())) };
+        for i in (0..self.fits() - 1).rev() {
             boxes[i] = boxes[2 * i + 1].joined(boxes[2 * i + 2]);
         }
-        stack.push((0, 0));
-        while let Some((a, b)) = stack.pop() {
-            let (i, j) = (a as usize, b as usize);
-            if a != b && !boxes[i].meets(&boxes[j], gap) {
-                continue;
-            }
-            match (i >= first, j >= first) {
-                (true, true) => {
-                    let (a, b) = (i - first, (j - first) as u32);
-                    let common = self.fixed.leaves.leaves[a].near.binary_search(&b).is_ok();
-                    near.push([a as u32 | if common { COMMON } else { 0 }, b]);
+        // As many as blocks have work, from nodes so large that they cannot face one way.
+        let [front, next] = &mut lists.front;
+        front.clear();
+        front.push([0, 0]);
+        while front.len() < SHARES * BLOCKS && front[0][0] < self.small() {
+            next.clear();
+            next.extend(front.drain(..).flat_map(children).filter(|pair| self.fixed.gap_meets(boxes, *pair)));
+            std::mem::swap(front, next);
+        }
+    }
+
+    /// The first of the nodes that are small enough to face one way.
+    fn small(&self) -> u32 {
+        (self.fixed.leaves.leaves.len() >> (DEPTHS - 1)).max(1) as u32 - 1
+    }
+
+    /// Finds leaves of a block that are near.
+    unsafe fn compare(&self, block: usize, found: &mut Block) {
+        // SAFETY: by the promise of the phases.
+        let [front, _] = unsafe { &self.lists.read(&(0..1))[0].front };
+        let boxes = unsafe { self.boxes.read(&(0..self.boxes.len())) };
+        let cones = unsafe { self.cones.read(&(0..self.cones.len())) };
+        let Block { near, flat, stack, .. } = found;
+        near.clear();
+        flat.clear();
+        let (small, first) = (self.small(), self.fixed.leaves.leaves.len() as u32 - 1);
+        let each = front.len().div_ceil(BLOCKS);
+        for pair in front.iter().skip(block * each).take(each) {
+            stack.push(*pair);
+            while let Some([a, b]) = stack.pop() {
+                if !self.fixed.gap_meets(boxes, [a, b]) {
+                    continue;
                 }
-                _ if a == b => {
-                    let (l, r) = (2 * a + 1, 2 * a + 2);
-                    stack.extend([(l, l), (r, r), (l, r)]);
-                }
-                // All leaves lie equally deep: both are nodes.
-                _ => {
-                    let (l, r) = (2 * a + 1, 2 * a + 2);
-                    let (m, s) = (2 * b + 1, 2 * b + 2);
-                    stack.extend([(l, m), (l, s), (r, m), (r, s)]);
+                let apart = || cones[a as usize].apart(cones[b as usize]);
+                if a >= small && apart() < FLAT[0] && self.fixed.leaves.beside([a, b]) {
+                    flat.push([a, b]);
+                } else if a >= first {
+                    near.push([a - first, b - first]);
+                } else {
+                    stack.extend(children([a, b]));
                 }
             }
         }
@@ -355,48 +485,63 @@ impl Shared<'_> {
     /// Finds the pairs of a block, if vertices of it have moved.
     pub unsafe fn pair(&self, block: usize) {
         // SAFETY: by the promise of the phases.
-        let Lists { near, search, all, .. } = unsafe { &self.lists.read(&(0..1))[0] };
-        let found = unsafe { &mut self.found.part(&(block..block + 1))[0] };
-        let each = near.len().div_ceil(BLOCKS);
-        let near = near.iter().skip(block * each).take(each);
+        let Lists { search, all, .. } = unsafe { &self.lists.read(&(0..1))[0] };
+        let found = unsafe { &mut self.blocks.part(&(block..block + 1))[0] };
+        if all == search {
+            unsafe { self.compare(block, found) };
+        }
         let moved = |leaf: u32| self.moved[leaf as usize].load(Ordering::Relaxed) == *search;
-        if all != search && !near.clone().any(|[a, b]| moved(a & !COMMON) || moved(*b)) {
-            return;
+        let due = |[a, b]: [u32; 2]| all == search || moved(a) || moved(b);
+        let near = std::mem::take(&mut found.near);
+        let mut these = near.iter().filter(|pair| due(**pair)).peekable();
+        if all == search || these.peek().is_some() {
+            found.search = *search;
+            let Block { sides, crosses, .. } = found;
+            // What was found of these leaves before is gone with them.
+            for list in [sides, crosses] {
+                list.retain(|pair| !due(pair.leaves));
+            }
+            these.for_each(|[a, b]| unsafe { self.pair_leaves(*a as usize, *b as usize, found) });
         }
-        found.search = *search;
-        found.sides.clear();
-        found.crosses.clear();
-        for [a, b] in near {
-            unsafe { self.pair_leaves((a & !COMMON) as usize, *b as usize, a & COMMON != 0, found) };
-        }
+        found.near = near;
     }
 
-    unsafe fn pair_leaves(&self, a: usize, b: usize, common: bool, found: &mut Found) {
+    unsafe fn pair_leaves(&self, a: usize, b: usize, found: &mut Block) {
         // SAFETY: by the promise of the phases.
-        let (now, at) = unsafe { (self.now.read(&(0..self.now.len())), self.at.read(&(0..self.at.len()))) };
+        let count = self.fixed.leaves.leaves.len();
+        let (bounds, at) =
+            unsafe { (self.boxes.read(&(count - 1..2 * count - 1)), self.at.read(&(0..self.at.len()))) };
         let (f, query) = (self.fixed, self.fixed.query);
         let leaves = &f.leaves;
-        if a != b && !now[a].bounds.meets(&now[b].bounds, query) {
-            return;
+        let limit = |d: f32| {
+            let room = (0.5 * PART * (d - f.radius)).max(f.farthest);
+            [a, b].iter().for_each(|k| lower(&self.room[*k], room));
+        };
+        if a != b {
+            let apart = bounds[a].distance(&bounds[b]);
+            if apart > query {
+                return limit(apart);
+            }
         }
         let (one, two) = (&leaves.leaves[a], &leaves.leaves[b]);
-        // Neighbours that face the same way do not touch each other.
-        let tight = |k: usize| now[k].cosine > 0.9 && !leaves.leaves[k].mixed;
-        if common && tight(a) && tight(b) && now[a].normal.dot(now[b].normal) > 0.8 {
-            return;
+        let first = count as u32 - 1;
+        if leaves.beside([a as u32 + first, b as u32 + first]) {
+            let normals = unsafe { self.normals.read(&(0..count)) };
+            let least = |n: &Vec3A| normals[b].iter().map(|m| n.dot(*m)).fold(1.0, f32::min);
+            if normals[a].iter().map(least).fold(1.0, f32::min) > OPEN {
+                return limit(f.hinged);
+            }
         }
+        limit(query);
         let p = |v: u32| at[v as usize];
         let near =
             |v: u32, w: u32| v == w || (f.ringed[v as usize] && f.ring[v as usize].binary_search(&w).is_ok());
         let shorten = |vertices: &[u32], d: f32| {
-            let reach = (0.5 * PART * d).max(f.least).to_bits();
-            for v in vertices {
-                // Of positive numbers bits have the same order.
-                self.reach[*v as usize].fetch_min(reach, Ordering::Relaxed);
-            }
+            let reach = (0.5 * PART * d).max(f.least);
+            vertices.iter().for_each(|v| lower(&self.reach[*v as usize], reach));
         };
         for (from, to, k) in [(one, two, b), (two, one, a)].iter().take(if a == b { 1 } else { 2 }) {
-            let around = now[*k].bounds.grown(query);
+            let around = bounds[*k].grown(query);
             for v in &leaves.vertices[from.vertices.start as usize..from.vertices.end as usize] {
                 let q = p(*v);
                 if !around.has(q) {
@@ -411,15 +556,15 @@ impl Shared<'_> {
                     let w = barycentric(q.into(), q0.into(), q1.into(), q2.into());
                     let d = q.distance(q0 * w[0] + q1 * w[1] + q2 * w[2]);
                     if d < query {
-                        found.sides.push([*v, t[0], t[1], t[2]]);
+                        found.sides.push(Pair { at: [*v, t[0], t[1], t[2]], leaves: [a as u32, b as u32] });
                         shorten(&[*v, t[0], t[1], t[2]], d);
                     }
                 }
             }
         }
         // Edges of both that come near the other, with their boxes.
-        let close = |leaf: &Leaf, other: &Now, list: &mut Vec<Close>| {
-            let around = other.bounds.grown(query);
+        let close = |leaf: &Leaf, other: &Aabb, list: &mut Vec<Close>| {
+            let around = other.grown(query);
             list.clear();
             for e in &leaves.edges[leaf.edges.start as usize..leaf.edges.end as usize] {
                 let ends = e.map(p);
@@ -430,9 +575,9 @@ impl Shared<'_> {
             }
         };
         let [mine, theirs] = &mut found.close;
-        close(one, &now[b], mine);
+        close(one, &bounds[b], mine);
         if a != b {
-            close(two, &now[a], theirs);
+            close(two, &bounds[a], theirs);
         }
         for (i, (e, [p0, p1], bounds)) in mine.iter().enumerate() {
             let grown = bounds.grown(query);
@@ -444,9 +589,22 @@ impl Shared<'_> {
                 let [s, t] = nearest_of_edges((*p0).into(), (*p1).into(), (*q0).into(), (*q1).into());
                 let d = p0.lerp(*p1, s).distance(q0.lerp(*q1, t));
                 if d < query {
-                    found.crosses.push([e[0], e[1], other[0], other[1]]);
+                    found
+                        .crosses
+                        .push(Pair { at: [e[0], e[1], other[0], other[1]], leaves: [a as u32, b as u32] });
                     shorten(&[e[0], e[1], other[0], other[1]], d);
                 }
+            }
+        }
+    }
+
+    /// Places go no farther than what was found of their leaves lets them.
+    pub unsafe fn settle(&self, range: &Range<usize>) {
+        for (place, reach) in range.clone().zip(&self.reach[range.clone()]) {
+            let of = self.fixed.leaves.of(place).iter();
+            let room = of.map(|k| self.room[*k as usize].load(Ordering::Relaxed)).min();
+            if let Some(room) = room {
+                reach.fetch_min(room, Ordering::Relaxed);
             }
         }
     }
@@ -455,8 +613,8 @@ impl Shared<'_> {
     /// last search.
     pub unsafe fn touch(&self, block: usize, x: &[Vec4], u: &[Vec4], all: bool) {
         // SAFETY: by the promise of the phases.
-        let Found { sides, crosses, touching, search, .. } =
-            unsafe { &mut self.found.part(&(block..block + 1))[0] };
+        let Block { sides, crosses, touching, search, .. } =
+            unsafe { &mut self.blocks.part(&(block..block + 1))[0] };
         if !all && *search != unsafe { self.lists.read(&(0..1))[0].search } {
             return;
         }
@@ -472,7 +630,7 @@ impl Shared<'_> {
         // Boxes first: most pairs are within reach only.
         let apart =
             |a: [Vec3A; 2], b: [Vec3A; 2]| (b[0] - a[1]).max(a[0] - b[1]).cmpge(Vec3A::splat(near)).any();
-        for pair in sides.iter() {
+        for Pair { at: pair, .. } in sides.iter() {
             let q = pair.map(place);
             if apart([q[0], q[0]], [q[1].min(q[2]).min(q[3]), q[1].max(q[2]).max(q[3])]) {
                 continue;
@@ -480,7 +638,7 @@ impl Shared<'_> {
             let w = barycentric(q[0].into(), q[1].into(), q[2].into(), q[3].into());
             keep(pair, q, [1.0, -w[0], -w[1], -w[2]]);
         }
-        for pair in crosses.iter() {
+        for Pair { at: pair, .. } in crosses.iter() {
             let q = pair.map(place);
             if apart([q[0].min(q[1]), q[0].max(q[1])], [q[2].min(q[3]), q[2].max(q[3])]) {
                 continue;
@@ -494,7 +652,7 @@ impl Shared<'_> {
     /// attached if anything is, as that which all have in common: what moves together does not come nearer.
     pub unsafe fn part(&self, x: &[Vec4], u: &mut [Vec4], inverse: &[f32], h: f32) {
         // SAFETY: by the promise of the phases, alone.
-        let (found, lists) = unsafe { (self.found.read(&(0..BLOCKS)), &mut self.lists.part(&(0..1))[0]) };
+        let (found, lists) = unsafe { (self.blocks.read(&(0..BLOCKS)), &mut self.lists.part(&(0..1))[0]) };
         let Lists { deep, drift, .. } = lists;
         for (pair, c) in found.iter().flat_map(|f| &f.touching) {
             self.push(x, u, inverse, pair.map(|v| v as usize), c, RECOVERY * h);
@@ -594,6 +752,47 @@ impl Shared<'_> {
     }
 }
 
+/// Pairs of the children of two nodes of a depth, or of one.
+fn children([a, b]: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
+    let [l, r, m, s] = [2 * a + 1, 2 * a + 2, 2 * b + 1, 2 * b + 2];
+    let all = if a == b { [[l, l], [l, r], [r, r], [r, r]] } else { [[l, m], [l, s], [r, m], [r, s]] };
+    all.into_iter().take(if a == b { 3 } else { 4 })
+}
+
+/// From the leaves of a range so many depths up, where that many nodes lie above these alone.
+///
+/// # Safety
+/// As of [`Parts::part`], of all nodes above the leaves of the range.
+#[allow(unsafe_code)]
+unsafe fn rise<'a, T: Copy>(
+    nodes: &'a Parts<'_, T>,
+    mut lower: &'a mut [T],
+    range: Range<usize>,
+    depths: u32,
+    join: fn(T, T) -> T,
+) {
+    let leaves = nodes.len().div_ceil(2);
+    for depth in 1..=depths {
+        let [from, to, count] = [range.start, range.end, leaves].map(|n| n >> depth);
+        if from == to {
+            return;
+        }
+        // SAFETY: by the promise.
+        let upper = unsafe { nodes.part(&(from + count - 1..to + count - 1)) };
+        upper.iter_mut().zip(lower.chunks_exact(2)).for_each(|(up, two)| *up = join(two[0], two[1]));
+        lower = upper;
+    }
+}
+
+/// Makes a number no more than another, neither below nought: the bits of such have their order. Mostly it is less already, and memory is not
+/// written to that other threads read.
+#[inline(always)]
+fn lower(bits: &AtomicU32, to: f32) {
+    if to.to_bits() < bits.load(Ordering::Relaxed) {
+        bits.fetch_min(to.to_bits(), Ordering::Relaxed);
+    }
+}
+
 /// What lies between two points of four places, by weights that sum up to one and minus one.
 #[inline(always)]
 fn between(x: &[Vec4], v: [usize; 4], c: &[f32; 4]) -> Vec4 {
@@ -666,16 +865,18 @@ mod tests {
                     m.load(Ordering::Relaxed) == shared.lists.read(&(0..1))[0].search.wrapping_add(1)
                 };
                 kept += usize::from(!shared.moved.iter().any(marked));
+                (0..shared.fits()).for_each(|task| shared.face(task, &x));
                 (0..shared.fits()).for_each(|task| shared.fit(task));
-                shared.compare();
+                shared.begin();
                 (0..BLOCKS).for_each(|block| shared.pair(block));
+                shared.settle(&(0..x.len()));
             }
-            let pairs: usize = contacts.found.iter().map(|f| f.sides.len()).sum();
+            let pairs: usize = contacts.blocks.iter().map(|f| f.sides.len()).sum();
             assert!(height < query || pairs == 0, "{height}");
             height -= by;
         }
         assert_eq!(contacts.lists[0].all, 1);
-        assert!(contacts.found.iter().any(|f| !f.sides.is_empty()));
+        assert!(contacts.blocks.iter().any(|f| !f.sides.is_empty()));
         assert!(kept > 0, "pairs of all are found again every time");
     }
 }

@@ -1,4 +1,6 @@
 //! Leaves of the bounding-volume hierarchy of a cloth: groups of at most [`LEAF`] triangles, which lie beside each other in the flat cloth.
+//!
+//! Nodes are numbered as in a heap: children of i are 2i + 1 and 2i + 2, and leaves, a power of two of them, come last.
 
 use super::Sheet;
 use super::aabb::Aabb;
@@ -15,10 +17,15 @@ pub(super) struct Leaf {
     pub triangles: Range<u32>,
     pub vertices: Range<u32>,
     pub edges: Range<u32>,
-    /// Leaves that it has a vertex in common with, itself among them, sorted.
-    pub near: Vec<u32>,
-    /// Whether it has triangles of several panels.
-    pub mixed: bool,
+}
+
+/// What is known of a node without its place.
+#[derive(Clone, Default)]
+struct Node {
+    /// Nodes of the same depth with which it has a vertex in common, itself among them, sorted.
+    beside: Vec<u32>,
+    /// The panel of its triangles, unless they are of several.
+    panel: Option<u32>,
 }
 
 /// All leaves, a power of two of them, and the lists of which they have ranges; vertices by their places.
@@ -27,8 +34,10 @@ pub(super) struct Leaves {
     pub triangles: Vec<[u32; 3]>,
     pub vertices: Vec<u32>,
     pub edges: Vec<[u32; 2]>,
-    /// Of each place, the leaves with a triangle at it.
-    pub of: Vec<Vec<u32>>,
+    /// Of each place, the leaves with a triangle at it, one place after the other, and where they begin.
+    of: Vec<u32>,
+    firsts: Vec<u32>,
+    nodes: Vec<Node>,
 }
 
 impl Leaves {
@@ -51,6 +60,7 @@ impl Leaves {
         let count = sheet.triangles.len();
         let mut leaves = Vec::with_capacity(depth);
         let (mut triangles, mut vertices, mut edges) = (Vec::with_capacity(count), Vec::new(), Vec::new());
+        let mut nodes = vec![Node::default(); 2 * depth - 1];
         for k in 0..depth {
             // The same halves as `split` has.
             let (mut from, mut to) = (0, count);
@@ -83,11 +93,10 @@ impl Leaves {
                 triangles: range(firsts[0], triangles.len()),
                 vertices: range(firsts[1], vertices.len()),
                 edges: range(firsts[2], edges.len()),
-                near: Vec::new(),
-                mixed: ranked[from..to]
-                    .windows(2)
-                    .any(|t| panel_of[t[0] as usize] != panel_of[t[1] as usize]),
             });
+            let panels: Vec<u32> = ranked[from..to].iter().map(|t| panel_of[*t as usize]).collect();
+            let same = panels.windows(2).all(|p| p[0] == p[1]);
+            nodes[depth - 1 + k].panel = panels.first().copied().filter(|_| same);
         }
         // Leaves that have a vertex in common.
         let mut of: Vec<Vec<u32>> = vec![Vec::new(); n];
@@ -101,14 +110,39 @@ impl Leaves {
                 }
             }
         }
-        for leaf in &mut leaves {
-            let mut near: Vec<u32> = corners(leaf).flat_map(|v| of[*v as usize].iter().copied()).collect();
-            near.sort_unstable();
-            near.dedup();
-            leaf.near = near;
+        for (k, leaf) in leaves.iter().enumerate() {
+            let of = corners(leaf).flat_map(|v| of[*v as usize].iter().map(|k| k + depth as u32 - 1));
+            nodes[depth - 1 + k].beside = sorted(of.collect());
         }
-        Self { leaves, triangles, vertices, edges, of }
+        for i in (0..depth - 1).rev() {
+            let [l, r] = [&nodes[2 * i + 1], &nodes[2 * i + 2]];
+            let panel = if l.panel == r.panel { l.panel } else { None };
+            let beside = l.beside.iter().chain(&r.beside).map(|k| (k - 1) / 2);
+            nodes[i] = Node { beside: sorted(beside.collect()), panel };
+        }
+        let firsts = of.iter().scan(0, |sum, of| Some(std::mem::replace(sum, *sum + of.len() as u32)));
+        let firsts = firsts.chain([of.iter().map(Vec::len).sum::<usize>() as u32]).collect();
+        Self { leaves, triangles, vertices, edges, of: of.concat(), firsts, nodes }
     }
+
+    /// Whether two nodes of a depth are neighbours in the cloth, both of one panel; of leaves also where there is a seam between them.
+    pub fn beside(&self, [a, b]: [u32; 2]) -> bool {
+        let [one, two] = [a, b].map(|k| &self.nodes[k as usize]);
+        let (Some(p), Some(q)) = (one.panel, two.panel) else { return false };
+        (p == q || a as usize >= self.leaves.len() - 1) && one.beside.binary_search(&b).is_ok()
+    }
+
+    /// The leaves with a triangle at a place.
+    #[inline(always)]
+    pub fn of(&self, place: usize) -> &[u32] {
+        &self.of[self.firsts[place] as usize..self.firsts[place + 1] as usize]
+    }
+}
+
+fn sorted(mut list: Vec<u32>) -> Vec<u32> {
+    list.sort_unstable();
+    list.dedup();
+    list
 }
 
 /// Sorts triangles so that halves of halves lie side by side.

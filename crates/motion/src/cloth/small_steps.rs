@@ -671,6 +671,16 @@ impl SmallSteps {
                 if calms {
                     team.each(borders.len(), |k| calm(&borders[k]));
                 }
+                if let Some(contacts) = contacts.filter(|_| s % TOUCHES == 0) {
+                    #[allow(unsafe_code)]
+                    team.each(contacts.fits(), |k| unsafe { contacts.face(k, x.read(&(0..x.len()))) });
+                    #[allow(unsafe_code)]
+                    team.each(BLOCKS, |k| unsafe {
+                        if contacts.watch(k) {
+                            stale.store(true, Ordering::Relaxed);
+                        }
+                    });
+                }
                 // All threads see the same: it was written in the phase before, and is taken back behind the next.
                 let again = touching && stale.load(Ordering::Relaxed);
                 if let Some(contacts) = contacts.filter(|_| again) {
@@ -682,11 +692,13 @@ impl SmallSteps {
                     team.each(contacts.fits(), |k| unsafe { contacts.fit(k) });
                     #[allow(unsafe_code)]
                     team.each(1, |_| unsafe {
-                        contacts.compare();
+                        contacts.begin();
                         stale.store(false, Ordering::Relaxed);
                     });
                     #[allow(unsafe_code)]
                     team.each(BLOCKS, |k| unsafe { contacts.pair(k) });
+                    #[allow(unsafe_code)]
+                    team.each(strips.len(), |k| unsafe { contacts.settle(&strips[k].range) });
                 }
                 if calms || touching {
                     team.each(strips.len(), |k| begin(k, s));
