@@ -54,12 +54,9 @@ const PASSES: u32 = 8;
 /// by more, less would be left than keeps layers from passing through each other.
 const NEARER: f32 = 0.2;
 /// Neighbours in the cloth do not touch each other where all normals of both are nearer to each other than this when leaves are compared, and
-/// later than that: sixty and seventy degrees, so that no two triangles of them can lie on each other.
-const FLAT: [f32; 2] = [1.2, 1.4];
-/// Leaves with a vertex in common do not touch either where no two of their triangles have normals of a smaller cosine than this: a fold must
-/// nearly be shut for what lies on both sides of it to touch. And how far apart they are then, besides the distance to keep, in mean edges.
-const OPEN: f32 = -0.3;
-const HINGED: f32 = 0.4;
+/// later than that: half a right angle and sixty degrees. With half as much again four edges
+/// passed through triangles of a robe that was drawn up over its belt.
+const FLAT: [f32; 2] = [0.8, 1.0];
 /// Depths of the tree, from the leaves up, at which neighbours are so told apart: so small a part of a panel cannot come around to itself while
 /// it faces one way.
 const DEPTHS: u32 = 5;
@@ -130,8 +127,6 @@ struct Fixed {
     /// How far at the most: two that are not paired are farther apart than the query, and end no nearer than the radius; of cloth that is
     /// nearly as thick as the query or thicker, no nearer than the radius less [`NEARER`] of it.
     farthest: f32,
-    /// How far apart neighbours are that are open to each other, m.
-    hinged: f32,
     friction: f32,
     leaves: Leaves,
     /// Of each vertex, those that are nearer than the radius in the flat cloth: mostly none.
@@ -169,9 +164,8 @@ pub(super) struct Contacts {
     fixed: Fixed,
     /// Of each node, when pairs were found.
     boxes: Vec<Aabb>,
-    /// Of each node of the lowest [`DEPTHS`], and of the triangles of each leaf, when last looked at.
+    /// Of each node of the lowest [`DEPTHS`], when last looked at.
     cones: Vec<Cone>,
-    normals: Vec<[Vec3A; LEAF]>,
     lists: [Lists; 1],
     blocks: Vec<Block>,
     /// Where vertices were when pairs were found, and how far from there each may be, as bits: the least of several threads.
@@ -192,7 +186,6 @@ pub(super) struct Shared<'a> {
     fixed: &'a Fixed,
     boxes: Parts<'a, Aabb>,
     cones: Parts<'a, Cone>,
-    normals: Parts<'a, [Vec3A; LEAF]>,
     lists: Parts<'a, Lists>,
     blocks: Parts<'a, Block>,
     at: Parts<'a, Vec3A>,
@@ -237,7 +230,6 @@ impl Contacts {
         Some(Self {
             boxes: vec![Aabb::NONE; 2 * count - 1],
             cones: vec![Cone::default(); 2 * count - 1],
-            normals: vec![[Vec3A::ZERO; LEAF]; count],
             lists: [lists],
             blocks: (0..BLOCKS).map(|_| Block::default()).collect(),
             at: vec![Vec3A::ZERO; n],
@@ -254,7 +246,6 @@ impl Contacts {
                 least,
                 spare: least.min(0.5 * farthest),
                 farthest,
-                hinged: radius + HINGED * edge,
                 friction: cloth.friction[1],
                 leaves,
                 ringed: ring.iter().map(|r| !r.is_empty()).collect(),
@@ -275,7 +266,6 @@ impl Contacts {
             fixed: &self.fixed,
             boxes: Parts::new(&mut self.boxes),
             cones: Parts::new(&mut self.cones),
-            normals: Parts::new(&mut self.normals),
             lists: Parts::new(&mut self.lists),
             blocks: Parts::new(&mut self.blocks),
             at: Parts::new(&mut self.at),
@@ -368,14 +358,13 @@ impl Shared<'_> {
         let p = |v: u32| Vec3A::from_vec4(x[v as usize]);
         // SAFETY: by the promise of the phases.
         let cones = unsafe { self.cones.part(&(range.start + count - 1..range.end + count - 1)) };
-        let kept = unsafe { self.normals.part(&range) };
-        for ((cone, normals), leaf) in cones.iter_mut().zip(kept).zip(&leaves.leaves[range.clone()]) {
+        for (cone, leaf) in cones.iter_mut().zip(&leaves.leaves[range.clone()]) {
             let triangles = &leaves.triangles[leaf.triangles.start as usize..leaf.triangles.end as usize];
-            for (t, n) in triangles.iter().zip(normals.iter_mut()) {
+            let mut normals = [Vec3A::ZERO; LEAF];
+            for (t, n) in triangles.iter().zip(&mut normals) {
                 let [a, b, c] = t.map(p);
                 *n = (b - a).cross(c - a).normalize_or_zero();
             }
-            // Where there are fewer triangles the others have no normal, which is square to all.
             let normal = normals.iter().sum::<Vec3A>().normalize_or_zero();
             let normals = &normals[..triangles.len()];
             let spread = normals.iter().map(|n| n.distance_squared(normal)).fold(0.0, f32::max).sqrt();
@@ -524,14 +513,6 @@ impl Shared<'_> {
             }
         }
         let (one, two) = (&leaves.leaves[a], &leaves.leaves[b]);
-        let first = count as u32 - 1;
-        if leaves.beside([a as u32 + first, b as u32 + first]) {
-            let normals = unsafe { self.normals.read(&(0..count)) };
-            let least = |n: &Vec3A| normals[b].iter().map(|m| n.dot(*m)).fold(1.0, f32::min);
-            if normals[a].iter().map(least).fold(1.0, f32::min) > OPEN {
-                return limit(f.hinged);
-            }
-        }
         limit(query);
         let p = |v: u32| at[v as usize];
         let near =
