@@ -8,7 +8,7 @@ use yugen_realtime::{ClothPass, Gpu, StageError};
 /// A second of sixty steps.
 const SECOND: u32 = 60;
 /// What two seconds may leave between both, m.
-const EQUAL: f32 = 2e-4;
+const EQUAL: f32 = 1e-4;
 /// What a step may, m: four times and more the worst that was seen, where silk is struck.
 const ROUNDED: f32 = 3e-5;
 /// The same where threads are solved all at once: four times the worst, 9.2e-5, in a step that leaves as much between two runs of the processor

@@ -54,8 +54,8 @@ const PASSES: u32 = 8;
 /// by more, less would be left than keeps layers from passing through each other.
 const NEARER: f32 = 0.2;
 /// Neighbours in the cloth do not touch each other where all normals of both are nearer to each other than this when leaves are compared, and
-/// later than that: half a right angle and sixty degrees. With half as much again four edges
-/// passed through triangles of a robe that was drawn up over its belt.
+/// later than that: half a right angle and sixty degrees. With half as much again four edges passed through triangles of a robe that was drawn
+/// up over its belt.
 const FLAT: [f32; 2] = [0.8, 1.0];
 /// Depths of the tree, from the leaves up, at which neighbours are so told apart: so small a part of a panel cannot come around to itself while
 /// it faces one way.
@@ -140,7 +140,7 @@ struct Fixed {
 impl Fixed {
     /// Whether nodes are so near that their leaves must be compared.
     #[inline(always)]
-    fn gap_meets(&self, boxes: &[Aabb], [a, b]: [u32; 2]) -> bool {
+    fn may_meet(&self, boxes: &[Aabb], [a, b]: [u32; 2]) -> bool {
         a == b || boxes[a as usize].meets(&boxes[b as usize], self.query + 2.0 * self.margin)
     }
 }
@@ -377,32 +377,46 @@ impl Shared<'_> {
     /// again.
     pub unsafe fn watch(&self, block: usize) -> bool {
         // SAFETY: by the promise of the phases.
-        let Block { near, flat, stack, .. } = unsafe { &mut self.blocks.part(&(block..block + 1))[0] };
+        let found = unsafe { &mut self.blocks.part(&(block..block + 1))[0] };
         let cones = unsafe { self.cones.read(&(0..self.cones.len())) };
         let next = unsafe { self.lists.read(&(0..1))[0].search }.wrapping_add(1);
-        let apart = |[a, b]: [u32; 2]| cones[a as usize].apart(cones[b as usize]);
-        flat.retain(|pair| {
+        let Block { flat, stack, .. } = found;
+        flat.retain(|[a, b]| {
             // What is no number is not flat.
-            let keeps = apart(*pair) < FLAT[1];
+            let keeps = cones[*a as usize].apart(cones[*b as usize]) < FLAT[1];
             if !keeps {
-                stack.push(*pair);
+                stack.push([*a, *b]);
             }
             keeps
         });
-        let found = !stack.is_empty();
-        let first = self.fixed.leaves.leaves.len() as u32 - 1;
-        while let Some(pair) = stack.pop() {
-            if self.fixed.leaves.beside(pair) && apart(pair) < FLAT[0] {
-                flat.push(pair);
-            } else if pair[0] >= first {
-                let pair = pair.map(|k| k - first);
-                near.push(pair);
-                pair.iter().for_each(|k| self.moved[*k as usize].store(next, Ordering::Relaxed));
+        if stack.is_empty() {
+            return false;
+        }
+        let known = found.near.len();
+        self.descend(found, cones, |_| true);
+        for leaf in found.near[known..].iter().flatten() {
+            self.moved[*leaf as usize].store(next, Ordering::Relaxed);
+        }
+        true
+    }
+
+    /// Of the nodes on the stack, those below them that face the same way as their neighbours, and leaves that may have pairs.
+    fn descend(&self, found: &mut Block, cones: &[Cone], may_meet: impl Fn([u32; 2]) -> bool) {
+        let Block { near, flat, stack, .. } = found;
+        let (small, first) = (self.small(), self.fixed.leaves.leaves.len() as u32 - 1);
+        while let Some([a, b]) = stack.pop() {
+            if !may_meet([a, b]) {
+                continue;
+            }
+            let apart = || cones[a as usize].apart(cones[b as usize]);
+            if a >= small && apart() < FLAT[0] && self.fixed.leaves.beside([a, b]) {
+                flat.push([a, b]);
+            } else if a >= first {
+                near.push([a - first, b - first]);
             } else {
-                stack.extend(children(pair));
+                stack.extend(children([a, b]));
             }
         }
-        found
     }
 
     /// Begins a search; and, where vertices have moved too far since leaves were compared, shares that work out.
@@ -432,7 +446,7 @@ impl Shared<'_> {
         front.push([0, 0]);
         while front.len() < SHARES * BLOCKS && front[0][0] < self.small() {
             next.clear();
-            next.extend(front.drain(..).flat_map(children).filter(|pair| self.fixed.gap_meets(boxes, *pair)));
+            next.extend(front.drain(..).flat_map(children).filter(|pair| self.fixed.may_meet(boxes, *pair)));
             std::mem::swap(front, next);
         }
     }
@@ -448,26 +462,12 @@ impl Shared<'_> {
         let [front, _] = unsafe { &self.lists.read(&(0..1))[0].front };
         let boxes = unsafe { self.boxes.read(&(0..self.boxes.len())) };
         let cones = unsafe { self.cones.read(&(0..self.cones.len())) };
-        let Block { near, flat, stack, .. } = found;
-        near.clear();
-        flat.clear();
-        let (small, first) = (self.small(), self.fixed.leaves.leaves.len() as u32 - 1);
+        found.near.clear();
+        found.flat.clear();
         let each = front.len().div_ceil(BLOCKS);
         for pair in front.iter().skip(block * each).take(each) {
-            stack.push(*pair);
-            while let Some([a, b]) = stack.pop() {
-                if !self.fixed.gap_meets(boxes, [a, b]) {
-                    continue;
-                }
-                let apart = || cones[a as usize].apart(cones[b as usize]);
-                if a >= small && apart() < FLAT[0] && self.fixed.leaves.beside([a, b]) {
-                    flat.push([a, b]);
-                } else if a >= first {
-                    near.push([a - first, b - first]);
-                } else {
-                    stack.extend(children([a, b]));
-                }
-            }
+            found.stack.push(*pair);
+            self.descend(found, cones, |pair| self.fixed.may_meet(boxes, pair));
         }
     }
 

@@ -11,7 +11,7 @@
 //! Coarse levels, a few hundred nodes, are one workgroup.
 //!
 //! What differs is rounding: sums of a hinge's forces and of nodes' centres are taken in other orders, and compilers may fuse products and
-//! sums. For as long as a motion does not amplify such differences both are equal, to 2e-4 m over two seconds in `tests/cloth.rs`; where
+//! sums. For as long as a motion does not amplify such differences both are equal, to 1e-4 m over two seconds in `tests/cloth.rs`; where
 //! a cloth buckles they part as two runs of either that begin a rounding apart.
 //!
 //! **Cloth does not touch cloth here**: a solver with [`Settings::contact`](yugen_motion::cloth::Settings::contact) is refused.
