@@ -70,10 +70,11 @@ struct Block {
     search: u32,
 }
 
-/// Four places, and the leaves that they were found in.
+/// Four places, the leaves that they were found in, and the direction from the second of both to the first when found; nought where they met.
 struct Pair {
     at: [u32; 4],
     leaves: [u32; 2],
+    normal: Vec3A,
 }
 
 /// An edge, its ends and its box.
@@ -271,20 +272,20 @@ impl Shared<'_> {
                 touching.push((*pair, c));
             }
         };
-        // Boxes first: most pairs are within reach only.
-        let apart =
-            |a: [Vec3A; 2], b: [Vec3A; 2]| (b[0] - a[1]).max(a[0] - b[1]).cmpge(Vec3A::splat(near)).any();
-        for Pair { at: pair, .. } in sides.iter() {
+        // Planes first: most pairs are within reach only.
+        for Pair { at: pair, normal, .. } in sides.iter() {
             let q = pair.map(place);
-            if apart([q[0], q[0]], [q[1].min(q[2]).min(q[3]), q[1].max(q[2]).max(q[3])]) {
+            let h = q.map(|q| q.dot(*normal));
+            if h[0] - h[1].max(h[2]).max(h[3]) >= near {
                 continue;
             }
             let w = barycentric(q[0].into(), q[1].into(), q[2].into(), q[3].into());
             keep(pair, q, [1.0, -w[0], -w[1], -w[2]]);
         }
-        for Pair { at: pair, .. } in crosses.iter() {
+        for Pair { at: pair, normal, .. } in crosses.iter() {
             let q = pair.map(place);
-            if apart([q[0].min(q[1]), q[0].max(q[1])], [q[2].min(q[3]), q[2].max(q[3])]) {
+            let h = q.map(|q| q.dot(*normal));
+            if h[0].min(h[1]) - h[2].max(h[3]) >= near {
                 continue;
             }
             let [s, t] = nearest_of_edges(q[0].into(), q[1].into(), q[2].into(), q[3].into());

@@ -301,9 +301,14 @@ impl Shared<'_> {
                         continue;
                     }
                     let w = barycentric(q.into(), q0.into(), q1.into(), q2.into());
-                    let d = q.distance(q0 * w[0] + q1 * w[1] + q2 * w[2]);
+                    let way = q - (q0 * w[0] + q1 * w[1] + q2 * w[2]);
+                    let d = way.length();
                     if d < query {
-                        found.sides.push(Pair { at: [*v, t[0], t[1], t[2]], leaves: [a as u32, b as u32] });
+                        found.sides.push(Pair {
+                            at: [*v, t[0], t[1], t[2]],
+                            leaves: [a as u32, b as u32],
+                            normal: way.normalize_or_zero(),
+                        });
                         shorten(&[*v, t[0], t[1], t[2]], d);
                     }
                 }
@@ -334,11 +339,14 @@ impl Shared<'_> {
                     continue;
                 }
                 let [s, t] = nearest_of_edges((*p0).into(), (*p1).into(), (*q0).into(), (*q1).into());
-                let d = p0.lerp(*p1, s).distance(q0.lerp(*q1, t));
+                let way = p0.lerp(*p1, s) - q0.lerp(*q1, t);
+                let d = way.length();
                 if d < query {
-                    found
-                        .crosses
-                        .push(Pair { at: [e[0], e[1], other[0], other[1]], leaves: [a as u32, b as u32] });
+                    found.crosses.push(Pair {
+                        at: [e[0], e[1], other[0], other[1]],
+                        leaves: [a as u32, b as u32],
+                        normal: way.normalize_or_zero(),
+                    });
                     shorten(&[e[0], e[1], other[0], other[1]], d);
                 }
             }
