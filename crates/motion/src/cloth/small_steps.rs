@@ -15,7 +15,7 @@
 
 use super::air::{self, Air, Swing};
 use super::body::{Placed, Solid, Stance};
-use super::contact::{BLOCKS, Contacts};
+use super::contact::{BLOCKS, Contacts, ROUNDS};
 use super::lattice::{BLOCK, Lattices};
 use super::lines::{self, Bundle, Kept};
 use super::order::Order;
@@ -63,6 +63,8 @@ pub struct SmallSteps {
     v: Vec<Vec4>,
     /// What adding to a place has lost to rounding, to be added with the next.
     lost: Vec<Vec4>,
+    /// How far bodies have pushed each place out of them in this substep, which is no velocity.
+    shifts: Vec<Vec4>,
     /// Normals times areas, m², as each step begins.
     area: Vec<Vec4>,
     /// Of places, how they swing, how wide the cloth is that they are in, m, and their drag coefficients across as each step begins.
@@ -114,6 +116,8 @@ struct Near {
     now: u64,
     /// How far vertex and bodies may still move before another of `all` must be tested, m.
     slack: f32,
+    /// How far the vertex may still move before bodies beside `all` must be tested, m.
+    left: f32,
 }
 
 /// What one thread works on alone.
@@ -209,6 +213,7 @@ impl SmallSteps {
             positions: cloth.sheet.positions.clone(),
             u: vec![Vec4::ZERO; n],
             lost: vec![Vec4::ZERO; n],
+            shifts: vec![Vec4::ZERO; n],
             v: vec![Vec4::ZERO; n],
             area: vec![Vec4::ZERO; n],
             swings: vec![Swing::default(); n],
@@ -340,7 +345,7 @@ impl SmallSteps {
                 self.positions[v] = *x;
             }
         }
-        self.stale.store(true, Ordering::Relaxed);
+        self.search_anew();
     }
 
     /// What it needs besides how it was made to go on with the same bits, if pairs of contact are found anew
@@ -424,6 +429,17 @@ impl SmallSteps {
 
     /// One step. Nothing is allocated but what threads need.
     pub fn step(&mut self, step: &Step<'_>) {
+        if let Some(contacts) = &mut self.contacts {
+            let (place, sheet) = (&self.order.place, &self.cloth.sheet);
+            contacts.look(|| {
+                let found = super::crossings::crossings(&self.positions, &sheet.triangles).into_iter();
+                let places = |(e, t): ([u32; 2], u32)| {
+                    let [a, b, c] = sheet.triangles[t as usize];
+                    [e[0], e[1], a, b, c].map(|v| place[v as usize])
+                };
+                found.map(places).collect()
+            });
+        }
         self.areas();
         let air = Air { wind: step.wind.extend(0.0) };
         self.swing(air);
@@ -448,6 +464,7 @@ impl SmallSteps {
         let slopes = &self.slopes;
         let [friction, gap] = [self.cloth.friction[0], 0.5 * self.cloth.thickness];
         let seconds = self.settings.seconds;
+        let every = u64::MAX.checked_shr(u64::BITS - bodies.len() as u32).unwrap_or(0);
         let near = Parts::new(&mut self.near);
         let slack = Parts::new(&mut self.slack);
         // As far as any body goes in a substep; where that is not easily told, it is tested in each.
@@ -464,6 +481,7 @@ impl SmallSteps {
         let h = self.settings.seconds / n as f32;
         let (x, u, v) = (Parts::new(&mut self.x), Parts::new(&mut self.u), Parts::new(&mut self.v));
         let lost = Parts::new(&mut self.lost);
+        let shifts = Parts::new(&mut self.shifts);
         let lattices = self.lattices.as_mut().map(std::slice::from_mut).map(Parts::new);
         let coarse = Parts::new(&mut []);
         let lattices = lattices.unwrap_or(coarse);
@@ -482,9 +500,9 @@ impl SmallSteps {
             let range = &strips[k].range;
             let of = x.read(range).iter().zip(v.read(range));
             for ((near, slack), (x, v)) in near.part(range).iter_mut().zip(slack.part(range)).zip(of) {
-                (*near, *slack) = (Near::default(), 0.0);
                 // As far as it flies, and as far as a pull may take it.
                 let reach = v.length() * seconds + REACH;
+                (*near, *slack) = (Near { left: reach, ..Near::default() }, 0.0);
                 for (b, (middle, radius, moved)) in sweeps.iter().enumerate() {
                     let p = x.truncate();
                     let around = p.distance_squared(*middle) < (radius + reach) * (radius + reach);
@@ -516,12 +534,16 @@ impl SmallSteps {
             let (x, u) = (x.part(range), u.part(range));
             let (give, slack) = (give.part(range), slack.part(range));
             let of = near.part(range).iter_mut().zip(&inverse[range.clone()]);
-            for (((x, u), (near, w)), (give, slack)) in
-                x.iter_mut().zip(u.iter_mut()).zip(of).zip(give.iter_mut().zip(slack))
+            for ((((x, u), (near, w)), (give, slack)), shifted) in
+                x.iter_mut().zip(u.iter_mut()).zip(of).zip(give.iter_mut().zip(slack)).zip(shifts.part(range))
             {
                 *give = *w;
-                let way = u.length() + pace;
-                (*slack, near.slack) = (*slack - way, near.slack - way);
+                let far = u.length();
+                let way = far + pace;
+                (*slack, near.slack, near.left) = (*slack - way, near.slack - way, near.left - far);
+                if near.left < 0.0 {
+                    (near.all, near.left, near.slack, *slack) = (every, f32::INFINITY, 0.0, 0.0);
+                }
                 if *w == 0.0 || *slack > 0.0 {
                     continue;
                 }
@@ -569,14 +591,20 @@ impl SmallSteps {
                     *u += back;
                     *x -= back;
                 }
+                // To contact it is motion like any other.
+                if touching {
+                    *shifted = *x - begun;
+                    *x = begun;
+                    *u += *shifted;
+                }
             }
         };
         #[allow(unsafe_code)]
-        let finish = |k: usize, s: u32| unsafe {
+        let halt = |k: usize, s: u32| unsafe {
             let range = &strips[k].range;
             // Bodies have the last word, but for what keeps cloth from passing through itself.
             stop(k, s);
-            let (x, u, v, lost) = (x.part(range), u.part(range), v.part(range), lost.part(range));
+            let (x, u) = (x.part(range), u.part(range));
             let (near, slack) = (near.part(range), slack.part(range));
             let moved = |i: usize, by: f32| {
                 near[i].slack -= by;
@@ -585,8 +613,22 @@ impl SmallSteps {
             if contacts.is_some_and(|c| c.hold(range, x, u, inverse, moved)) {
                 stale.store(true, Ordering::Relaxed);
             }
-            for (((x, u), v), lost) in x.iter_mut().zip(u).zip(v).zip(lost) {
+        };
+        #[allow(unsafe_code)]
+        let finish = |k: usize, s: u32| unsafe {
+            let range = &strips[k].range;
+            if !touching {
+                halt(k, s);
+            }
+            let (x, u, v, lost) = (x.part(range), u.part(range), v.part(range), lost.part(range));
+            for ((((x, u), v), lost), shift) in x.iter_mut().zip(u).zip(v).zip(lost).zip(shifts.part(range)) {
+                // As much of the push out of bodies as it has got is no velocity.
+                let square = shift.length_squared();
                 *v = *u * (1.0 / h);
+                if square > 0.0 {
+                    *v -= *shift * ((u.dot(*shift) / square).clamp(0.0, 1.0) / h);
+                    *shift = Vec4::ZERO;
+                }
                 // Kahan's sum: steps are short.
                 let by = *u + *lost;
                 let to = *x + by;
@@ -747,6 +789,25 @@ impl SmallSteps {
                             h,
                         );
                     });
+                    team.each(strips.len(), |k| halt(k, s));
+                    for round in 0..ROUNDS {
+                        #[allow(unsafe_code)]
+                        team.each(BLOCKS, |k| unsafe {
+                            contacts.suspect(k, round, x.read(&(0..x.len())), u.read(&(0..u.len())));
+                        });
+                        if !contacts.suspects(round) {
+                            break;
+                        }
+                        #[allow(unsafe_code)]
+                        team.each(1, |_| unsafe {
+                            let (near, slack) = (near.part(&(0..near.len())), slack.part(&(0..slack.len())));
+                            let moved = |place: usize, by: f32| {
+                                near[place].slack -= by;
+                                slack[place] -= by;
+                            };
+                            contacts.guard(u.part(&(0..u.len())), give.read(&(0..give.len())), moved);
+                        });
+                    }
                 }
             }
             team.each(strips.len(), |k| {

@@ -1,9 +1,12 @@
 //! Cloth that touches itself: vertices and triangles, edges and edges.
 //!
 //! As in Chen, Hsu, Wang, Gascón, Macklin and Yuksel 2025, "Offset Geometric Contact": once in a while all pairs within a radius are
-//! found, and until the next time no vertex moves farther than a part of the distance to the nearest of its pairs, so that no
-//! collision has to be searched for between two places. A vertex that is paired may always move at a speed of [`LEAST`], so cloth that
-//! limbs squeeze flat can pass. A tree of boxes over the triangles is made once and only fitted anew.
+//! found, and until the next time no vertex moves so far that it could touch what it is not paired with. Pairs that come nearer than they
+//! keep are pushed apart. That, and what springs and bodies do besides, may still draw them through each other; so in each substep, when all else
+//! has had its say, those that would pass are stopped ([`guard`]). There a bound on each vertex would hold back cloth that falls in folds.
+//! A tree of boxes over the triangles is made once and only fitted anew.
+//!
+//! What passes through itself to begin with is looked for, and may come back.
 //!
 //! Three lists, each made from the one before when it is due. Leaves of the tree that are near, with a margin that lasts for about a
 //! frame. Pairs of vertices, triangles and edges within reach, when a vertex has gone as far as it may: several times a frame, and only
@@ -11,7 +14,10 @@
 //! are made by all threads, in blocks of a fixed number, each a part of the tree against another, and pairs are
 //! pushed apart one after the other in the order of the blocks: same bits for any number of threads.
 
+mod guard;
 mod pairs;
+
+pub(super) use guard::ROUNDS;
 
 use super::Cloth;
 use super::aabb::Aabb;
@@ -20,6 +26,7 @@ use super::leaves::Leaves;
 use super::order::Order;
 use super::team::Parts;
 use glam::{Vec3, Vec3A, Vec4};
+use guard::Passing;
 use pairs::Cone;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -30,10 +37,9 @@ const RADIUS: f32 = 0.2;
 const QUERY: f32 = 0.42;
 /// How far vertices may move before leaves are compared again, in mean edges.
 const MARGIN: f32 = 0.5;
-/// Part of half the distance of a pair that a vertex may move.
+/// Part of the distance between two by which they may come nearer.
 const PART: f32 = 0.9;
-/// Speed at which a vertex may move whatever it is near to, m/s. What is squeezed flat between two limbs, or passes through itself,
-/// would else stay where it is while a limb goes on: so fast are limbs of a dance.
+/// Speed at which what passes through itself may come back, m/s.
 const LEAST: f32 = 0.5;
 /// Blocks of the work on pairs: several for each of a dozen threads, and so small that what has moved is in few of them.
 pub(super) const BLOCKS: usize = 256;
@@ -64,6 +70,10 @@ struct Block {
     crosses: Vec<Pair>,
     /// Those of them that touch, with the weights of their nearest points, which sum up to one and minus one.
     touching: Vec<([u32; 4], [f32; 4])>,
+    /// Those that would pass through each other.
+    passing: Vec<Passing>,
+    /// How much nearer pairs may come before any might pass through each other, m.
+    left: f32,
     /// Edges of two leaves that are near to each other, while they are compared.
     close: [Vec<Close>; 2],
     /// The number of the search in which pairs were found.
@@ -75,6 +85,8 @@ struct Pair {
     at: [u32; 4],
     leaves: [u32; 2],
     normal: Vec3A,
+    /// Whether they are as near in the flat cloth: they do not push each other.
+    ring: bool,
 }
 
 /// An edge, its ends and its box.
@@ -85,7 +97,7 @@ struct Fixed {
     radius: f32,
     query: f32,
     margin: f32,
-    /// How far vertices that are paired may always move between two searches, m.
+    /// How far what passes through itself comes back in a substep at the most, m.
     least: f32,
     /// What must be left to a vertex of the way it may go, or its pairs are found again: `least`, where all may go farther than that.
     spare: f32,
@@ -93,6 +105,8 @@ struct Fixed {
     /// nearly as thick as the query or thicker, no nearer than the radius less [`NEARER`] of it.
     farthest: f32,
     friction: f32,
+    /// How much farther than until pairs are found again a vertex may go, m.
+    beyond: f32,
     leaves: Leaves,
     /// Of each vertex, those that are nearer than the radius in the flat cloth: mostly none.
     ring: Vec<Vec<u32>>,
@@ -116,12 +130,16 @@ struct Lists {
     front: [Vec<[u32; 2]>; 2],
     /// How far all have moved together since pairs were found; and since leaves were compared.
     drift: Vec3A,
+    /// And in this substep.
+    mean: Vec3A,
     far_drift: Vec3A,
     /// How often pairs have been searched for, and the last time when all were.
     search: u32,
     all: u32,
     /// Pairs that have another pass, each by its block and its number there.
     deep: Vec<[u32; 2]>,
+    /// The number of the last round in which pairs were stopped.
+    stopped: u32,
 }
 
 /// What touches what.
@@ -144,6 +162,14 @@ pub(super) struct Contacts {
     moved: Vec<AtomicU32>,
     /// Of each leaf, how far its vertices may go for what is found of others in a search, as bits.
     room: Vec<AtomicU32>,
+    /// Of each place, the last round in which it was stopped; and of each round, whether pairs were found.
+    stopped: Vec<u32>,
+    found: [AtomicBool; ROUNDS],
+    /// How far any place goes in this substep beside what all go, m, as bits.
+    pace: AtomicU32,
+    /// Whether cloth may pass through itself as a step begins, and the places where it does.
+    tangled: AtomicBool,
+    through: Vec<bool>,
 }
 
 /// [`Contacts`] as threads share them in a step.
@@ -159,6 +185,11 @@ pub(super) struct Shared<'a> {
     far: &'a AtomicBool,
     moved: &'a [AtomicU32],
     room: &'a [AtomicU32],
+    stopped: Parts<'a, u32>,
+    found: &'a [AtomicBool; ROUNDS],
+    pace: &'a AtomicU32,
+    tangled: &'a AtomicBool,
+    through: &'a [bool],
 }
 
 impl Contacts {
@@ -187,10 +218,12 @@ impl Contacts {
         let lists = Lists {
             front: Default::default(),
             drift: Vec3A::ZERO,
+            mean: Vec3A::ZERO,
             far_drift: Vec3A::ZERO,
             search: 0,
             all: 0,
             deep: Vec::new(),
+            stopped: 0,
         };
         Some(Self {
             boxes: vec![Aabb::NONE; 2 * count - 1],
@@ -204,6 +237,11 @@ impl Contacts {
             far: AtomicBool::new(true),
             moved: (0..count).map(|_| AtomicU32::new(0)).collect(),
             room: (0..count).map(|_| AtomicU32::new(0)).collect(),
+            stopped: vec![0; n],
+            found: Default::default(),
+            pace: AtomicU32::new(0),
+            tangled: AtomicBool::new(true),
+            through: vec![false; n],
             fixed: Fixed {
                 radius,
                 query,
@@ -212,6 +250,8 @@ impl Contacts {
                 spare: least.min(0.5 * farthest),
                 farthest,
                 friction: cloth.friction[1],
+                // Then those that are not paired yet do not touch.
+                beyond: 0.5 * PART * radius,
                 leaves,
                 ringed: ring.iter().map(|r| !r.is_empty()).collect(),
                 ring,
@@ -223,6 +263,19 @@ impl Contacts {
     /// Leaves are compared again at the next search, as if there had been none before.
     pub fn forget(&mut self) {
         self.far.store(true, Ordering::Relaxed);
+        self.tangled.store(true, Ordering::Relaxed);
+    }
+
+    /// Looks where cloth passes through itself, where that may be: in the beginning, and when pairs could not all be stopped. `crossings` are the
+    /// places of edges and triangles.
+    pub fn look(&mut self, crossings: impl FnOnce() -> Vec<[u32; 5]>) {
+        if !*self.tangled.get_mut() {
+            return;
+        }
+        let found = crossings();
+        self.through.fill(false);
+        found.iter().flatten().for_each(|p| self.through[*p as usize] = true);
+        *self.tangled.get_mut() = !found.is_empty();
     }
 
     /// For the threads of a step.
@@ -239,11 +292,17 @@ impl Contacts {
             far: &self.far,
             moved: &self.moved,
             room: &self.room,
+            stopped: Parts::new(&mut self.stopped),
+            found: &self.found,
+            pace: &self.pace,
+            tangled: &self.tangled,
+            through: &self.through,
         }
     }
 }
 
-/// In each substep [`Shared::touch`] in all blocks, [`Shared::part`], and [`Shared::hold`] at all places.
+/// In each substep [`Shared::touch`] in all blocks, [`Shared::part`], and when all else has moved places [`Shared::hold`] at all of them and what
+/// [`guard`] says.
 ///
 /// # Safety
 /// Of all: a phase is over before the next begins, and the tasks of a phase have different numbers or ranges.
@@ -273,7 +332,7 @@ impl Shared<'_> {
             }
         };
         // Planes first: most pairs are within reach only.
-        for Pair { at: pair, normal, .. } in sides.iter() {
+        for Pair { at: pair, normal, .. } in sides.iter().filter(|p| !p.ring) {
             let q = pair.map(place);
             let h = q.map(|q| q.dot(*normal));
             if h[0] - h[1].max(h[2]).max(h[3]) >= near {
@@ -282,7 +341,7 @@ impl Shared<'_> {
             let w = barycentric(q[0].into(), q[1].into(), q[2].into(), q[3].into());
             keep(pair, q, [1.0, -w[0], -w[1], -w[2]]);
         }
-        for Pair { at: pair, normal, .. } in crosses.iter() {
+        for Pair { at: pair, normal, .. } in crosses.iter().filter(|p| !p.ring) {
             let q = pair.map(place);
             let h = q.map(|q| q.dot(*normal));
             if h[0].min(h[1]) - h[2].max(h[3]) >= near {
@@ -298,7 +357,9 @@ impl Shared<'_> {
     pub unsafe fn part(&self, x: &[Vec4], u: &mut [Vec4], inverse: &[f32], h: f32) {
         // SAFETY: by the promise of the phases, alone.
         let (found, lists) = unsafe { (self.blocks.read(&(0..BLOCKS)), &mut self.lists.part(&(0..1))[0]) };
-        let Lists { deep, drift, .. } = lists;
+        let Lists { deep, drift, mean, .. } = lists;
+        self.found.iter().for_each(|f| f.store(false, Ordering::Relaxed));
+        self.pace.store(0, Ordering::Relaxed);
         for (pair, c) in found.iter().flat_map(|f| &f.touching) {
             self.push(x, u, inverse, pair.map(|v| v as usize), c, RECOVERY * h);
         }
@@ -328,6 +389,7 @@ impl Shared<'_> {
             attached.iter().map(|p| way(*p as usize)).sum::<Vec3A>() / attached.len() as f32
         };
         *drift += moved;
+        *mean = moved;
     }
 
     /// Pushes two points apart, of weights that sum up to one and minus one, and those that were too near before by `back`, m; whether they
@@ -369,8 +431,8 @@ impl Shared<'_> {
         true
     }
 
-    /// Keeps places from going farther than they may, unless they are attached and go where they are told; `moved` is told which of the
-    /// range by how much, m. Whether pairs must be found again.
+    /// Keeps places from going so far that they could pass through what they are not paired with, unless they are attached and go where they
+    /// are told; `moved` is told which of the range by how much, m. Whether pairs must be found again.
     pub unsafe fn hold(
         &self,
         range: &Range<usize>,
@@ -380,19 +442,22 @@ impl Shared<'_> {
         mut moved: impl FnMut(usize, f32),
     ) -> bool {
         // SAFETY: by the promise of the phases.
-        let (at, drift) = unsafe { (self.at.read(range), self.lists.read(&(0..1))[0].drift) };
-        let mut again = false;
+        let (at, Lists { drift, mean, .. }) = unsafe { (self.at.read(range), &self.lists.read(&(0..1))[0]) };
+        let (mut again, mut pace) = (false, 0.0f32);
         let of = at.iter().zip(&self.reach[range.clone()]).zip(&inverse[range.clone()]);
         for (i, ((x, u), ((at, reach), w))) in x.iter().zip(u).zip(of).enumerate() {
-            let from = *at + drift;
+            let from = *at + *drift;
             let way = Vec3A::from_vec4(*x + *u) - from;
-            let (far, reach) = (way.length(), f32::from_bits(reach.load(Ordering::Relaxed)));
+            let (far, due) = (way.length(), f32::from_bits(reach.load(Ordering::Relaxed)));
+            let reach = due + self.fixed.beyond;
             if far > reach && *w > 0.0 {
                 *u = (from + way * (reach / far) - Vec3A::from_vec4(*x)).extend(0.0);
                 moved(i, far - reach);
             }
-            again |= far > 0.7 * reach;
+            again |= far > 0.7 * due;
+            pace = pace.max((Vec3A::from_vec4(*u) - *mean).length_squared());
         }
+        self.pace.fetch_max(pace.sqrt().to_bits(), Ordering::Relaxed);
         again
     }
 }

@@ -251,6 +251,7 @@ impl Shared<'_> {
         let mut these = near.iter().filter(|pair| due(**pair)).peekable();
         if all == search || these.peek().is_some() {
             found.search = *search;
+            found.left = 0.0;
             let Block { sides, crosses, .. } = found;
             // What was found of these leaves before is gone with them.
             for list in [sides, crosses] {
@@ -281,12 +282,7 @@ impl Shared<'_> {
         let (one, two) = (&leaves.leaves[a], &leaves.leaves[b]);
         limit(query);
         let p = |v: u32| at[v as usize];
-        let near =
-            |v: u32, w: u32| v == w || (f.ringed[v as usize] && f.ring[v as usize].binary_search(&w).is_ok());
-        let shorten = |vertices: &[u32], d: f32| {
-            let reach = (0.5 * PART * d).max(f.least);
-            vertices.iter().for_each(|v| lower(&self.reach[*v as usize], reach));
-        };
+        let ringed = |v: u32, w: u32| f.ringed[v as usize] && f.ring[v as usize].binary_search(&w).is_ok();
         for (from, to, k) in [(one, two, b), (two, one, a)].iter().take(if a == b { 1 } else { 2 }) {
             let around = bounds[*k].grown(query);
             for v in &leaves.vertices[from.vertices.start as usize..from.vertices.end as usize] {
@@ -297,19 +293,20 @@ impl Shared<'_> {
                 for t in &leaves.triangles[to.triangles.start as usize..to.triangles.end as usize] {
                     let [q0, q1, q2] = t.map(p);
                     let bounds = Aabb { low: q0.min(q1).min(q2), high: q0.max(q1).max(q2) }.grown(query);
-                    if !bounds.has(q) || t.iter().any(|w| near(*v, *w)) {
+                    if !bounds.has(q) || t.contains(v) {
                         continue;
                     }
                     let w = barycentric(q.into(), q0.into(), q1.into(), q2.into());
                     let way = q - (q0 * w[0] + q1 * w[1] + q2 * w[2]);
                     let d = way.length();
                     if d < query {
+                        let ring = t.iter().any(|w| ringed(*v, *w));
                         found.sides.push(Pair {
+                            ring,
                             at: [*v, t[0], t[1], t[2]],
                             leaves: [a as u32, b as u32],
                             normal: way.normalize_or_zero(),
                         });
-                        shorten(&[*v, t[0], t[1], t[2]], d);
                     }
                 }
             }
@@ -335,19 +332,20 @@ impl Shared<'_> {
             let grown = bounds.grown(query);
             let others = if a == b { &mine[i + 1..] } else { &theirs[..] };
             for (other, [q0, q1], box_of) in others {
-                if !grown.meets(box_of, 0.0) || e.iter().any(|v| near(*v, other[0]) || near(*v, other[1])) {
+                if !grown.meets(box_of, 0.0) || e.iter().any(|v| other.contains(v)) {
                     continue;
                 }
                 let [s, t] = nearest_of_edges((*p0).into(), (*p1).into(), (*q0).into(), (*q1).into());
                 let way = p0.lerp(*p1, s) - q0.lerp(*q1, t);
                 let d = way.length();
                 if d < query {
+                    let ring = e.iter().any(|v| ringed(*v, other[0]) || ringed(*v, other[1]));
                     found.crosses.push(Pair {
+                        ring,
                         at: [e[0], e[1], other[0], other[1]],
                         leaves: [a as u32, b as u32],
                         normal: way.normalize_or_zero(),
                     });
-                    shorten(&[e[0], e[1], other[0], other[1]], d);
                 }
             }
         }
