@@ -4,8 +4,7 @@
 //! compliant constraints (XPBD), solved once in each of many substeps. Five things are added:
 //!
 //! * Coarse levels ([`super::lattice`]) carry what one pass does not: the weight of a whole cloth to where it hangs.
-//! * Springs along threads can be solved all at once, to and fro along each ([`super::lines`], [`Settings::lines`]): for cloth that does not
-//!   touch itself.
+//! * Springs along threads can be solved all at once, to and fro along each ([`super::lines`], [`Settings::lines`]).
 //! * Where cloth touches cloth, springs that are longer than they may be have more passes ([`SmallSteps::tighten`]).
 //! * Bending is no constraint but a force: it is soft enough to be stable, and a force is right at rest, where a constraint that is solved
 //!   once would be softer the finer the mesh. A fine mesh of stiff cloth takes more substeps for it.
@@ -15,7 +14,7 @@
 
 use super::air::{self, Air, Swing};
 use super::body::{Placed, Solid, Stance};
-use super::contact::{BLOCKS, Contacts, ROUNDS};
+use super::contact::{BLOCKS, Contacts, ROUNDS, Shared};
 use super::lattice::{BLOCK, Lattices};
 use super::lines::{self, Bundle, Kept};
 use super::order::Order;
@@ -713,9 +712,14 @@ impl SmallSteps {
                 if calms {
                     team.each(borders.len(), |k| calm(&borders[k]));
                 }
-                if let Some(contacts) = contacts.filter(|_| s % TOUCHES == 0) {
+                // Likewise.
+                #[allow(unsafe_code)]
+                let turned = |c: &&Shared<'_>| unsafe { c.turned() };
+                if let Some(contacts) = contacts.filter(turned) {
                     #[allow(unsafe_code)]
-                    team.each(contacts.fits(), |k| unsafe { contacts.face(k, x.read(&(0..x.len()))) });
+                    team.each(contacts.fits(), |k| unsafe {
+                        contacts.face(k, x.read(&(0..x.len())), v.read(&(0..v.len())), h)
+                    });
                     #[allow(unsafe_code)]
                     team.each(BLOCKS, |k| unsafe {
                         if contacts.watch(k) {

@@ -51,7 +51,7 @@ impl Shared<'_> {
         let [floor, tolerance] = [FLOOR, TOLERANCE].map(|part| part * self.fixed.radius);
         if round == 0 {
             passing.clear();
-            *left -= 2.0 * f32::from_bits(self.pace.load(Ordering::Relaxed));
+            *left -= 2.0 * self.pace();
             if *left > floor {
                 return;
             }
@@ -92,9 +92,7 @@ impl Shared<'_> {
                 let normal = between / d;
                 let [low, high] = ends(&w.map(|w| w.dot(normal)), first);
                 // What passes through each other already may come back.
-                let through = |side: &[u32]| side.iter().any(|v| self.through[*v as usize]);
-                let least =
-                    if through(&at[..first]) && through(&at[first..]) { self.fixed.least } else { 0.0 };
+                let least = if self.passes(at, first) { self.fixed.least } else { 0.0 };
                 let most = (PART * (d - floor)).max(least);
                 if high - low > most + tolerance {
                     passing.push(Passing { at: *at, first, normal, most });

@@ -6,7 +6,7 @@
 //! has had its say, those that would pass are stopped ([`guard`]). There a bound on each vertex would hold back cloth that falls in folds.
 //! A tree of boxes over the triangles is made once and only fitted anew.
 //!
-//! What passes through itself to begin with is looked for, and may come back.
+//! What passes through itself to begin with is looked for. It is not pushed, for on the wrong side it would stay there, and may come back.
 //!
 //! Three lists, each made from the one before when it is due. Leaves of the tree that are near, with a margin that lasts for about a
 //! frame. Pairs of vertices, triangles and edges within reach, when a vertex has gone as far as it may: several times a frame, and only
@@ -37,6 +37,9 @@ const RADIUS: f32 = 0.2;
 const QUERY: f32 = 0.42;
 /// How far vertices may move before leaves are compared again, in mean edges.
 const MARGIN: f32 = 0.5;
+/// How far vertices may move from each other before it is looked again where leaves face, in mean edges: a triangle turns by about as many radians,
+/// half as much again, and two of them by twice that.
+const TURN: f32 = 0.1;
 /// Part of the distance between two by which they may come nearer.
 const PART: f32 = 0.9;
 /// Speed at which what passes through itself may come back, m/s.
@@ -104,6 +107,8 @@ struct Fixed {
     /// How far at the most: two that are not paired are farther apart than the query, and end no nearer than the radius; of cloth that is
     /// nearly as thick as the query or thicker, no nearer than the radius less [`NEARER`] of it.
     farthest: f32,
+    /// How far places may move from each other before it is looked again where leaves face, m.
+    turn: f32,
     friction: f32,
     /// How much farther than until pairs are found again a vertex may go, m.
     beyond: f32,
@@ -132,6 +137,8 @@ struct Lists {
     drift: Vec3A,
     /// And in this substep.
     mean: Vec3A,
+    /// How far two places may have moved from each other since it was looked where leaves face, m; without the last substep.
+    turned: f32,
     far_drift: Vec3A,
     /// How often pairs have been searched for, and the last time when all were.
     search: u32,
@@ -219,6 +226,7 @@ impl Contacts {
             front: Default::default(),
             drift: Vec3A::ZERO,
             mean: Vec3A::ZERO,
+            turned: f32::INFINITY,
             far_drift: Vec3A::ZERO,
             search: 0,
             all: 0,
@@ -249,6 +257,7 @@ impl Contacts {
                 least,
                 spare: least.min(0.5 * farthest),
                 farthest,
+                turn: TURN * edge,
                 friction: cloth.friction[1],
                 // Then those that are not paired yet do not touch.
                 beyond: 0.5 * PART * radius,
@@ -264,6 +273,7 @@ impl Contacts {
     pub fn forget(&mut self) {
         self.far.store(true, Ordering::Relaxed);
         self.tangled.store(true, Ordering::Relaxed);
+        self.lists[0].turned = f32::INFINITY;
     }
 
     /// Looks where cloth passes through itself, where that may be: in the beginning, and when pairs could not all be stopped. `crossings` are the
@@ -332,7 +342,7 @@ impl Shared<'_> {
             }
         };
         // Planes first: most pairs are within reach only.
-        for Pair { at: pair, normal, .. } in sides.iter().filter(|p| !p.ring) {
+        for Pair { at: pair, normal, .. } in sides.iter().filter(|p| !p.ring && !self.passes(&p.at, 1)) {
             let q = pair.map(place);
             let h = q.map(|q| q.dot(*normal));
             if h[0] - h[1].max(h[2]).max(h[3]) >= near {
@@ -341,7 +351,7 @@ impl Shared<'_> {
             let w = barycentric(q[0].into(), q[1].into(), q[2].into(), q[3].into());
             keep(pair, q, [1.0, -w[0], -w[1], -w[2]]);
         }
-        for Pair { at: pair, normal, .. } in crosses.iter().filter(|p| !p.ring) {
+        for Pair { at: pair, normal, .. } in crosses.iter().filter(|p| !p.ring && !self.passes(&p.at, 2)) {
             let q = pair.map(place);
             let h = q.map(|q| q.dot(*normal));
             if h[0].min(h[1]) - h[2].max(h[3]) >= near {
@@ -356,7 +366,9 @@ impl Shared<'_> {
     /// attached if anything is, as that which all have in common: what moves together does not come nearer.
     pub unsafe fn part(&self, x: &[Vec4], u: &mut [Vec4], inverse: &[f32], h: f32) {
         // SAFETY: by the promise of the phases, alone.
+        let turned = unsafe { self.turned() };
         let (found, lists) = unsafe { (self.blocks.read(&(0..BLOCKS)), &mut self.lists.part(&(0..1))[0]) };
+        lists.turned = if turned { 0.0 } else { lists.turned + 2.0 * self.pace() };
         let Lists { deep, drift, mean, .. } = lists;
         self.found.iter().for_each(|f| f.store(false, Ordering::Relaxed));
         self.pace.store(0, Ordering::Relaxed);
@@ -390,6 +402,26 @@ impl Shared<'_> {
         };
         *drift += moved;
         *mean = moved;
+    }
+
+    /// Whether the first `first` places and the rest are of what passes through each other.
+    #[inline(always)]
+    fn passes(&self, at: &[u32; 4], first: usize) -> bool {
+        let through = |side: &[u32]| side.iter().any(|v| self.through[*v as usize]);
+        through(&at[..first]) && through(&at[first..])
+    }
+
+    /// How far any place has gone in the last substep beside what all have, m.
+    fn pace(&self) -> f32 {
+        f32::from_bits(self.pace.load(Ordering::Relaxed))
+    }
+
+    /// Whether places have moved so far from each other that it must be looked again where leaves face.
+    pub unsafe fn turned(&self) -> bool {
+        // SAFETY: by the promise of the phases.
+        let turned = unsafe { self.lists.read(&(0..1))[0].turned };
+        let far = turned + 2.0 * self.pace();
+        far > self.fixed.turn || far.is_nan()
     }
 
     /// Pushes two points apart, of weights that sum up to one and minus one, and those that were too near before by `back`, m; whether they
@@ -534,7 +566,7 @@ mod tests {
                     m.load(Ordering::Relaxed) == shared.lists.read(&(0..1))[0].search.wrapping_add(1)
                 };
                 kept += usize::from(!shared.moved.iter().any(marked));
-                (0..shared.fits()).for_each(|task| shared.face(task, &x));
+                (0..shared.fits()).for_each(|task| shared.face(task, &x, &x, 0.0));
                 (0..shared.fits()).for_each(|task| shared.fit(task));
                 shared.begin();
                 (0..BLOCKS).for_each(|block| shared.pair(block));
