@@ -110,7 +110,7 @@ impl SceneCloth {
             seconds: (1.0 / options.fps) as f32,
             substeps: options.substeps.unwrap_or(SUBSTEPS),
             contact: !options.no_contact,
-            lines: options.no_contact,
+            lines: true,
             threads: argument::threads(options.threads),
             ..Settings::default()
         };

@@ -22,7 +22,7 @@ struct Moved {
 }
 
 fn settings(substeps: u32, contact: bool) -> Settings {
-    Settings { substeps, contact, lines: !contact, threads: 2, ..Settings::default() }
+    Settings { substeps, contact, lines: true, threads: 2, ..Settings::default() }
 }
 
 /// Ours, on this body, and the substeps it took.

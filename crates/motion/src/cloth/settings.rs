@@ -12,7 +12,7 @@ pub struct Settings {
     /// Coarse levels; without, a cloth stretches under its weight the more the finer it is.
     pub coarse: bool,
     /// Whether springs that follow each other along a thread are solved all at once: a fifth of the substeps leaves the stretch that all
-    /// would. For cloth that does not touch itself: they draw folds through each other against contact, in substeps as long as these.
+    /// would. It gains a garment nothing whose threads end at seams and hang from a few vertices.
     pub lines: bool,
     /// Whether cloth touches cloth.
     pub contact: bool,
