@@ -145,17 +145,21 @@ fn what_is_held_with_less_than_full_grip_does_not_go_through_other_cloth() {
             solver.step(&Step { targets: &targets, ..Step::default() });
             most = most.max(solver.cloth().crossings(solver.positions()).len());
         }
+        let lowest = solver.positions().iter().map(|p| p.y).fold(f32::INFINITY, f32::min);
         // Where nothing is in the way it is held there.
         let up: Vec<Vec3> = targets.iter().map(|t| *t + Vec3::Y * 0.1).collect();
         for _ in 0..60 {
             solver.step(&Step { targets: &up, ..Step::default() });
         }
         let off = held.iter().zip(&up).map(|(v, t)| solver.positions()[*v as usize].distance(*t));
-        (most, off.fold(0.0, f32::max))
+        (most, lowest, off.fold(0.0, f32::max))
     };
-    let (crossings, off) = pulled(0.2);
-    println!("{crossings} crossings, {off} m off");
-    assert_eq!(crossings, 0);
-    assert!(off < 0.004, "{off}");
-    assert!(pulled(1.0).0 > 0);
+    let [(crossings, lowest, off), (through, deep, _)] = [0.2, 1.0].map(pulled);
+    println!(
+        "{crossings} crossings, lowest at {lowest} m, {off} m off; {through} and {deep} m with full grip"
+    );
+    assert_eq!([crossings, through], [0; 2]);
+    assert!(off < 0.004 && lowest > -1e-3, "{off} {lowest}");
+    // It takes the lower one with it, into the ground.
+    assert!(deep < -0.01, "{deep}");
 }

@@ -17,7 +17,7 @@ const PASSES: u32 = 8;
 /// Of the distance to keep, what pairs are not let nearer than.
 const FLOOR: f32 = 0.02;
 /// Likewise, what pairs are let nearer by than they may be: what has nothing left of its way would else be stopped over and over for what is rounded.
-const TOLERANCE: f32 = 0.002;
+const TOLERANCE: f32 = 0.001;
 
 /// Four places that would pass through each other: of the first `first` and the rest, the direction from these to those, and how much nearer
 /// they may come along it, m.
@@ -92,8 +92,10 @@ impl Shared<'_> {
                 let normal = between / d;
                 let [low, high] = ends(&w.map(|w| w.dot(normal)), first);
                 // What passes through each other already may come back.
-                let least = if self.passes(at, first) { self.fixed.least } else { 0.0 };
-                let most = (PART * (d - floor)).max(least);
+                let least = if self.passes(at, first) { self.fixed.least } else { f32::NEG_INFINITY };
+                // Below the floor they are to part, or they would come nearer by the tolerance in each substep.
+                let part = if d > floor { PART } else { 1.0 - PART };
+                let most = (part * (d - floor)).max(least);
                 if high - low > most + tolerance {
                     passing.push(Passing { at: *at, first, normal, most });
                 }
