@@ -3,27 +3,28 @@
 //! Macklin, Storey, Lu, Terdiman, Chentanez, Jeschke and Müller 2019, "Small Steps in Physics Simulation": springs as
 //! compliant constraints (XPBD), solved once in each of many substeps. Five things are added:
 //!
-//! * Coarse levels ([`super::lattice`]) carry what one pass does not: the weight of a whole cloth to where it hangs.
-//! * Springs along threads can be solved all at once, to and fro along each ([`super::lines`], [`Settings::lines`]).
+//! * Coarse levels ([`crate::cloth::lattice`]) carry what one pass does not: the weight of a whole cloth to where it hangs.
+//! * Springs along threads can be solved all at once, to and fro along each ([`crate::cloth::lines`], [`Settings::lines`]).
 //! * Where cloth touches cloth, springs that are longer than they may be have more passes ([`SmallSteps::tighten`]).
 //! * Bending is no constraint but a force: it is soft enough to be stable, and a force is right at rest, where a constraint that is solved
 //!   once would be softer the finer the mesh. A fine mesh of stiff cloth takes more substeps for it.
-//! * Contact of cloth with cloth is offset geometric contact ([`super::contact`]).
+//! * Contact of cloth with cloth is offset geometric contact ([`crate::cloth::contact`]).
 //!
-//! Vertices and springs are laid out so that threads and lanes have work ([`super::order`]).
+//! Vertices and springs are laid out so that threads and lanes have work ([`crate::cloth::order`]).
 
-use super::air::{self, Air, Swing};
-use super::body::{Placed, Solid, Stance};
-use super::contact::{BLOCKS, Contacts, ROUNDS, Shared};
-use super::lattice::{BLOCK, Lattices};
-use super::lines::{self, Bundle, Kept};
-use super::order::Order;
-use super::rows::{Now, Rows, TaskRows};
-use super::settings::Settings;
-use super::sweep::{Hinges, Link, Springs};
-use super::team::{Parts, Team};
-use super::{Cloth, ClothError, Hinge, Step};
-use glam::{Quat, Vec3, Vec4};
+mod state;
+
+use crate::cloth::air::{self, Air, Swing};
+use crate::cloth::body::{Placed, Solid, Stance};
+use crate::cloth::contact::{BLOCKS, Contacts, ROUNDS, Shared};
+use crate::cloth::lattice::{BLOCK, Lattices};
+use crate::cloth::lines::{self, Bundle, Kept};
+use crate::cloth::order::Order;
+use crate::cloth::settings::Settings;
+use crate::cloth::sweep::{Hinges, Link, Springs};
+use crate::cloth::team::{Parts, Team};
+use crate::cloth::{Cloth, ClothError, Hinge, Step, crossings, known};
+use glam::{Vec3, Vec4};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -135,7 +136,7 @@ impl SmallSteps {
     /// What [`Cloth::check`] says, or an attachment to a vertex that is not there.
     pub fn new(cloth: Cloth, attached: &[u32], settings: Settings) -> Result<Self, ClothError> {
         cloth.check()?;
-        super::known("attachment", cloth.masses.len(), attached.iter().map(|v| [*v]))?;
+        known("attachment", cloth.masses.len(), attached.iter().map(|v| [*v]))?;
         let seconds = if settings.seconds > 0.0 { settings.seconds.min(1.0) } else { 1.0 / 60.0 };
         let threads = settings.threads.clamp(1, 256);
         let n = cloth.masses.len();
@@ -276,51 +277,6 @@ impl SmallSteps {
         self.order.place.iter().map(|p| self.v[*p as usize].truncate())
     }
 
-    /// Where the cloth is, in the order of [`SmallSteps::rows`].
-    pub fn now(&self) -> Now {
-        let points = |all: &[Vec4]| all.iter().map(|v| v.truncate()).collect();
-        Now {
-            places: [&self.x, &self.v, &self.lost].map(|all| points(all)),
-            swings: self.swings.iter().map(|s| [s.way, s.last, s.held]).collect(),
-            targets: self.attached.iter().map(|a| a.2.truncate()).collect(),
-            stances: self.stances.clone(),
-        }
-    }
-
-    /// What is solved in which order.
-    pub fn rows(&self) -> Rows {
-        let tasks = [&self.strips, &self.borders].map(|tasks| {
-            let rows = |task: &Task| TaskRows {
-                places: task.range.clone(),
-                springs: task.springs.rows(task.range.start),
-                loose: task.loose.as_ref().map(|springs| springs.rows(task.range.start)),
-                hinges: task.hinges.rows(task.range.start),
-            };
-            tasks.iter().map(rows).collect()
-        });
-        let (levels, reach) = self.lattices.as_ref().map(Lattices::rows).unwrap_or_default();
-        let place = |v: u32| self.order.place[v as usize];
-        Rows {
-            vertex: self.order.vertex.clone(),
-            triangles: self.cloth.sheet.triangles.iter().map(|t| t.map(place)).collect(),
-            inverse: self.inverse.clone(),
-            widths: self.widths.clone(),
-            tasks,
-            lines: [0, 1].map(|along| self.lines[along].iter().flat_map(Bundle::lines).collect()),
-            levels,
-            reach,
-            attached: self.attached.iter().map(|a| a.0).collect(),
-            grip: self.settings.grip,
-            seconds: self.settings.seconds,
-            substeps: self.settings.substeps,
-            calm_seconds: self.settings.calm_seconds(),
-            friction: self.cloth.friction[0],
-            gap: 0.5 * self.cloth.thickness,
-            bodies: self.bodies.clone(),
-            contact: self.settings.contact,
-        }
-    }
-
     /// Substeps of a step.
     pub fn substeps(&self) -> u32 {
         self.settings.substeps
@@ -330,82 +286,6 @@ impl SmallSteps {
     /// small for the cloth's bending length. More substeps need less of it.
     pub fn softened(&self) -> f32 {
         self.softened
-    }
-
-    /// Puts vertices elsewhere, with velocities.
-    pub fn place(&mut self, positions: &[Vec3], velocities: &[Vec3]) {
-        for (i, v) in self.order.vertex.iter().enumerate() {
-            let v = *v as usize;
-            if let (Some(x), Some(u)) = (positions.get(v), velocities.get(v)) {
-                self.x[i] = x.extend(0.0);
-                self.v[i] = u.extend(0.0);
-                self.lost[i] = Vec4::ZERO;
-                self.swings[i] = Swing::default();
-                self.positions[v] = *x;
-            }
-        }
-        self.search_anew();
-    }
-
-    /// What it needs besides how it was made to go on with the same bits, if pairs of contact are found anew
-    /// ([`SmallSteps::search_anew`]) before the next step of both.
-    pub fn memory(&self) -> Vec<f32> {
-        let of = |all: &[Vec4]| all.iter().flat_map(|v| v.truncate().to_array()).collect::<Vec<f32>>();
-        let mut memory = [&self.x, &self.v, &self.lost].map(|all| of(all)).concat();
-        memory.extend_from_slice(&self.give);
-        memory.extend(self.swings.iter().flat_map(|s| [s.way, s.last, s.held]));
-        memory.extend(self.attached.iter().flat_map(|a| a.2.truncate().to_array()));
-        memory.extend(
-            self.stances.iter().flat_map(|s| s.rotation.to_array().into_iter().chain(s.origin.to_array())),
-        );
-        memory
-    }
-
-    /// Takes up a memory; whether it is of a cloth that was made as this one.
-    #[must_use]
-    pub fn recall(&mut self, memory: &[f32]) -> bool {
-        let (n, held) = (self.x.len(), self.attached.len());
-        if memory.len() != 13 * n + 3 * held + 7 * self.stances.len() || memory.iter().any(|v| !v.is_finite())
-        {
-            return false;
-        }
-        let turns =
-            memory[13 * n + 3 * held..].chunks_exact(7).map(|v| Quat::from_xyzw(v[0], v[1], v[2], v[3]));
-        if turns.into_iter().any(|rotation| !rotation.is_normalized()) {
-            return false;
-        }
-        let (all, rest) = memory.split_at(9 * n);
-        let point = |v: &[f32]| Vec3::from_slice(v).extend(0.0);
-        for (to, from) in [&mut self.x, &mut self.v, &mut self.lost].into_iter().zip(all.chunks_exact(3 * n))
-        {
-            to.iter_mut().zip(from.chunks_exact(3)).for_each(|(to, from)| *to = point(from));
-        }
-        let (give, rest) = rest.split_at(n);
-        self.give.copy_from_slice(give);
-        let (swings, rest) = rest.split_at(3 * n);
-        for (swing, v) in self.swings.iter_mut().zip(swings.chunks_exact(3)) {
-            *swing = Swing { way: v[0], last: v[1], held: v[2] };
-        }
-        let (held, stances) = rest.split_at(3 * held);
-        self.attached.iter_mut().zip(held.chunks_exact(3)).for_each(|(a, v)| a.2 = point(v));
-        for (stance, v) in self.stances.iter_mut().zip(stances.chunks_exact(7)) {
-            let rotation = Quat::from_xyzw(v[0], v[1], v[2], v[3]);
-            *stance = Stance { rotation, origin: Vec3::from_slice(&v[4..]) };
-        }
-        for (x, v) in self.x.iter().zip(&self.order.vertex) {
-            self.positions[*v as usize] = x.truncate();
-        }
-        self.search_anew();
-        true
-    }
-
-    /// Finds pairs of contact anew in the next step, as a cloth does that has just been made: what follows then depends on nothing but
-    /// its memory.
-    pub fn search_anew(&mut self) {
-        self.stale.store(true, Ordering::Relaxed);
-        if let Some(contacts) = &mut self.contacts {
-            contacts.forget();
-        }
     }
 
     /// How many more passes springs have in each substep, where cloth touches cloth, that are longer than they may be: 1, unless this says
@@ -431,7 +311,7 @@ impl SmallSteps {
         if let Some(contacts) = &mut self.contacts {
             let (place, sheet) = (&self.order.place, &self.cloth.sheet);
             contacts.look(|| {
-                let found = super::crossings::crossings(&self.positions, &sheet.triangles).into_iter();
+                let found = crossings::crossings(&self.positions, &sheet.triangles).into_iter();
                 let places = |(e, t): ([u32; 2], u32)| {
                     let [a, b, c] = sheet.triangles[t as usize];
                     [e[0], e[1], a, b, c].map(|v| place[v as usize])
@@ -712,7 +592,7 @@ impl SmallSteps {
                 if calms {
                     team.each(borders.len(), |k| calm(&borders[k]));
                 }
-                // Likewise.
+                // All threads are told the same: what it depends on was written phases ago.
                 #[allow(unsafe_code)]
                 let turned = |c: &&Shared<'_>| unsafe { c.turned() };
                 if let Some(contacts) = contacts.filter(turned) {
