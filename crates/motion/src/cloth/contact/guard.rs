@@ -5,18 +5,18 @@
 //! from both, as by an inelastic push. Whom that sets moving against others is looked at again in the next round. What moves together is
 //! left alone, however fast.
 
-use super::{BLOCKS, Block, PART, Pair, Shared, nearest_of_edges};
-use crate::cloth::body::barycentric;
+use super::{BLOCKS, Block, PART, Pair, Shared, gap, nearest};
 use glam::{Vec3A, Vec4};
 use std::sync::atomic::Ordering;
 
 /// How often pairs are looked through again for what stopping others has set moving against them.
 pub(in crate::cloth) const ROUNDS: usize = 6;
-/// Passes over pairs that are stopped, in each round.
-const PASSES: u32 = 8;
+/// How often all pairs that are stopped are gone through in each round, at the most.
+const SWEEPS: u32 = 8;
 /// Of the distance to keep, what pairs are not let nearer than.
 const FLOOR: f32 = 0.02;
-/// Likewise, what pairs are let nearer by than they may be: what has nothing left of its way would else be stopped over and over for what is rounded.
+/// Likewise, by how much more than they may pairs are let nearer: what has nothing left of its way would else be stopped over and over for what is
+/// rounded.
 const TOLERANCE: f32 = 0.001;
 
 /// Four places that would pass through each other: of the first `first` and the rest, the direction from these to those, and how much nearer
@@ -67,36 +67,25 @@ impl Shared<'_> {
                 let w = at.map(|v| Vec3A::from_vec4(u[v as usize]));
                 let [from, by] = [q, w].map(|q| q.map(|q| q.dot(*normal)));
                 let to = [0, 1, 2, 3].map(|k| from[k] + by[k]);
-                let gap = |h: &[f32; 4]| {
-                    let [low, high] = ends(h, first);
-                    low - high
-                };
-                let [from, to] = [gap(&from), gap(&to)];
+                let [from, to] = [from, to].map(|along| gap(along, first));
                 *left = left.min(to);
                 // A plane that separated them when they were found mostly does so still.
                 if from > 0.0 && to > floor.max((1.0 - PART) * from) {
                     continue;
                 }
-                let c = if first == 1 {
-                    let w = barycentric(q[0].into(), q[1].into(), q[2].into(), q[3].into());
-                    [1.0, -w[0], -w[1], -w[2]]
-                } else {
-                    let [s, t] = nearest_of_edges(q[0].into(), q[1].into(), q[2].into(), q[3].into());
-                    [1.0 - s, s, t - 1.0, -t]
-                };
-                let between = (q[0] * c[0] + q[1] * c[1]) + (q[2] * c[2] + q[3] * c[3]);
+                let (_, between) = nearest(q, first);
                 let d = between.length();
                 if d <= 1e-9 {
                     continue;
                 }
                 let normal = between / d;
-                let [low, high] = ends(&w.map(|w| w.dot(normal)), first);
+                let nearer = -gap(w.map(|w| w.dot(normal)), first);
                 // What passes through each other already may come back.
                 let least = if self.passes(at, first) { self.fixed.least } else { f32::NEG_INFINITY };
                 // Below the floor they are to part, or they would come nearer by the tolerance in each substep.
                 let part = if d > floor { PART } else { 1.0 - PART };
                 let most = (part * (d - floor)).max(least);
-                if high - low > most + tolerance {
+                if nearer > most + tolerance {
                     passing.push(Passing { at: *at, first, normal, most });
                 }
             }
@@ -121,7 +110,7 @@ impl Shared<'_> {
         let stopped = unsafe { self.stopped.part(&(0..self.stopped.len())) };
         let tolerance = TOLERANCE * self.fixed.radius;
         lists.stopped = lists.stopped.wrapping_add(1);
-        for _ in 0..PASSES {
+        for _ in 0..SWEEPS {
             let mut any = false;
             for Passing { at, first, normal, most } in blocks.iter().flat_map(|b| &b.passing) {
                 let w = at.map(|v| inverse[v as usize]);

@@ -3,7 +3,8 @@
 //! As in Chen, Hsu, Wang, Gascón, Macklin and Yuksel 2025, "Offset Geometric Contact": once in a while all pairs within a radius are
 //! found, and until the next time no vertex moves so far that it could touch what it is not paired with. Pairs that come nearer than they
 //! keep are pushed apart. That, and what springs and bodies do besides, may still draw them through each other; so in each substep, when all else
-//! has had its say, those that would pass are stopped ([`guard`]). There a bound on each vertex would hold back cloth that falls in folds.
+//! has had its say, those that would pass are stopped ([`guard`]). The paper bounds the way of each vertex instead, which holds back cloth that falls in
+//! folds.
 //! A tree of boxes over the triangles is made once and only fitted anew.
 //!
 //! What passes through itself to begin with is looked for. It is not pushed, for on the wrong side it would stay there, and may come back.
@@ -37,13 +38,15 @@ const RADIUS: f32 = 0.2;
 const QUERY: f32 = 0.42;
 /// How far vertices may move before leaves are compared again, in mean edges.
 const MARGIN: f32 = 0.5;
-/// How far vertices may move from each other before it is looked again where leaves face, in mean edges: a triangle turns by about as many radians,
-/// half as much again, and two of them by twice that.
+/// How far vertices may move from each other before it is looked again where leaves face, in mean edges: two triangles may turn from each other by
+/// about three times as many radians in that.
 const TURN: f32 = 0.1;
 /// Part of the distance between two by which they may come nearer.
 const PART: f32 = 0.9;
 /// Speed at which what passes through itself may come back, m/s.
 const LEAST: f32 = 0.5;
+/// Pairs of a vertex are found again where less is left to it than what it goes in a substep at this speed, m/s: that of limbs in a dance.
+const LIMBS: f32 = 0.5;
 /// Blocks of the work on pairs: several for each of a dozen threads, and so small that what has moved is in few of them.
 pub(super) const BLOCKS: usize = 256;
 /// Of the distance to keep, within which a pair may come to touch while others are pushed.
@@ -102,15 +105,15 @@ struct Fixed {
     margin: f32,
     /// How far what passes through itself comes back in a substep at the most, m.
     least: f32,
-    /// What must be left to a vertex of the way it may go, or its pairs are found again: `least`, where all may go farther than that.
+    /// What must be left to a vertex of the way it may go, or its pairs are found again, m.
     spare: f32,
-    /// How far at the most: two that are not paired are farther apart than the query, and end no nearer than the radius; of cloth that is
+    /// How far a vertex may go at the most, m: two that are not paired are farther apart than the query, and end no nearer than the radius; of cloth that is
     /// nearly as thick as the query or thicker, no nearer than the radius less [`NEARER`] of it.
     farthest: f32,
     /// How far places may move from each other before it is looked again where leaves face, m.
     turn: f32,
     friction: f32,
-    /// How much farther than until pairs are found again a vertex may go, m.
+    /// How much farther a vertex may go than the way after which its pairs are found again, m.
     beyond: f32,
     leaves: Leaves,
     /// Of each vertex, those that are nearer than the radius in the flat cloth: mostly none.
@@ -133,13 +136,12 @@ impl Fixed {
 struct Lists {
     /// Nodes from which blocks begin, and those they come from.
     front: [Vec<[u32; 2]>; 2],
-    /// How far all have moved together since pairs were found; and since leaves were compared.
+    /// How far all have moved together since pairs were found, since leaves were compared, and in this substep, m.
     drift: Vec3A,
-    /// And in this substep.
+    far_drift: Vec3A,
     mean: Vec3A,
     /// How far two places may have moved from each other since it was looked where leaves face, m; without the last substep.
     turned: f32,
-    far_drift: Vec3A,
     /// How often pairs have been searched for, and the last time when all were.
     search: u32,
     all: u32,
@@ -211,7 +213,7 @@ impl Contacts {
         let place = |v: u32| order.place[v as usize];
         let radius = cloth.thickness.max(RADIUS * edge);
         let query = radius.max(QUERY * edge);
-        let (least, farthest) = (LEAST * h, 0.5 * (query - radius).max(NEARER * radius) * PART);
+        let farthest = 0.5 * (query - radius).max(NEARER * radius) * PART;
         // What is as near in the flat cloth does not touch for that.
         let mut ring: Vec<Vec<u32>> = vec![Vec::new(); n];
         for s in cloth.springs.iter().filter(|s| s.rest < 1.5 * radius) {
@@ -254,8 +256,8 @@ impl Contacts {
                 radius,
                 query,
                 margin: MARGIN * edge,
-                least,
-                spare: least.min(0.5 * farthest),
+                least: LEAST * h,
+                spare: (LIMBS * h).min(0.5 * farthest),
                 farthest,
                 turn: TURN * edge,
                 friction: cloth.friction[1],
@@ -335,30 +337,18 @@ impl Shared<'_> {
         touching.clear();
         let near = TOUCH * self.fixed.radius;
         let place = |v: u32| Vec3A::from_vec4(x[v as usize] + u[v as usize]);
-        let mut keep = |pair: &[u32; 4], q: [Vec3A; 4], c: [f32; 4]| {
-            let between = (q[0] * c[0] + q[1] * c[1]) + (q[2] * c[2] + q[3] * c[3]);
-            if between.length_squared() < near * near {
-                touching.push((*pair, c));
+        for (list, first) in [(sides, 1), (crosses, 2)] {
+            for Pair { at, normal, .. } in list.iter().filter(|p| !p.ring && !self.passes(&p.at, first)) {
+                let q = at.map(place);
+                // Planes first: most pairs are within reach only.
+                if gap(q.map(|q| q.dot(*normal)), first) >= near {
+                    continue;
+                }
+                let (c, between) = nearest(q, first);
+                if between.length_squared() < near * near {
+                    touching.push((*at, c));
+                }
             }
-        };
-        // Planes first: most pairs are within reach only.
-        for Pair { at: pair, normal, .. } in sides.iter().filter(|p| !p.ring && !self.passes(&p.at, 1)) {
-            let q = pair.map(place);
-            let h = q.map(|q| q.dot(*normal));
-            if h[0] - h[1].max(h[2]).max(h[3]) >= near {
-                continue;
-            }
-            let w = barycentric(q[0].into(), q[1].into(), q[2].into(), q[3].into());
-            keep(pair, q, [1.0, -w[0], -w[1], -w[2]]);
-        }
-        for Pair { at: pair, normal, .. } in crosses.iter().filter(|p| !p.ring && !self.passes(&p.at, 2)) {
-            let q = pair.map(place);
-            let h = q.map(|q| q.dot(*normal));
-            if h[0].min(h[1]) - h[2].max(h[3]) >= near {
-                continue;
-            }
-            let [s, t] = nearest_of_edges(q[0].into(), q[1].into(), q[2].into(), q[3].into());
-            keep(pair, q, [1.0 - s, s, t - 1.0, -t]);
         }
     }
 
@@ -498,6 +488,29 @@ impl Shared<'_> {
 #[inline(always)]
 fn between(x: &[Vec4], v: [usize; 4], c: &[f32; 4]) -> Vec4 {
     x[v[0]] * c[0] + x[v[1]] * c[1] + (x[v[2]] * c[2] + x[v[3]] * c[3])
+}
+
+/// How far the first `first` of four places and the rest are apart along a direction, of which how far each is along it is given; less than nought
+/// where they overlap.
+#[inline(always)]
+fn gap(along: [f32; 4], first: usize) -> f32 {
+    let [a, b, c, d] = along;
+    if first == 1 { a - b.max(c).max(d) } else { a.min(b) - c.max(d) }
+}
+
+/// Weights of the nearest points of the first `first` of four places and the rest, a vertex and a triangle or two edges, which sum up to one and
+/// minus one; and the way from the second point to the first.
+#[inline(always)]
+fn nearest(q: [Vec3A; 4], first: usize) -> ([f32; 4], Vec3A) {
+    let p = q.map(Vec3::from);
+    let c = if first == 1 {
+        let w = barycentric(p[0], p[1], p[2], p[3]);
+        [1.0, -w[0], -w[1], -w[2]]
+    } else {
+        let [s, t] = nearest_of_edges(p[0], p[1], p[2], p[3]);
+        [1.0 - s, s, t - 1.0, -t]
+    };
+    (c, (q[0] * c[0] + q[1] * c[1]) + (q[2] * c[2] + q[3] * c[3]))
 }
 
 /// Parts of the way along two edges where they are nearest to each other (Ericson 2005, "Real-Time Collision Detection", 5.1.9).
