@@ -22,7 +22,7 @@ const GONE: f32 = 0.4;
 const FLAT: [f32; 2] = [1.2, 1.4];
 /// Depths of the tree, from the leaves up, at which neighbours are so told apart: so small a part of a panel cannot come around to itself while
 /// it faces one way.
-const DEPTHS: u32 = 5;
+const DEPTHS: u32 = 4;
 /// Leaves that are fitted as one task.
 const FIT: usize = 128;
 
