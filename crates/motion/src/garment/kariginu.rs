@@ -1,11 +1,11 @@
 //! The kariginu, the hunting cloak of men: a body one width of the loom wide before and behind, sides that are open, a round neck with an
 //! upright collar, and sleeves of a width and a half that are sewn to the back alone, for a hand's breadth. The front is sewn in the
-//! middle, as it is when the cloak is fastened; what laps over there (okubi) is left out.
+//! middle, and the collar closed, as they are when the cloak is fastened; what laps over there (okubi) is left out.
 
 use super::bolt::{Bolt, Levels, WideSleeve, edge, leaves};
 use super::cuts::BELT;
 use super::{Form, Garment, Side, Wear};
-use Side::{Left, Right, Top};
+use Side::{Bottom, Left, Right, Top};
 
 pub(super) fn kariginu(m: &[f32]) -> Garment {
     let [length, back, sleeve, depth, sewn, neck, neckline, collar, belt] =
@@ -28,7 +28,9 @@ pub(super) fn kariginu(m: &[f32]) -> Garment {
         edge(backs[1], Top, 0.0, neck),
         edge(fronts[1], Right, 0.0, neckline),
     ];
-    bolt.strip("collar", collar, &path);
+    let strip = bolt.strip("collar", collar, &path);
+    // Its ends are fastened at the throat.
+    bolt.sew(edge(strip, Top, 0.0, collar), edge(strip, Bottom, 0.0, collar));
     Garment {
         name: "kariginu".into(),
         panels: bolt.panels,
