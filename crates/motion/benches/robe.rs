@@ -1,4 +1,4 @@
-//! A player who dances twelve seconds in a karaori or in other garments, one after the other: how the cloth keeps, and how long it takes.
+//! A player who dances twelve seconds, or longer in rounds, in a karaori or in other garments, one after the other: how the cloth keeps, and how long it takes.
 //!
 //! `cargo bench -p yugen-motion --bench robe -- [EDGE] [SECONDS] [THREADS] [SUBSTEPS] [GARMENT]...`: triangles of EDGE metres. Wall and
 //! processor milliseconds a frame, the latter in a last table also to those of the first garment; and over all frames after dressing, of every tenth: edges that pass through triangles at the most; the
@@ -19,8 +19,10 @@ use yugen_motion::dance::{self, dance};
 use yugen_motion::garment::{Body, Costume, Fitting, outfit};
 use yugen_motion::{RigidPose, SkeletalMotion};
 
-/// Its last two seconds are the stance.
+/// It takes [`ROUND`] seconds, of which the last two are the stance; then it begins anew.
 const DANCE: &str = "kamae seconds=.5\nhakobi steps=2 seconds=.8\nsashikomi steps=1\nturn degrees=90 seconds=.9\nsleeve seconds=2.7\nkamae seconds=3";
+
+const ROUND: f32 = 12.75;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -38,7 +40,8 @@ fn main() -> Result<()> {
         .filter(|w| !w.is_empty())
         .map_or(vec!["kosode"], |w| w.iter().map(String::as_str).collect());
     let body = Body::player();
-    let motion = dance(&dance::parse(DANCE).expect("a dance"), 60.0).expect("a dance");
+    let rounds = vec![DANCE; (seconds / ROUND).ceil().max(1.0) as usize].join("\n");
+    let motion = dance(&dance::parse(&rounds).expect("a dance"), 60.0).expect("a dance");
     let fitting = Fitting { edge, threads, substeps: number(3, 64.0)? as u32, ..Fitting::default() };
     let rows = texts
         .into_iter()
