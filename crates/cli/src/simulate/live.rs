@@ -2,7 +2,6 @@
 
 use super::AFRESH;
 use super::dressed::wearer;
-use super::output::Surface;
 use super::subject::{Subject, Task};
 use crate::render::interrupt::Interrupt;
 use anyhow::{Context, Result};
@@ -153,7 +152,7 @@ impl Live for LiveCloth {
 fn put(subject: &dyn Subject, scene: &mut Scene, fps: f64) -> Result<Vec<(usize, Range<usize>)>> {
     let surface = subject.surface();
     let points = subject.points();
-    let normals = normals(surface, &points);
+    let normals = surface.normals(&points);
     let known = subject.shapes();
     let outermost = surface.objects.len().saturating_sub(1);
     let mut first = 0;
@@ -162,10 +161,17 @@ fn put(subject: &dyn Subject, scene: &mut Scene, fps: f64) -> Result<Vec<(usize,
         let range = first..first + count;
         first = range.end;
         let own = |t: &&[u32; 3]| range.contains(&(t[0] as usize));
+        let worn = |s: &str| s == name || (k == outermost && s == ROBE);
+        let cached = || scene.caches.iter().map(|c| c.shape()).find(|s| worn(&scene.shapes[*s].name));
+        let shape = known.get(k).copied().or_else(cached);
+        // A mesh without normals has facets, as with a cache.
+        let facets = shape.is_some_and(
+            |s| matches!(&scene.shapes[s].geometry, Geometry::Mesh(mesh) if mesh.normals.is_empty()),
+        );
         let mesh = Mesh {
             name: name.clone(),
             positions: points[range.clone()].to_vec(),
-            normals: normals[range.clone()].to_vec(),
+            normals: if facets { Vec::new() } else { normals[range.clone()].to_vec() },
             uvs: surface.uvs.get(range.clone()).map_or(Vec::new(), <[_]>::to_vec),
             triangles: surface
                 .triangles
@@ -176,9 +182,7 @@ fn put(subject: &dyn Subject, scene: &mut Scene, fps: f64) -> Result<Vec<(usize,
             ..Mesh::default()
         };
         let geometry = Geometry::Mesh(Arc::new(mesh));
-        let worn = |s: &str| s == name || (k == outermost && s == ROBE);
-        let cached = || scene.caches.iter().map(|c| c.shape()).find(|s| worn(&scene.shapes[*s].name));
-        let shape = match known.get(k).copied().or_else(cached) {
+        let shape = match shape {
             Some(shape) => {
                 let old = &mut scene.shapes[shape];
                 (old.geometry, old.to_world) = (geometry, Mat4::IDENTITY);
@@ -206,19 +210,6 @@ fn put(subject: &dyn Subject, scene: &mut Scene, fps: f64) -> Result<Vec<(usize,
         scene.add_cache(shape, Arc::new([points[range].to_vec()]), fps, 0.0, Mat4::IDENTITY)?;
     }
     Ok(caches)
-}
-
-/// Unit normals of the vertices of a mesh, over its seams.
-fn normals(surface: &Surface, points: &[Vec3]) -> Vec<Vec3> {
-    let welded = surface.vertex.iter().flatten().max().map_or(0, |v| *v as usize + 1);
-    let mut sums = vec![Vec3::ZERO; welded];
-    for t in &surface.triangles {
-        let [a, b, c] = t.map(|v| points[v as usize]);
-        let n = (b - a).cross(c - a);
-        t.iter().filter_map(|v| surface.vertex[*v as usize]).for_each(|v| sums[v as usize] += n);
-    }
-    let normal = |v: &Option<u32>| v.map_or(Vec3::Y, |v| sums[v as usize].normalize_or(Vec3::Y));
-    surface.vertex.iter().map(normal).collect()
 }
 
 /// What a garment is made of that the scene has no cloth for: both sides of charmeuse.

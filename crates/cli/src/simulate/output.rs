@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use yugen_archive::atomic_write;
 use yugen_archive::formats::abc::MovingMesh;
 use yugen_archive::formats::pc2::PointCache;
+use yugen_motion::cloth;
 use yugen_optics::{Vec2, Vec3};
 
 /// A mesh whose vertices move.
@@ -100,8 +101,8 @@ impl Output {
 }
 
 impl Surface {
-    /// As Wavefront OBJ, an object for each shape, with smooth normals, where its vertices are at `points`.
-    pub fn obj(&self, points: &[Vec3]) -> String {
+    /// Unit normals of its vertices where they are at `points`, smooth across seams.
+    pub fn normals(&self, points: &[Vec3]) -> Vec<Vec3> {
         let count = self.vertex.iter().flatten().map(|v| *v as usize + 1).max().unwrap_or(0);
         let mut cloth = vec![Vec3::ZERO; count];
         for (v, p) in self.vertex.iter().zip(points) {
@@ -109,11 +110,12 @@ impl Surface {
                 cloth[*v as usize] = *p;
             }
         }
-        let mut normals = vec![Vec3::ZERO; count];
-        for t in &self.sheet {
-            let [a, b, c] = t.map(|v| cloth[v as usize]);
-            t.iter().for_each(|v| normals[*v as usize] += (b - a).cross(c - a));
-        }
+        let normals = cloth::normals(&self.sheet, &cloth);
+        self.vertex.iter().map(|v| v.map_or(Vec3::Y, |v| normals[v as usize])).collect()
+    }
+
+    /// As Wavefront OBJ, an object for each shape, with smooth normals, where its vertices are at `points`.
+    pub fn obj(&self, points: &[Vec3]) -> String {
         let mut text = String::with_capacity(points.len() * 100);
         // Writing to a string does not fail.
         for p in points {
@@ -123,8 +125,7 @@ impl Surface {
             // v of a file runs up.
             let _ = writeln!(text, "vt {} {}", t.x, 1.0 - t.y);
         }
-        for v in &self.vertex {
-            let n = v.map_or(Vec3::Y, |v| normals[v as usize].normalize_or(Vec3::Y));
+        for n in self.normals(points) {
             let _ = writeln!(text, "vn {:.5} {:.5} {:.5}", n.x, n.y, n.z);
         }
         let mut first = 0;

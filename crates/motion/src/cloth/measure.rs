@@ -27,6 +27,17 @@ pub struct Energy {
     pub bending: f64,
 }
 
+/// Unit normals of vertices at `positions`: the mean of their triangles' normals by area; upwards where there are none.
+pub fn normals(triangles: &[[u32; 3]], positions: &[Vec3]) -> Vec<Vec3> {
+    let mut sums = vec![Vec3::ZERO; positions.len()];
+    for t in triangles {
+        let [a, b, c] = t.map(|v| positions[v as usize]);
+        let n = (b - a).cross(c - a);
+        t.iter().for_each(|v| sums[*v as usize] += n);
+    }
+    sums.into_iter().map(|sum| sum.normalize_or(Vec3::Y)).collect()
+}
+
 impl Energy {
     /// All together.
     pub fn sum(&self) -> f64 {

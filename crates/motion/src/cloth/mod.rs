@@ -30,7 +30,7 @@ mod weld;
 pub use body::{Field, Solid, Stance};
 pub use fabric::{Fabric, PRESETS, Preset, QUANTITIES, Quantity};
 use glam::{Vec2, Vec3};
-pub use measure::{Energy, Stretch};
+pub use measure::{Energy, Stretch, normals};
 pub use provot::Provot;
 pub use settings::Settings;
 pub use small_steps::SmallSteps;

@@ -1,7 +1,7 @@
 //! From panels and seams to triangles.
 
 use super::{Edge, Garment, GarmentError, Panel, Seam, Side};
-use crate::cloth::Sheet;
+use crate::cloth::{self, Sheet};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -372,12 +372,7 @@ impl Cut {
 
     /// Normals of the mesh's vertices, smooth across seams, by where those of the sheet are.
     pub fn normals(&self, positions: &[Vec3]) -> Vec<Vec3> {
-        let mut normals = vec![Vec3::ZERO; positions.len()];
-        for t in &self.sheet.triangles {
-            let [a, b, c] = t.map(|v| positions[v as usize]);
-            let n = (b - a).cross(c - a);
-            t.iter().for_each(|v| normals[*v as usize] += n);
-        }
-        self.vertex.iter().map(|v| normals[*v as usize].normalize_or(Vec3::Y)).collect()
+        let normals = cloth::normals(&self.sheet.triangles, positions);
+        self.vertex.iter().map(|v| normals[*v as usize]).collect()
     }
 }
