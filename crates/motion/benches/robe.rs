@@ -19,10 +19,8 @@ use yugen_motion::dance::{self, dance};
 use yugen_motion::garment::{Body, Costume, Fitting, outfit};
 use yugen_motion::{RigidPose, SkeletalMotion};
 
-/// It takes [`ROUND`] seconds, of which the last two are the stance; then it begins anew.
+/// Its last two seconds are the stance; then it begins anew.
 const DANCE: &str = "kamae seconds=.5\nhakobi steps=2 seconds=.8\nsashikomi steps=1\nturn degrees=90 seconds=.9\nsleeve seconds=2.7\nkamae seconds=3";
-
-const ROUND: f32 = 12.75;
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -40,8 +38,15 @@ fn main() -> Result<()> {
         .filter(|w| !w.is_empty())
         .map_or(vec!["kosode"], |w| w.iter().map(String::as_str).collect());
     let body = Body::player();
-    let rounds = vec![DANCE; (seconds / ROUND).ceil().max(1.0) as usize].join("\n");
-    let motion = dance(&dance::parse(&rounds).expect("a dance"), 60.0).expect("a dance");
+    let rounds = |count: usize| {
+        let units = dance::parse(&vec![DANCE; count].join("\n")).expect("a dance");
+        dance(&units, 60.0).expect("a dance")
+    };
+    let mut motion = rounds(1);
+    let count = (f64::from(seconds) * motion.rate / motion.frames as f64).ceil();
+    if count > 1.0 {
+        motion = rounds(count as usize);
+    }
     let fitting = Fitting { edge, threads, substeps: number(3, 64.0)? as u32, ..Fitting::default() };
     let rows = texts
         .into_iter()

@@ -386,7 +386,7 @@ mod tests {
                 let cut = garment.cut(0.04).unwrap();
                 let at = begin.place(&garment, &cut, &spots(&garment, &cut), &body, &poses, 0.005);
                 let crossed = Cloth { sheet: cut.sheet, ..Cloth::default() }.crossings(&at).len();
-                assert!(crossed == 0, "{} {text}: {crossed}", cut_of.name);
+                assert_eq!(crossed, 0, "{} {text}", cut_of.name);
                 arranged += 1;
             }
         }
