@@ -77,11 +77,6 @@ pub enum StageError {
     /// Where a light is sampled is said when the stage is made.
     #[error("a mesh that shines was moved or deformed: make the stage anew")]
     MovedLight,
-    /// Contact of cloth with cloth is not among the passes.
-    #[error(
-        "this cloth touches itself, which cloth on the GPU does not: make its solver without contact, or move it on the processor"
-    )]
-    ClothTouches,
     /// A vertex of a cloth that it has not.
     #[error("vertex {vertex} of a mesh is to follow vertex {of} of a cloth, which has {vertices}")]
     ClothVertex {

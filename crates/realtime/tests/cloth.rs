@@ -2,8 +2,8 @@
 
 use glam::{Quat, Vec2, Vec3};
 use std::sync::Arc;
-use yugen_motion::cloth::{Cloth, Fabric, Field, Settings, Sheet, SmallSteps, Solid, Stance, Step};
-use yugen_realtime::{ClothPass, Gpu, StageError};
+use yugen_motion::cloth::{Along, Cloth, Fabric, Field, Settings, Sheet, SmallSteps, Solid, Stance, Step};
+use yugen_realtime::{ClothPass, Gpu};
 
 /// A second of sixty steps.
 const SECOND: u32 = 60;
@@ -268,13 +268,115 @@ fn vertices_are_shown_with_normals() {
     }
 }
 
-#[test]
-fn cloth_that_touches_itself_is_refused() {
-    let Some(gpu) = Gpu::for_tests() else { return };
-    let sheet = sheet(Vec3::ZERO, Vec3::Z, 0.5, 8);
-    let cloth = Cloth::new(sheet, &fabric("silk")).expect("a cloth");
-    let settings = Settings { contact: true, ..Settings::default() };
+/// Squares above each other, `gap` apart, the lowest at `height`.
+fn layers(count: u32, size: f32, cells: u32, gap: f32, height: f32) -> Sheet {
+    let mut all = Sheet::default();
+    for k in 0..count {
+        let corner = Vec3::new(-0.5 * size, height + gap * k as f32, -0.5 * size);
+        let mut one = sheet(corner, Vec3::Z, size, cells);
+        one.flat.iter_mut().flatten().for_each(|p| p.x += 2.0 * k as f32);
+        all.join(one);
+    }
+    all
+}
+
+/// Three sheets of silk above a ball.
+fn stacked(contact: bool) -> SmallSteps {
+    let cloth = Cloth::new(layers(3, 0.5, 14, 0.01, 0.16), &fabric("silk")).expect("a cloth");
+    let settings = Settings { contact, lines: true, ..Settings::default() };
+    let ball = Solid::Capsule { ends: [Vec3::ZERO; 2], radii: [0.15; 2] };
     let solver = SmallSteps::new(cloth, &[], settings).expect("a solver");
-    let refused = ClothPass::new(&gpu.device, &gpu.queue, &solver).err();
-    assert_eq!(refused, Some(StageError::ClothTouches));
+    solver.with_bodies(vec![(ball, Stance::default())]).expect("a body")
+}
+
+#[test]
+fn layers_keep_their_order_with_the_same_bits_every_time() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut cpu = stacked(true);
+    let mut passes = [(); 2].map(|()| ClothPass::new(&gpu.device, &gpu.queue, &cpu).expect("a pass"));
+    let mut loose = stacked(false);
+    let n = cpu.positions().len() / 3;
+    let mut most = [0; 2];
+    for frame in 0..40 {
+        cpu.step(&Step::default());
+        loose.step(&Step::default());
+        passes[0].step(&Step::default());
+        let [found, least] = [passes[0].read().expect("a device").positions, loose.positions().to_vec()];
+        let crossed = [&found, &least].map(|x| cpu.cloth().crossings(x).len());
+        most = [0, 1].map(|k| crossed[k].max(most[k]));
+        if frame < 12 {
+            passes[1].step(&Step::default());
+            assert!(passes[1].read().expect("a device").positions == found, "frame {frame}");
+        }
+        // Each layer above the one before over the ball's middle, and where the processor has it.
+        let top = |x: &[Vec3], k: usize| x[k * n + n / 2].y;
+        for k in 0..3 {
+            let [own, its] = [top(&found, k), top(cpu.positions(), k)];
+            assert!((own - its).abs() < 1e-3, "frame {frame}, layer {k}: {own} and {its} m");
+        }
+    }
+    let long = |x: &[Vec3]| cpu.cloth().elongation(x, |s| s.along != Along::Bias);
+    let found = passes[0].read().expect("a device").positions;
+    println!(
+        "stacked: {most:?} crossings with and without contact, {:.4} and {:.4} longer",
+        long(&found),
+        long(cpu.positions())
+    );
+    assert_eq!(most[0], 0);
+    assert!(most[1] > 100, "{most:?}");
+    assert_eq!(passes[0].missed(), Ok(0));
+}
+
+#[test]
+fn layers_hold_by_friction_as_on_the_processor() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    // The lower of two is held, the upper thrown sideways.
+    let slid = |friction: f32| {
+        let fabric = Fabric { layer_friction: friction, ..fabric("hemp") };
+        let mut sheet = layers(2, 0.2, 10, 0.005, 0.0);
+        let n = sheet.positions.len() / 2;
+        sheet.positions[n..].iter_mut().for_each(|p| *p *= Vec3::new(0.7, 1.0, 0.7));
+        sheet.flat.iter_mut().skip(200).for_each(|t| *t = t.map(|p| p * 0.7));
+        let cloth = Cloth::new(sheet, &fabric).expect("a cloth");
+        let held: Vec<u32> = (0..n as u32).collect();
+        let targets: Vec<Vec3> = cloth.sheet.positions[..n].to_vec();
+        let settings = Settings { contact: true, ..Settings::default() };
+        let mut solver = SmallSteps::new(cloth, &held, settings).expect("a solver");
+        let step = Step { targets: &targets, ..Step::default() };
+        (0..30).for_each(|_| solver.step(&step));
+        let x = solver.positions().to_vec();
+        let thrown = |i: usize| if i < n { Vec3::ZERO } else { Vec3::X * 0.3 };
+        solver.place(&x, &(0..x.len()).map(thrown).collect::<Vec<Vec3>>());
+        let mut pass = ClothPass::new(&gpu.device, &gpu.queue, &solver).expect("a pass");
+        for _ in 0..10 {
+            solver.step(&step);
+            pass.step(&step);
+        }
+        let middle = |x: &[Vec3]| x[n..].iter().sum::<Vec3>().x / n as f32;
+        let before = middle(&x);
+        [middle(&pass.read().expect("a device").positions) - before, middle(solver.positions()) - before]
+    };
+    let [smooth, rough] = [slid(0.0), slid(0.6)];
+    // With friction it stops after v²/(2 μ g).
+    println!(
+        "slid: without friction {smooth:.4?} m, with .6 {rough:.4?} m of {:.4}",
+        0.09 / (2.0 * 0.6 * 9.80665)
+    );
+    assert!(smooth[0] > 0.035, "{smooth:?}");
+    assert!((rough[0] - rough[1]).abs() < 2e-3, "{rough:?}");
+}
+
+#[test]
+fn a_solver_goes_on_from_where_the_cloth_is() {
+    let Some(gpu) = Gpu::for_tests() else { return };
+    let mut solver = stacked(true);
+    let mut pass = ClothPass::new(&gpu.device, &gpu.queue, &solver).expect("a pass");
+    for _ in 0..3 {
+        pass.step(&Step::default());
+    }
+    let now = pass.now().expect("a device");
+    assert!(solver.go_on(&now) && solver.now() == now);
+    assert!(solver.positions() == pass.read().expect("a device").positions);
+    let other = falling();
+    assert!(!solver.go_on(&other.now()) && solver.now() == now);
 }

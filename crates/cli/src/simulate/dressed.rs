@@ -8,7 +8,8 @@ use crate::{argument, progress};
 use anyhow::{Context, Result, bail};
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use yugen_motion::cloth::{Fabric, SmallSteps, Spring};
+use yugen_motion::cloth::rows::Now;
+use yugen_motion::cloth::{Fabric, SmallSteps, Spring, Step};
 use yugen_motion::garment::{Body, Costume, Fitting, GarmentError, Overlap, Wearer};
 use yugen_motion::{RigidPose, rigid};
 use yugen_optics::{Mat4, Vec3};
@@ -155,6 +156,13 @@ impl Dressed {
         };
         let wind = wearer.own_direction(options.wind.unwrap_or(Vec3::ZERO));
         Ok(Self { figure, clip, fps: options.fps, wearer, costume, surface, wind })
+    }
+
+    /// Joints in a frame, in the wearer's own coordinates.
+    fn poses(&self, frame: u32) -> Result<Vec<RigidPose>> {
+        let mut poses = poses(&self.figure, self.clip, (f64::from(frame) / self.fps) as f32)?;
+        self.wearer.own(&mut poses);
+        Ok(poses)
     }
 }
 
@@ -309,10 +317,18 @@ impl Subject for Dressed {
     }
 
     fn step(&mut self, frame: u32) -> Result<()> {
-        let mut poses = poses(&self.figure, self.clip, (f64::from(frame) / self.fps) as f32)?;
-        self.wearer.own(&mut poses);
+        let poses = self.poses(frame)?;
         self.costume.step(&poses, self.wind);
         Ok(())
+    }
+
+    fn given(&mut self, frame: u32) -> Result<Step<'_>> {
+        let poses = self.poses(frame)?;
+        Ok(self.costume.given(&poses, self.wind))
+    }
+
+    fn go_on(&mut self, now: &Now) -> bool {
+        self.costume.go_on(now)
     }
 
     fn counts(&self, spring: &Spring) -> bool {

@@ -227,10 +227,11 @@ mod tests {
     use super::*;
     use clap::{Args, Command, FromArgMatches};
     use std::path::PathBuf;
+    use yugen_realtime::Gpu;
     use yugen_scene::{Material, Value};
 
     /// A rectangle that hangs by a corner, and how it is simulated.
-    fn flag() -> (Scene, Task) {
+    fn flag(more: &[&str]) -> (Scene, Task) {
         let to_world = Mat4::from_translation(Vec3::Y);
         let shape = Shape::new("flag", Geometry::Rectangle, to_world, 0);
         let scene = Scene {
@@ -239,6 +240,7 @@ mod tests {
             ..Scene::default()
         };
         let words = ["", "--cloth", "flag", "--pin", "-1,2,0,.05", "--fabric", "silk", "--threads", "1"];
+        let words = words.iter().chain(more);
         let parsed = ClothOptions::augment_args(Command::new("")).get_matches_from(words);
         let options = ClothOptions::from_arg_matches(&parsed).expect("options");
         (scene, Task { options, file: PathBuf::from("flag.toml"), frames: None, quiet: true })
@@ -246,7 +248,7 @@ mod tests {
 
     #[test]
     fn frames_are_those_of_simulate_also_after_going_back() {
-        let (mut scene, task) = flag();
+        let (mut scene, task) = flag(&[]);
         let never = Interrupt::never();
         let mut subject = task.begin(scene.clone(), None, &never).expect("cloth");
         let mut live = LiveCloth::new(task, &mut scene, &never).expect("cloth");
@@ -282,5 +284,31 @@ mod tests {
         at(0, &own, Duration::MAX);
         let (reached, points) = at(10, &own, Duration::ZERO);
         assert!(reached == 1.0 / 60.0 && points == frames[1]);
+    }
+
+    #[test]
+    fn it_goes_back_on_the_gpu_to_the_same_frames() {
+        if Gpu::for_tests().is_none() {
+            return;
+        }
+        let (mut scene, task) = flag(&["--gpu", "--substeps", "4"]);
+        let (_, processor) = flag(&["--substeps", "4"]);
+        let never = Interrupt::never();
+        let mut other = LiveCloth::new(processor, &mut scene.clone(), &never).expect("cloth");
+        let mut live = LiveCloth::new(task, &mut scene, &never).expect("cloth");
+        let settings = live.settings();
+        let mut frames = Vec::new();
+        for frame in [4, 8, 4, 0, 8] {
+            let seconds = frame as f32 / 60.0;
+            live.play(&mut scene, seconds, &settings, Duration::MAX).expect("it moves");
+            frames.push(scene.caches[0].samples()[0].clone());
+        }
+        assert!(frames[0] == frames[2] && frames[1] == frames[4]);
+        other.go_to(8.0 / 60.0, &settings, Duration::MAX).expect("it moves");
+        let its = other.subject.points();
+        let apart = frames[1].iter().zip(&its).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        println!("{apart:.2e} m from the processor");
+        let fallen = frames[1].iter().zip(&frames[3]).map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+        assert!(apart > 0.0 && apart < 1e-3 && fallen > 0.05, "{apart} {fallen}");
     }
 }

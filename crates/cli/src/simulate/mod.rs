@@ -4,6 +4,7 @@ mod checkpoint;
 mod dressed;
 #[cfg(feature = "view")]
 mod live;
+mod on_gpu;
 mod options;
 mod output;
 mod scene_cloth;

@@ -79,6 +79,10 @@ pub struct ClothOptions {
     /// Threads [default: as many as there are cores]; the result does not depend on them.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub threads: Option<u16>,
+
+    /// Move the cloth on the GPU. It begins where the processor has put it, and folds fall otherwise than there.
+    #[arg(long)]
+    pub gpu: bool,
 }
 
 fn scale(text: &str) -> Result<Vec2, String> {
@@ -148,7 +152,7 @@ impl ClothOptions {
             &self.animation,
             self.substeps,
         ));
-        print.debug(&self.no_contact);
+        print.debug(&(self.no_contact, self.gpu));
         let words = self.garment.as_deref().map(argument::garment_words);
         print.debug(&words.and_then(Result::ok));
     }

@@ -6,6 +6,7 @@ use crate::argument;
 use anyhow::{Context, Result, bail};
 use std::sync::Arc;
 use yugen_archive::formats;
+use yugen_motion::cloth::rows::Now;
 use yugen_motion::cloth::{Cloth, Fabric, Field, Settings, Sheet, SmallSteps, Solid, Stance, Step, Welded};
 use yugen_optics::{Mat4, Vec2, Vec3};
 use yugen_scene::{Geometry, Mesh, Scene, suggest};
@@ -56,6 +57,9 @@ pub struct SceneCloth {
     solver: SmallSteps,
     /// Of each attached vertex one of the mesh, which says where it goes.
     follows: Vec<usize>,
+    /// Where attached vertices and bodies are in the last frame that was asked for.
+    targets: Vec<Vec3>,
+    stances: Vec<Stance>,
     wind: Vec3,
     crossed: usize,
 }
@@ -149,9 +153,39 @@ impl SceneCloth {
             ground,
             solver,
             follows,
+            targets: Vec::new(),
+            stances: Vec::new(),
             crossed,
         })
     }
+
+    /// Where attached vertices and bodies are in a frame.
+    fn go_to(&mut self, frame: u32) -> Result<()> {
+        let options = &self.task.options;
+        options.pose(&self.task.file, &mut self.scene, f64::from(frame) / options.fps)?;
+        let scene = &self.scene;
+        for body in &self.bodies {
+            if let (Geometry::Mesh(now), Some(then)) = (&scene.shapes[body.shape].geometry, &body.mesh)
+                && !Arc::ptr_eq(now, then)
+                && now.positions != then.positions
+            {
+                bail!(
+                    "'{}' deforms; cloth meets bodies that move as they are",
+                    scene.shapes[body.shape].name
+                );
+            }
+        }
+        self.stances = self.bodies.iter().map(|b| stance(scene, b.shape)).chain(self.ground).collect();
+        if !self.follows.is_empty() {
+            let now = positions(scene, &self.pieces);
+            self.targets = self.follows.iter().map(|i| now[*i]).collect();
+        }
+        Ok(())
+    }
+}
+
+fn acting<'a>(wind: Vec3, targets: &'a [Vec3], stances: &'a [Stance]) -> Step<'a> {
+    Step { wind, targets, stances, ..Step::default() }
 }
 
 /// Says where a cloth passes through itself as it begins.
@@ -207,30 +241,19 @@ impl Subject for SceneCloth {
     }
 
     fn step(&mut self, frame: u32) -> Result<()> {
-        let options = &self.task.options;
-        options.pose(&self.task.file, &mut self.scene, f64::from(frame) / options.fps)?;
-        let scene = &self.scene;
-        for body in &self.bodies {
-            if let (Geometry::Mesh(now), Some(then)) = (&scene.shapes[body.shape].geometry, &body.mesh)
-                && !Arc::ptr_eq(now, then)
-                && now.positions != then.positions
-            {
-                bail!(
-                    "'{}' deforms; cloth meets bodies that move as they are",
-                    scene.shapes[body.shape].name
-                );
-            }
-        }
-        let mut stances: Vec<Stance> = self.bodies.iter().map(|b| stance(scene, b.shape)).collect();
-        stances.extend(self.ground);
-        let targets: Vec<Vec3> = if self.follows.is_empty() {
-            Vec::new()
-        } else {
-            let now = positions(scene, &self.pieces);
-            self.follows.iter().map(|i| now[*i]).collect()
-        };
-        self.solver.step(&Step { wind: self.wind, targets: &targets, stances: &stances, ..Step::default() });
+        self.go_to(frame)?;
+        let Self { solver, wind, targets, stances, .. } = self;
+        solver.step(&acting(*wind, targets, stances));
         Ok(())
+    }
+
+    fn given(&mut self, frame: u32) -> Result<Step<'_>> {
+        self.go_to(frame)?;
+        Ok(acting(self.wind, &self.targets, &self.stances))
+    }
+
+    fn go_on(&mut self, now: &Now) -> bool {
+        self.solver.go_on(now)
     }
 
     fn report(&self) -> serde_json::Value {

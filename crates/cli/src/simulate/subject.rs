@@ -1,13 +1,15 @@
 //! What is simulated, whatever it is.
 
 use super::dressed::Dressed;
+use super::on_gpu::OnGpu;
 use super::options::ClothOptions;
 use super::output::Surface;
 use super::scene_cloth::SceneCloth;
 use crate::render::interrupt::Interrupt;
 use anyhow::Result;
 use std::path::PathBuf;
-use yugen_motion::cloth::{SmallSteps, Spring};
+use yugen_motion::cloth::rows::Now;
+use yugen_motion::cloth::{SmallSteps, Spring, Step};
 use yugen_optics::Vec3;
 use yugen_scene::Scene;
 
@@ -33,9 +35,13 @@ impl Task {
         interrupt: &Interrupt,
     ) -> Result<Box<dyn Subject + Send>> {
         let fabric = self.options.fabric()?;
-        Ok(match &self.options.garment {
+        let subject: Box<dyn Subject + Send> = match &self.options.garment {
             Some(text) => Box::new(Dressed::new(self, text, &scene, &fabric, memory, interrupt)?),
             None => Box::new(SceneCloth::new(self.clone(), scene, &fabric, memory)?),
+        };
+        Ok(match self.options.gpu {
+            true => Box::new(OnGpu::new(subject)?),
+            false => subject,
         })
     }
 }
@@ -76,6 +82,12 @@ pub trait Subject {
 
     /// To a frame from the one before; the first is 0.
     fn step(&mut self, frame: u32) -> Result<()>;
+
+    /// What acts on the solver on the way to a frame from the one before, for another solver.
+    fn given(&mut self, frame: u32) -> Result<Step<'_>>;
+
+    /// Goes on from where another solver is; whether that is of the same cloth.
+    fn go_on(&mut self, now: &Now) -> bool;
 
     /// Whether a spring counts when stretch is reported.
     fn counts(&self, _spring: &Spring) -> bool {

@@ -183,12 +183,12 @@ fn a_figure_of_another_make_dances_in_a_garment() {
     }
 }
 
-#[test]
+/// Stops a simulation with these options, goes on with it, and compares it with one that goes through for `more` frames after the stop.
 #[cfg(unix)]
-fn a_simulation_that_was_stopped_goes_on_to_the_same_bits() {
-    let folder = scratch("simulate-resume");
+fn stops_and_goes_on(name: &str, options: &str, more: u32) {
+    let folder = scratch(name);
     scene(&folder);
-    let line = "simulate a.toml --cloth cloth --ground -0.2 --fabric hemp";
+    let line = format!("simulate a.toml --cloth cloth --ground -0.2 --fabric hemp {options}");
     let checkpoint = folder.join("b.pc2.checkpoint");
     let words = format!("{line} --frames 100000 --checkpoint 0.01 -o b.pc2");
     let child = Command::new(env!("CARGO_BIN_EXE_yugen"))
@@ -215,9 +215,40 @@ fn a_simulation_that_was_stopped_goes_on_to_the_same_bits() {
     // Neither lost unasked nor taken for another.
     refused(yugen_in(&folder, &format!("{line} -o b.pc2")), &["has not ended", "--resume"]);
     refused(yugen_in(&folder, &format!("{line} --wind 1,0,0 --resume -o b.pc2")), &["of another simulation"]);
-    let frames = done + 75;
+    let frames = done + more;
     good(yugen_in(&folder, &format!("{line} --frames {frames} --resume --threads 1 -o b.pc2")));
     assert!(!checkpoint.exists());
     good(yugen_in(&folder, &format!("{line} --frames {frames} --checkpoint 0 -o c.pc2")));
     assert!(std::fs::read(folder.join("b.pc2")).unwrap() == std::fs::read(folder.join("c.pc2")).unwrap());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_simulation_that_was_stopped_goes_on_to_the_same_bits() {
+    stops_and_goes_on("simulate-resume", "--substeps 20", 75);
+}
+
+#[test]
+#[cfg(unix)]
+fn so_does_one_on_the_gpu() {
+    if yugen_realtime::Gpu::for_tests().is_some() {
+        stops_and_goes_on("simulate-resume-gpu", "--gpu --substeps 8", 35);
+    }
+}
+
+#[test]
+fn a_sheet_falls_on_a_ball_on_the_gpu() {
+    if yugen_realtime::Gpu::for_tests().is_none() {
+        return;
+    }
+    let folder = scratch("simulate-gpu");
+    scene(&folder);
+    let said = report(yugen_in(
+        &folder,
+        "simulate a.toml --cloth cloth --ground -0.2 --frames 30 --gpu --substeps 8 --json -o a.pc2",
+    ));
+    assert_eq!((&said["bodies"], &said["crossings"]), (&2.into(), &0.into()), "{said}");
+    let bytes = std::fs::read(folder.join("a.pc2")).unwrap();
+    let y = |v: usize| f32::from_le_bytes(bytes[32 + (29 * 289 + v) * 12 + 4..][..4].try_into().unwrap());
+    assert!((y(144) - 0.2).abs() < 0.01 && y(0) < 0.15, "{} {}", y(144), y(0));
 }

@@ -11,10 +11,15 @@
 //! 6. What lattices move places by; bodies; the new velocities and places.
 //!
 //! As a step begins, before the first: normals and areas, how far places have gone across since they turned, and what drag they have for it.
-//! Neighbours in a list of springs or hinges mostly have no place in common. Contact of cloth with cloth is in none of this.
+//! Neighbours in a list of springs or hinges mostly have no place in common.
+//!
+//! Where cloth touches cloth ([`ContactRows`]), between 5 and 6: what lattices move places by; springs that are longer than they may be, once
+//! more in strips and borders, so often as `tightened` says; pairs that are nearer than the radius are pushed apart; bodies; and pairs that would pass
+//! through each other are stopped. How pairs are found, and in which order they are solved, is left to each.
 
 use super::air::{AIR, DRAG, FORGETS, NEVER, OVER, SWINGING, SWINGS};
 use super::body::{Placed, RECOVERY};
+use super::contact::{FLOOR, PART, TOLERANCE, TOUCH};
 use super::lattice::SWEEPS;
 use super::lines::LEAST;
 use super::small_steps::{CALM, REACH, SLID};
@@ -147,8 +152,33 @@ pub struct Rows {
     pub gap: f32,
     /// In the order in which they were given.
     pub bodies: Vec<Solid>,
-    /// Whether cloth touches cloth.
-    pub contact: bool,
+    /// Where cloth touches cloth.
+    pub contact: Option<ContactRows>,
+}
+
+/// What cloth needs that touches itself.
+#[derive(Clone, Debug)]
+pub struct ContactRows {
+    /// Distance to keep, m.
+    pub radius: f32,
+    /// Friction between layers.
+    pub friction: f32,
+    /// How often springs that are longer than they may be are solved once more in a substep.
+    pub tightened: u32,
+    /// Which part of its way what lies on a body gives way to cloth that presses on it, and the distance from the body over which that ends, m.
+    pub loaded: f32,
+    /// m.
+    pub loads: f32,
+    /// Leaves of the tree of triangles, a power of two: where their triangles, vertices and edges begin and end. Each vertex and edge is in one leaf.
+    pub leaves: Vec<[Range<u32>; 3]>,
+    /// Of all leaves, triangles of places.
+    pub triangles: Vec<[u32; 3]>,
+    /// Of all leaves, places.
+    pub vertices: Vec<u32>,
+    /// Of all leaves, two places each.
+    pub edges: Vec<[u32; 2]>,
+    /// Of each place, those that are nearer than the radius in the flat cloth, and do not push it.
+    pub ring: Vec<Vec<u32>>,
 }
 
 /// Substeps between two goes of dampers and air.
@@ -172,7 +202,13 @@ pub const NUMBERS: &[(&str, f32)] = &[
     ("OVER_WAY", OVER[0]),
     ("OVER_WIDTH", OVER[1]),
     ("NEVER", NEVER),
+    ("PART", PART),
+    ("FLOOR", FLOOR),
+    ("TOLERANCE", TOLERANCE),
+    ("TOUCH", TOUCH),
 ];
+/// Of the radius, within which a pair may come to touch while others are pushed.
+pub const TOUCHING: f32 = TOUCH;
 
 /// Where a body is during a step.
 #[derive(Clone, Debug)]

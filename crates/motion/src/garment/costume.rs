@@ -5,6 +5,7 @@ use super::cut::MOST;
 use super::place::{Arrangement, spots};
 use super::{Body, Cut, Garment, GarmentError};
 use crate::RigidPose;
+use crate::cloth::rows::Now;
 use crate::cloth::{Cloth, Fabric, Settings, SmallSteps, Solid, Stance, Step};
 use glam::Vec3;
 use std::ops::ControlFlow;
@@ -133,6 +134,12 @@ const TIE: usize = 6;
 const LOADED: f32 = 0.2;
 /// Layers under the belt are this far apart, in edges: more than contact keeps.
 const LAYER: f32 = 0.45;
+
+/// Wind that is no number is none.
+fn acting<'a>(wind: Vec3, [targets, slides]: [&'a [Vec3]; 2], stances: &'a [Stance]) -> Step<'a> {
+    let wind = if wind.is_finite() { wind } else { Vec3::ZERO };
+    Step { wind, targets, slides, stances, ..Step::default() }
+}
 
 impl Costume {
     /// Puts garments on a body, one after the other, the innermost first: each is tied and settles while those below it are worn, and all
@@ -345,10 +352,21 @@ impl Costume {
     /// One step: to where all joints are at its end, in air that moves at `wind`, m/s. Poses that are too few or no numbers are
     /// passed over: the body then stands still; and so is wind that is none.
     pub fn step(&mut self, poses: &[RigidPose], wind: Vec3) {
+        self.give(poses);
+        self.advance(poses, wind);
+    }
+
+    /// What [`Costume::step`] gives its solver, for another one that goes on from it.
+    pub fn given(&mut self, poses: &[RigidPose], wind: Vec3) -> Step<'_> {
+        self.give(poses);
+        self.stand(poses);
+        acting(wind, [&self.targets, &self.slides], &self.stances)
+    }
+
+    fn give(&mut self, poses: &[RigidPose]) {
         if self.good(poses) {
             self.hold(poses, std::iter::empty());
         }
-        self.advance(poses, wind);
     }
 
     /// Where the belts are at the end of the next step: those that are tied, then one that is being tied.
@@ -373,6 +391,12 @@ impl Costume {
     }
 
     fn advance(&mut self, poses: &[RigidPose], wind: Vec3) {
+        self.stand(poses);
+        self.solver.step(&acting(wind, [&self.targets, &self.slides], &self.stances));
+    }
+
+    /// Where the body is at the end of the next step.
+    fn stand(&mut self, poses: &[RigidPose]) {
         if self.good(poses) {
             self.stands.clear();
             self.stands.extend_from_slice(poses);
@@ -381,9 +405,6 @@ impl Costume {
             self.stances.extend(self.body.stances(&self.stands));
             self.stances.extend(self.floor);
         }
-        let (targets, slides, stances) = (&self.targets, &self.slides, &self.stances);
-        let wind = if wind.is_finite() { wind } else { Vec3::ZERO };
-        self.solver.step(&Step { wind, targets, slides, stances, ..Step::default() });
     }
 
     /// The mesh: its triangles, its (u, v), which of its vertices are one.
@@ -414,6 +435,12 @@ impl Costume {
     /// The cloth and what moves it.
     pub fn solver(&self) -> &SmallSteps {
         &self.solver
+    }
+
+    /// As [`SmallSteps::go_on`].
+    #[must_use]
+    pub fn go_on(&mut self, now: &Now) -> bool {
+        self.solver.go_on(now)
     }
 
     /// As [`SmallSteps::search_anew`].

@@ -2,7 +2,8 @@
 //!
 //! `stage_rate` prints the whole table, in a few minutes on a software GPU: passes, and how time grows with pixels,
 //! triangles, lights and samples of an environment, and with the fires of a Noh stage; and what a frame of cloth does.
-//! `stage_rate passes`, `pixels`, `triangles`, `lights`, `environment`, `takigi` or `cloth [CELLS…]` prints that part.
+//! `stage_rate passes`, `pixels`, `triangles`, `lights`, `environment`, `takigi`, `cloth [CELLS…]` or
+//! `contact` prints that part.
 //! `stage_rate scene BOUNCES FRAMES SCENE…` prints the passes of scene files at 320 x 240.
 //! `stage_rate rays SCENE…` prints how many random rays a second shaders trace: nearest hit, and any hit.
 //! `stage_rate preview SCENE FOLDER` writes what is shown in the 1st, 4th and 16th frame, standing still and after a turn,
@@ -50,7 +51,8 @@ fn main() -> Result<()> {
             lights(&gpu)?;
             environment(&gpu)?;
             takigi(&gpu)?;
-            cloth::print(&gpu, &CELLS)
+            cloth::print(&gpu, &CELLS)?;
+            cloth::contact(&gpu, &HEAPS)
         }
         ["passes"] => passes(&gpu),
         ["pixels"] => pixels(&gpu),
@@ -63,6 +65,7 @@ fn main() -> Result<()> {
             let cells = cells.iter().map(|n| n.parse()).collect::<std::result::Result<Vec<u32>, _>>()?;
             cloth::print(&gpu, &cells)
         }
+        ["contact"] => cloth::contact(&gpu, &HEAPS),
         ["scene", bounces, frames, scenes @ ..] => {
             println!("{HEAD}");
             let (bounces, frames) = (bounces.parse()?, frames.parse()?);
@@ -76,7 +79,7 @@ fn main() -> Result<()> {
             let size = [number(3, 640)?, number(4, 480)?];
             picture(&gpu, Path::new(scene), Path::new(out), size, number(5, 16)?)
         }
-        _ => Err("usage: stage_rate [passes | pixels | triangles | lights | environment | takigi | cloth [CELLS...] | scene BOUNCES FRAMES SCENE... | \
+        _ => Err("usage: stage_rate [passes | pixels | triangles | lights | environment | takigi | cloth [CELLS...] | contact | scene BOUNCES FRAMES SCENE... | \
                   rays SCENE... | preview SCENE FOLDER | picture SCENE OUT.exr [WIDTH HEIGHT [FRAMES]]]"
             .into()),
     }
@@ -84,6 +87,9 @@ fn main() -> Result<()> {
 
 /// Cells along a side of the cloth.
 const CELLS: [u32; 3] = [32, 64, 128];
+
+/// Cells along a side of cloth that touches itself, and sheets above each other.
+const HEAPS: [[u32; 2]; 4] = [[32, 1], [64, 1], [36, 3], [128, 1]];
 
 const AOVS: [Aov; 6] = [Aov::Normal, Aov::ShadingNormal, Aov::Depth, Aov::Position, Aov::Uv, Aov::Id];
 

@@ -160,6 +160,37 @@ fn bend(list: u32, p: u32) -> vec3<f32> {
     return sum;
 }
 
+// An extra pass over springs that are longer than they may be.
+fn tighten(task: u32, lane: u32) {
+    for (var batch = tables[task + 6u]; batch < tables[task + 7u]; batch++) {
+        let end = tables[SPRING_BATCHES + batch + 1u];
+        for (var i = tables[SPRING_BATCHES + batch] + lane; i < end; i += WIDE) {
+            let row = rows[SPRINGS + 2u * i];
+            let a = row.x;
+            let b = row.y;
+            let d = (state[X + b].xyz - state[X + a].xyz) + (state[U + b].xyz - state[U + a].xyz);
+            let far = length(d);
+            if far > number(row.w) {
+                let by = d * ((far - number(row.w)) / max(far, SHORT));
+                let share = number(rows[SPRINGS + 2u * i + 1u].x);
+                state[U + a] += vec4<f32>(by * share, 0.0);
+                state[U + b] -= vec4<f32>(by - by * share, 0.0);
+            }
+        }
+        storageBarrier();
+    }
+}
+
+@compute @workgroup_size(WIDE)
+fn tighten_strips(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    tighten(STRIPS + 8u * group.x, lane);
+}
+
+@compute @workgroup_size(WIDE)
+fn tighten_borders(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    tighten(BORDERS + 8u * group.x, lane);
+}
+
 @compute @workgroup_size(WIDE)
 fn strips(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let task = STRIPS + 8u * group.x;
@@ -495,8 +526,9 @@ fn distance_to(b: u32, p: vec3<f32>) -> Distance {
     return Distance(far - (first.w + (second.w - first.w) * t), away);
 }
 
-// Keeps what would go from `x` by `u` from going through a body: where it goes, and by how much it is shifted besides.
-fn stop(b: u32, x: ptr<function, vec3<f32>>, u: ptr<function, vec3<f32>>) {
+// Keeps what would go from `x` by `u` from going through a body: where it goes, and by how much it is shifted besides. How far it stays from
+// it, less than nought where they meet, m.
+fn stop(b: u32, x: ptr<function, vec3<f32>>, u: ptr<function, vec3<f32>>) -> f32 {
     let before = PLACED + 4u * (b * (SUBSTEPS + 1u) + substep.index);
     let after = before + 4u;
     let begin = local(before, *x);
@@ -509,7 +541,7 @@ fn stop(b: u32, x: ptr<function, vec3<f32>>, u: ptr<function, vec3<f32>>) {
         let stride = number(rows[SOLIDS + 3u * b].z);
         // Where the end is that far away nothing on the way is nearer.
         if long <= stride || d > long * number(rows[SOLIDS + 3u * b].y) {
-            return;
+            return d;
         }
         let count = min(ceil(long / stride), 256.0);
         let each = way / count;
@@ -523,7 +555,7 @@ fn stop(b: u32, x: ptr<function, vec3<f32>>, u: ptr<function, vec3<f32>>) {
             }
         }
         if !hit {
-            return;
+            return d;
         }
         d = met.far - GAP;
     }
@@ -542,6 +574,62 @@ fn stop(b: u32, x: ptr<function, vec3<f32>>, u: ptr<function, vec3<f32>>) {
     }
     *u = go;
     *x += normal * min(-inside, RECOVERY * H);
+    return -1.0;
+}
+
+// How a place moves by bodies, and in w the part by which it gives way to what presses on it.
+fn halted(p: u32, x: ptr<function, vec3<f32>>, u: ptr<function, vec3<f32>>) -> f32 {
+    var give = 1.0;
+    let begun = *x;
+    for (var word = 0u; word < 2u; word++) {
+        var left = near[p][word];
+        while left != 0u {
+            let b = 32u * word + firstTrailingBit(left);
+            left &= left - 1u;
+            let far = max(stop(b, x, u), 0.0) / number(rows[SOLIDS + 3u * b].y);
+            give = min(give, LOADED + (1.0 - LOADED) * far / LOADS);
+        }
+    }
+    // Where bodies push against each other what one shifts it by and another takes back is no motion.
+    let shift = *x - begun;
+    let square = dot(shift, shift);
+    if square > 0.0 {
+        let back = shift * clamp(-dot(*u, shift) / square, 0.0, 1.0);
+        *u += back;
+        *x -= back;
+    }
+    return give;
+}
+
+// Where cloth touches cloth: what lattices move places by, before springs are tightened.
+@compute @workgroup_size(64)
+fn carry(@builtin(global_invocation_id) id: vec3<u32>) {
+    let p = id.x;
+    if p < N {
+        if LEVELS > 0u {
+            state[U + p] += vec4<f32>(blend(REACH + 2u * p, MOVED + FINEST), 0.0);
+        }
+        state[SHIFT + p] = vec4<f32>(0.0);
+    }
+}
+
+// And bodies: before pairs are pushed, which would else be measured from places that are in a body, and before they are stopped.
+@compute @workgroup_size(64)
+fn halt(@builtin(global_invocation_id) id: vec3<u32>) {
+    let p = id.x;
+    if p >= N {
+        return;
+    }
+    let begun = state[X + p];
+    if begun.w > 0.0 {
+        var x = begun.xyz;
+        var u = state[U + p].xyz;
+        let give = begun.w * halted(p, &x, &u);
+        // To contact it is motion like any other.
+        let shift = x - begun.xyz;
+        state[U + p] = vec4<f32>(u + shift, 0.0);
+        state[SHIFT + p] = vec4<f32>(state[SHIFT + p].xyz + shift, give);
+    }
 }
 
 @compute @workgroup_size(64)
@@ -553,29 +641,24 @@ fn finish(@builtin(global_invocation_id) id: vec3<u32>) {
     let w = state[X + p].w;
     var x = state[X + p].xyz;
     var u = state[U + p].xyz;
-    if LEVELS > 0u {
-        u += blend(REACH + 2u * p, MOVED + FINEST);
-    }
-    if w > 0.0 {
-        let begun = x;
-        for (var word = 0u; word < 2u; word++) {
-            var left = near[p][word];
-            while left != 0u {
-                let b = 32u * word + firstTrailingBit(left);
-                left &= left - 1u;
-                stop(b, &x, &u);
-            }
-        }
-        // Where bodies push against each other what one shifts it by and another takes back is no motion.
-        let shift = x - begun;
+    var v = u;
+    if CONTACT {
+        // As much of the push out of bodies as it has got is no velocity.
+        let shift = state[SHIFT + p].xyz;
         let square = dot(shift, shift);
         if square > 0.0 {
-            let back = shift * clamp(-dot(u, shift) / square, 0.0, 1.0);
-            u += back;
-            x -= back;
+            v -= shift * clamp(dot(u, shift) / square, 0.0, 1.0);
         }
+    } else {
+        if LEVELS > 0u {
+            u += blend(REACH + 2u * p, MOVED + FINEST);
+        }
+        if w > 0.0 {
+            halted(p, &x, &u);
+        }
+        v = u;
     }
-    state[V + p] = vec4<f32>(u * (1.0 / H), 0.0);
+    state[V + p] = vec4<f32>(v * (1.0 / H), 0.0);
     // Kahan's sum, for steps are short. Compilers that take it for exact arithmetic leave nothing of it; so the sum's bits go through an
     // operation of which they do not know that it changes nothing.
     let by = u + state[LOST + p].xyz;

@@ -1,8 +1,10 @@
 //! The lists of a cloth as words that `cloth.wgsl` reads, and the constants that say where they lie.
 
 use std::fmt::Write;
+use std::ops::Range;
 use yugen_motion::cloth::rows::{
-    CALM_EVERY, HingeRow, LEVEL_SWEEPS, LevelRows, LineRow, NUMBERS, Rows, SpringRow, TaskRows, Weights,
+    CALM_EVERY, ContactRows, HingeRow, LEVEL_SWEEPS, LevelRows, LineRow, NUMBERS, Rows, SpringRow, TaskRows,
+    Weights,
 };
 use yugen_motion::cloth::{Field, Solid};
 
@@ -34,6 +36,8 @@ pub struct Layout {
     pub nodes: u32,
     /// Springs in strips over the rounds that the longest of them takes.
     pub springs_at_once: u32,
+    /// First of the places' shifts in the state, where cloth touches cloth.
+    pub shifts: usize,
 }
 
 /// What grows.
@@ -59,7 +63,8 @@ impl Layout {
         let all_nodes: usize = nodes.iter().sum();
         lists.next = [0, 1].map(|_| vec![0; n.max(all_nodes)]);
         // The state.
-        let (at, held) = (6 * n, rows.attached.len());
+        let (went, held) = (6 * n, rows.attached.len());
+        let at = went + if rows.contact.is_some() { 2 * n } else { 0 };
         let from = at + 2 * all_nodes;
         let kept = from + 2 * held;
         let sections = [
@@ -70,6 +75,8 @@ impl Layout {
             ("LOST", 3 * n),
             ("AREA", 4 * n),
             ("SWING", 5 * n),
+            ("WENT", went),
+            ("SHIFT", went + n),
             ("AT", at),
             ("MOVED", at + all_nodes),
             ("FROM", from),
@@ -112,6 +119,7 @@ impl Layout {
         lists.lists("HOLDS", &holds);
         lists.table("HELD", &rows.attached);
         let fields = lists.bodies(&rows.bodies);
+        let numbers_of_contact = lists.contact(rows.contact.as_ref());
         // What is given.
         let bodies = rows.bodies.len();
         let targets = 2 + 2 * bodies;
@@ -143,7 +151,7 @@ impl Layout {
             ("GAP", rows.gap),
             ("BAND", Field::BAND),
         ];
-        for (name, value) in numbers.iter().chain(NUMBERS) {
+        for (name, value) in numbers.iter().chain(&numbers_of_contact).chain(NUMBERS) {
             let _ = writeln!(lists.constants, "const {name}: f32 = {value:e}f;");
         }
         Self {
@@ -158,6 +166,7 @@ impl Layout {
             goals: from + held,
             nodes: nodes_of_finest as u32,
             springs_at_once,
+            shifts: went + n,
         }
     }
 
@@ -329,6 +338,30 @@ impl Lists {
             }
         }
         fields
+    }
+
+    /// The tree of triangles and what is in its leaves; returns the numbers of contact.
+    fn contact(&mut self, contact: Option<&ContactRows>) -> [(&'static str, f32); 4] {
+        let _ = writeln!(self.constants, "const CONTACT: bool = {};", contact.is_some());
+        let leaves = contact.map_or(0, |c| c.leaves.len());
+        self.count("LEAF_COUNT", leaves);
+        if let Some(contact) = contact {
+            let ends = |leaf: &[Range<u32>; 3]| leaf.each_ref().map(|r| [r.start, r.end]);
+            let leaves: Vec<u32> = contact.leaves.iter().flat_map(ends).flatten().collect();
+            self.table("LEAVES", &leaves);
+            self.table("LEAF_TRIANGLES", contact.triangles.as_flattened());
+            self.table("LEAF_VERTICES", &contact.vertices);
+            self.table("LEAF_EDGES", contact.edges.as_flattened());
+            self.lists("RING", &contact.ring);
+        }
+        let number = |of: fn(&ContactRows) -> f32| contact.map_or(0.0, of);
+        [
+            ("RADIUS", number(|c| c.radius)),
+            ("FRICTION_BETWEEN", number(|c| c.friction)),
+            ("LOADED", number(|c| c.loaded)),
+            // By which is divided.
+            ("LOADS", number(|c| c.loads).max(1e-9)),
+        ]
     }
 
     /// Springs and hinges, when all are there.

@@ -14,8 +14,9 @@
 //! sums. For as long as a motion does not amplify such differences both are equal, to 1e-4 m over two seconds in `tests/cloth.rs`; where
 //! a cloth buckles they part as two runs of either that begin a rounding apart.
 //!
-//! **Cloth does not touch cloth here**: a solver with [`Settings::contact`](yugen_motion::cloth::Settings::contact) is refused.
+//! Where cloth touches cloth ([`contact`]) pairs are solved all at once, not one after the other, so that folds fall otherwise.
 
+mod contact;
 pub(crate) mod drape;
 mod layout;
 mod numbered;
@@ -24,6 +25,7 @@ use crate::StageError;
 use crate::device::{checked, map};
 use crate::pipelines::{layout as pipeline_layout, module, of_entry};
 use crate::scene::storage;
+use contact::Contact;
 use glam::{Vec3, Vec4};
 use layout::{Layout, WIDE};
 use numbered::Numbered;
@@ -58,6 +60,9 @@ pub struct ClothPass {
     springs_at_once: u32,
     /// What the next step is given.
     next: Vec<Vec4>,
+    contact: Option<Contact>,
+    /// First of the places' shifts in the state.
+    shifts: usize,
 }
 
 struct Pipelines {
@@ -71,6 +76,10 @@ struct Pipelines {
     warps: wgpu::ComputePipeline,
     centres: wgpu::ComputePipeline,
     lattices: wgpu::ComputePipeline,
+    tighten_strips: wgpu::ComputePipeline,
+    tighten_borders: wgpu::ComputePipeline,
+    carry: wgpu::ComputePipeline,
+    halt: wgpu::ComputePipeline,
     finish: wgpu::ComputePipeline,
     show: wgpu::ComputePipeline,
 }
@@ -95,12 +104,9 @@ impl ClothPass {
     /// Goes on from where `solver` is.
     ///
     /// # Errors
-    /// A cloth that touches itself, or that is too large for the device.
+    /// A cloth that is too large for the device.
     pub fn new(device: &Device, queue: &Queue, solver: &SmallSteps) -> Result<Self, StageError> {
         let rows = solver.rows();
-        if rows.contact {
-            return Err(StageError::ClothTouches);
-        }
         let mut pass = checked(device, || Self::make(device, queue, rows))?;
         pass.write(solver.now());
         Ok(pass)
@@ -153,6 +159,8 @@ impl ClothPass {
             (&shown, false),
         ];
         let bound = Numbered::new(device, "cloth", &buffers, &words);
+        let make = |contact| Contact::new(device, &layout, contact, n, limit, [&state, &tables]);
+        let contact = rows.contact.as_ref().map(make);
         let places = (n as u32).div_ceil(GROUP);
         let [strips, borders] = [0, 1].map(|k: usize| rows.tasks[k].len() as u32);
         Ok(Self {
@@ -182,6 +190,8 @@ impl ClothPass {
             goals: layout.goals,
             springs_at_once: layout.springs_at_once,
             next,
+            contact,
+            shifts: layout.shifts,
             device: device.clone(),
             queue: queue.clone(),
         })
@@ -207,7 +217,7 @@ impl ClothPass {
         let swings = now.swings.iter().map(|[way, last, held]| Vec4::new(*way, *last, *held, 0.0)).collect();
         let with = |points: &[Vec3]| points.iter().map(|p| p.extend(0.0)).collect::<Vec<Vec4>>();
         let places = x.iter().zip(&self.inverse).map(|(x, w)| x.extend(*w)).collect();
-        let sections = [
+        let mut sections = vec![
             (0, places),
             (2 * n, with(v)),
             (3 * n, with(lost)),
@@ -215,6 +225,9 @@ impl ClothPass {
             (5 * n, swings),
             (self.goals, with(&now.targets)),
         ];
+        if self.contact.is_some() {
+            sections.push((self.shifts, self.inverse.iter().map(|w| Vec4::W * *w).collect()));
+        }
         for (first, points) in sections {
             self.queue.write_buffer(&self.state, 16 * first as u64, bytemuck::cast_slice(&points));
         }
@@ -233,33 +246,46 @@ impl ClothPass {
         self.give(step);
         self.queue.write_buffer(&self.given, 0, bytemuck::cast_slice(&self.next));
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
         let p = &self.pipelines;
         let [places, all, strips, borders, nodes] = self.groups;
-        let mut run = |pipeline: &wgpu::ComputePipeline, groups: u32, substep: u32| {
-            if groups > 0 {
-                pass.set_pipeline(pipeline);
-                self.bound.bind(&mut pass, substep);
-                pass.dispatch_workgroups(groups, 1, 1);
-            }
-        };
-        run(&p.start, all, 0);
+        let mut recorded = encoder.begin_compute_pass(&Default::default());
+        let pass = &mut recorded;
+        let run =
+            |pass: &mut wgpu::ComputePass, pipeline: &wgpu::ComputePipeline, groups: u32, substep: u32| {
+                if groups > 0 {
+                    pass.set_pipeline(pipeline);
+                    self.bound.bind(pass, substep);
+                    pass.dispatch_workgroups(groups, 1, 1);
+                }
+            };
+        run(pass, &p.start, all, 0);
         for s in 0..self.substeps {
             if Layout::calms(s) {
-                run(&p.calm_strips, strips, s);
-                run(&p.calm_borders, borders, s);
+                run(pass, &p.calm_strips, strips, s);
+                run(pass, &p.calm_borders, borders, s);
             }
-            run(&p.predict, places, s);
-            run(&p.strips, strips, s);
-            run(&p.borders, borders, s);
-            run(&p.wefts, self.lines[0], s);
-            run(&p.warps, self.lines[1], s);
-            run(&p.centres, nodes, s);
-            run(&p.lattices, nodes.min(1), s);
-            run(&p.finish, places, s);
+            run(pass, &p.predict, places, s);
+            run(pass, &p.strips, strips, s);
+            run(pass, &p.borders, borders, s);
+            run(pass, &p.wefts, self.lines[0], s);
+            run(pass, &p.warps, self.lines[1], s);
+            run(pass, &p.centres, nodes, s);
+            run(pass, &p.lattices, nodes.min(1), s);
+            if let Some(contact) = &self.contact {
+                run(pass, &p.carry, places, s);
+                for _ in 0..contact.tightened {
+                    run(pass, &p.tighten_strips, strips, s);
+                    run(pass, &p.tighten_borders, borders, s);
+                }
+                run(pass, &p.halt, places, s);
+                contact.push(pass);
+                run(pass, &p.halt, places, s);
+                contact.stop(pass);
+            }
+            run(pass, &p.finish, places, s);
         }
-        run(&p.show, places, 0);
-        drop(pass);
+        run(pass, &p.show, places, 0);
+        drop(recorded);
         self.queue.submit([encoder.finish()]);
     }
 
@@ -308,12 +334,43 @@ impl ClothPass {
     pub fn read(&self) -> Result<ClothState, StageError> {
         let n = self.vertex.len();
         let mut found = ClothState { positions: vec![Vec3::ZERO; n], velocities: vec![Vec3::ZERO; n] };
-        let all = self.fetch(&self.state, [0, 2 * n])?;
+        let all = self.fetch([(&self.state, 0, n), (&self.state, 2 * n, n)])?;
         for (p, vertex) in self.vertex.iter().enumerate() {
             let vertex = *vertex as usize;
-            (found.positions[vertex], found.velocities[vertex]) = (all[0][p], all[1][p]);
+            found.positions[vertex] = all[0][p].truncate();
+            found.velocities[vertex] = all[1][p].truncate();
         }
         Ok(found)
+    }
+
+    /// Waits, and fetches all that a solver needs to go on from there ([`SmallSteps::go_on`]).
+    ///
+    /// # Errors
+    /// A device that is gone.
+    pub fn now(&self) -> Result<Now, StageError> {
+        let n = self.vertex.len();
+        let [x, v, lost, swings, goals] = self.fetch([0, 2 * n, 3 * n, 5 * n, self.goals].map(|first| {
+            let count = if first == self.goals { self.attached } else { n };
+            (&self.state, first, count)
+        }))?;
+        let points = |all: Vec<Vec4>| all.into_iter().map(Vec4::truncate).collect::<Vec<Vec3>>();
+        Ok(Now {
+            places: [points(x), points(v), points(lost)],
+            swings: points(swings).iter().map(Vec3::to_array).collect(),
+            targets: points(goals),
+            stances: self.stances.clone(),
+        })
+    }
+
+    /// Waits, and fetches of how many pairs nothing was seen so far, because cloth is so crumpled that there is no room for them: they may pass
+    /// through each other.
+    ///
+    /// # Errors
+    /// A device that is gone.
+    pub fn missed(&self) -> Result<u32, StageError> {
+        let Some(contact) = &self.contact else { return Ok(0) };
+        let [counts] = self.fetch([(&contact.counts, 0, 1)])?;
+        Ok(contact.missed(&counts[0].to_array().map(f32::to_bits)))
     }
 
     /// Waits, and fetches what [`ClothPass::vertices`] holds: positions and normals.
@@ -321,27 +378,34 @@ impl ClothPass {
     /// # Errors
     /// A device that is gone.
     pub fn read_vertices(&self) -> Result<[Vec<Vec3>; 2], StageError> {
-        self.fetch(&self.shown, [0, self.vertex.len()])
+        let n = self.vertex.len();
+        let all = self.fetch([(&self.shown, 0, n), (&self.shown, n, n)])?;
+        Ok(all.map(|part| part.into_iter().map(Vec4::truncate).collect()))
     }
 
-    /// As many elements as there are vertices from each of two places of a buffer.
-    fn fetch(&self, buffer: &wgpu::Buffer, from: [usize; 2]) -> Result<[Vec<Vec3>; 2], StageError> {
-        let n = self.vertex.len();
-        let bytes = 16 * n as u64;
+    /// Parts of buffers: where each begins and how many rows it has.
+    fn fetch<const PARTS: usize>(
+        &self,
+        parts: [(&wgpu::Buffer, usize, usize); PARTS],
+    ) -> Result<[Vec<Vec4>; PARTS], StageError> {
+        let all: usize = parts.iter().map(|p| p.2).sum();
         let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("cloth, read"),
-            size: 2 * bytes,
+            size: 16 * all as u64,
             usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        for (from, to) in from.into_iter().zip([0, bytes]) {
-            encoder.copy_buffer_to_buffer(buffer, 16 * from as u64, &copy, to, bytes);
+        let mut to = 0;
+        for (buffer, first, count) in parts.iter().filter(|p| p.2 > 0) {
+            let bytes = 16 * *count as u64;
+            encoder.copy_buffer_to_buffer(buffer, 16 * *first as u64, &copy, to, bytes);
+            to += bytes;
         }
         self.queue.submit([encoder.finish()]);
-        let all: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&map(&self.device, &copy)?);
-        let points = |part: &[[f32; 4]]| part.iter().map(|[x, y, z, _]| Vec3::new(*x, *y, *z)).collect();
-        Ok([points(&all[..n]), points(&all[n..])])
+        let rows: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&map(&self.device, &copy)?);
+        let mut rows = rows.into_iter().map(Vec4::from_array);
+        Ok(parts.map(|(.., count)| rows.by_ref().take(count).collect()))
     }
 }
 
@@ -361,6 +425,10 @@ impl Pipelines {
             warps: make("warps"),
             centres: make("centres"),
             lattices: make("lattices"),
+            tighten_strips: make("tighten_strips"),
+            tighten_borders: make("tighten_borders"),
+            carry: make("carry"),
+            halt: make("halt"),
             finish: make("finish"),
             show: make("show"),
         }

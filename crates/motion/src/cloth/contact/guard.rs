@@ -14,10 +14,10 @@ pub(in crate::cloth) const ROUNDS: usize = 6;
 /// How often all pairs that are stopped are gone through in each round, at the most.
 const SWEEPS: u32 = 8;
 /// Of the distance to keep, what pairs are not let nearer than.
-const FLOOR: f32 = 0.02;
+pub(in crate::cloth) const FLOOR: f32 = 0.02;
 /// Likewise, by how much more than they may pairs are let nearer: what has nothing left of its way would else be stopped over and over for what is
 /// rounded.
-const TOLERANCE: f32 = 0.001;
+pub(in crate::cloth) const TOLERANCE: f32 = 0.001;
 
 /// Four places that would pass through each other: of the first `first` and the rest, the direction from these to those, and how much nearer
 /// they may come along it, m.

@@ -18,13 +18,14 @@
 mod guard;
 mod pairs;
 
-pub(super) use guard::ROUNDS;
+pub(super) use guard::{FLOOR, ROUNDS, TOLERANCE};
 
 use super::Cloth;
 use super::aabb::Aabb;
 use super::body::{RECOVERY, barycentric};
-use super::leaves::Leaves;
+use super::leaves::{Leaf, Leaves};
 use super::order::Order;
+use super::rows::ContactRows;
 use super::team::Parts;
 use glam::{Vec3, Vec3A, Vec4};
 use guard::Passing;
@@ -42,7 +43,7 @@ const MARGIN: f32 = 0.5;
 /// about three times as many radians in that.
 const TURN: f32 = 0.1;
 /// Part of the distance between two by which they may come nearer.
-const PART: f32 = 0.9;
+pub(super) const PART: f32 = 0.9;
 /// Speed at which what passes through itself may come back, m/s.
 const LEAST: f32 = 0.5;
 /// Pairs of a vertex are found again where less is left to it than what it goes in a substep at this speed, m/s: that of limbs in a dance.
@@ -50,7 +51,7 @@ const LIMBS: f32 = 0.5;
 /// Blocks of the work on pairs: several for each of a dozen threads, and so small that what has moved is in few of them.
 pub(super) const BLOCKS: usize = 256;
 /// Of the distance to keep, within which a pair may come to touch while others are pushed.
-const TOUCH: f32 = 1.1;
+pub(super) const TOUCH: f32 = 1.1;
 /// Of the distance to keep, what pairs may be nearer at the end of a pass; those that are have more passes, this many at the most. Where a
 /// belt presses layers on each other, what one pair is pushed another has to take on, and where that ended they were pressed through each
 /// other: in robes of five sizes of triangles up to five crossings were left by dressing, with three passes in one of them, with eight none.
@@ -269,6 +270,24 @@ impl Contacts {
                 attached,
             },
         })
+    }
+
+    /// As lists, for a solver that tightens springs so often, where what lies on a body gives way by this part, which ends so many radii from it.
+    pub fn rows(&self, tightened: u32, loaded: f32, loads: f32) -> ContactRows {
+        let Fixed { radius, friction, leaves, ring, .. } = &self.fixed;
+        let ranges = |leaf: &Leaf| [&leaf.triangles, &leaf.vertices, &leaf.edges].map(Range::clone);
+        ContactRows {
+            radius: *radius,
+            friction: *friction,
+            tightened,
+            loaded,
+            loads: loads * radius,
+            leaves: leaves.leaves.iter().map(ranges).collect(),
+            triangles: leaves.triangles.clone(),
+            vertices: leaves.vertices.clone(),
+            edges: leaves.edges.clone(),
+            ring: ring.clone(),
+        }
     }
 
     /// Leaves are compared again at the next search, as if there had been none before.

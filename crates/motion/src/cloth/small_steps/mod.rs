@@ -701,9 +701,7 @@ impl SmallSteps {
                 finish(k, n - 1);
             });
         });
-        for (x, v) in self.x.iter().zip(&self.order.vertex) {
-            self.positions[*v as usize] = x.truncate();
-        }
+        self.take_positions();
     }
 
     /// How far places have gone across since they turned, and what drag they have for it.

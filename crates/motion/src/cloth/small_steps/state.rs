@@ -1,6 +1,6 @@
 //! The state of a solver: read, set, kept and taken up again; and what it solves.
 
-use super::{SmallSteps, Task};
+use super::{LOADS, SmallSteps, Task};
 use crate::cloth::air::Swing;
 use crate::cloth::body::Stance;
 use crate::cloth::lattice::Lattices;
@@ -18,6 +18,36 @@ impl SmallSteps {
             swings: self.swings.iter().map(|s| [s.way, s.last, s.held]).collect(),
             targets: self.attached.iter().map(|a| a.2.truncate()).collect(),
             stances: self.stances.clone(),
+        }
+    }
+
+    /// Goes on from where another cloth is that was made from the same rows; whether it has as many places, attachments and bodies.
+    #[must_use]
+    pub fn go_on(&mut self, now: &Now) -> bool {
+        let n = self.x.len();
+        let alike = now.places.iter().all(|all| all.len() == n)
+            && now.swings.len() == n
+            && now.targets.len() == self.attached.len()
+            && now.stances.len() == self.stances.len();
+        if !alike {
+            return false;
+        }
+        for (to, from) in [&mut self.x, &mut self.v, &mut self.lost].into_iter().zip(&now.places) {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = from.extend(0.0));
+        }
+        for (swing, [way, last, held]) in self.swings.iter_mut().zip(&now.swings) {
+            *swing = Swing { way: *way, last: *last, held: *held };
+        }
+        self.attached.iter_mut().zip(&now.targets).for_each(|(a, target)| a.2 = target.extend(0.0));
+        self.stances.clone_from(&now.stances);
+        self.take_positions();
+        self.search_anew();
+        true
+    }
+
+    pub(super) fn take_positions(&mut self) {
+        for (x, v) in self.x.iter().zip(&self.order.vertex) {
+            self.positions[*v as usize] = x.truncate();
         }
     }
 
@@ -51,7 +81,7 @@ impl SmallSteps {
             friction: self.cloth.friction[0],
             gap: 0.5 * self.cloth.thickness,
             bodies: self.bodies.clone(),
-            contact: self.settings.contact,
+            contact: self.contacts.as_ref().map(|c| c.rows(self.passes, self.loaded, LOADS)),
         }
     }
 
@@ -115,9 +145,7 @@ impl SmallSteps {
             let rotation = Quat::from_xyzw(v[0], v[1], v[2], v[3]);
             *stance = Stance { rotation, origin: Vec3::from_slice(&v[4..]) };
         }
-        for (x, v) in self.x.iter().zip(&self.order.vertex) {
-            self.positions[*v as usize] = x.truncate();
-        }
+        self.take_positions();
         self.search_anew();
         true
     }
